@@ -204,7 +204,7 @@ def test_fixed_lines_convert_and_run(tmp_path, program, case):
     blocks = 2 if case in (5, 6) else 1
     found = json.loads(done.stdout)
     assert (found["blocks"], found["fixed_points"]) == (blocks, 2 * blocks)
-    done = run(program, "run", "case.blk", "case.df", "--steps", "20", "-o", "case.h5", cwd=tmp_path)
+    done = run(program, "run", "case.nml", "--steps", "20", "-o", "case.h5", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
 
 
@@ -321,7 +321,7 @@ def test_geojson_lines(tmp_path, program):
     found = numbers(tmp_path / "map.dc")
     assert found[:9] == [0.01, 7, 4, 0, 0, 1, 0, 1, 0]
     assert found[29:44] == [1, 0, 1, 3, 2, 2, 0, 2, 1, 2, 2, 1, 4, 1, 2]
-    done = run(program, "run", "map.dc", "map.df", "--steps", "5", "-o", "map.h5", cwd=tmp_path)
+    done = run(program, "run", "map.nml", "--steps", "5", "-o", "map.h5", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     assert rockdda.open(tmp_path / "map.h5").n_blocks == 3
 

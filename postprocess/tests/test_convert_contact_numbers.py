@@ -13,7 +13,7 @@ import h5py
 import numpy as np
 import pytest
 from places import INPUTS, ROOT
-from rockdda.convert import TEMPLATE_JOINT_STIFFNESS, contact_numbers, convert
+from rockdda.convert import TEMPLATE_JOINT_STIFFNESS, convert
 from rockdda.model import Model
 
 PAGE = ROOT / "docs/contact-numbers.md"
@@ -133,13 +133,6 @@ def test_numbers_far_from_the_rule_are_named(program, tmp_path, options, warning
     assert warning is None or warning in found[0]
 
 
-def test_numbers_of_the_template():
-    # k_n L = 2e9; L sqrt(rho/g0) = 1.118e-3; 0.02 L/10
-    assert contact_numbers(1.0, 10.0, 2500.0, 5e9) == pytest.approx((2e9, 1e-3, 2e-3))
-    # not above 2 E, not above 0.01
-    assert contact_numbers(10.0, 10.0, 2500.0, 5e9) == pytest.approx((1e10, 5e-3, 0.01))
-
-
 def trace_map(seed: int) -> dict:
     """Short traces of two sets and of all directions in a window of 20 m: splinters, crossings at small angles."""
     rng = np.random.default_rng(seed)
@@ -168,24 +161,42 @@ def test_trace_maps_run_with_the_template(program, tmp_path, seed):
     """With g0 = 50 E, contacts at vertices and 5 ms no such map gets beyond its first steps."""
     (tmp_path / "map.geojson").write_text(json.dumps(trace_map(seed)))
     convert(tmp_path / "map.geojson", tmp_path / "map", template=True)
-    done = run(program, "run", "map.dc", "map.df", "--steps", 12, "--threads", 1, cwd=tmp_path)
+    done = run(program, "run", "map.nml", "--steps", 12, "--threads", 1, cwd=tmp_path)
     assert done["status"] == "done" and done["blocks"] > 200
-    (tmp_path / "old.nml").write_text(
-        "&contact formulation = 'vertex', stiffness = 2.5e11 / \n &time dt_max = 0.005, dt_min = 5e-5 /\n"
-    )
-    done = run(program, "run", "map.dc", "map.df", "--config", "old.nml", "--force", "--threads", 1, cwd=tmp_path)
+    text = re.sub(r", normal_stiffness = \S+ shear_stiffness = \S+", "", (tmp_path / "map.nml").read_text())
+    text += "&contact formulation = 'vertex', stiffness = 2.5e11 /\n&time dt_max = 0.005, dt_min = 5e-5 /\n"
+    (tmp_path / "old.nml").write_text(text)
+    done = run(program, "run", "old.nml", "--steps", 12, "--threads", 1, cwd=tmp_path)
     assert done["status"] == "error" and done["steps"] < 12
 
 
-@pytest.mark.parametrize("points", [0, 1])
-def test_template_is_read_in_the_dialect_with_g0(program, tmp_path, points):
-    features = [{"type": "Polygon", "coordinates": [[[0, 0], [2, 0], [2, 2], [0, 2], [0, 0]]]}]
-    features += [{"type": "LineString", "coordinates": [[0, 1], [2, 1]]}]
+SQUARE = [[0, 0], [2, 0], [2, 2], [0, 2], [0, 0]]
+
+
+@pytest.mark.parametrize(
+    ("ring", "points", "kinds"),
+    [
+        (SQUARE, 1, []),
+        (SQUARE, 0, ["fixed", "roller", "roller"]),
+        ([[0, 0], [2, 0], [3, 2], [0, 2], [0, 0]], 0, ["fixed", "roller"]),
+        ([[0, 1], [1, 0], [2, 1], [1, 2], [0, 1]], 0, []),
+    ],
+)
+def test_the_template_is_a_labelled_file_that_runs(program, tmp_path, ring, points, kinds):
+    """It was an analysis file; a level base and upright sides hold a drawing without fixed points."""
+    features = [{"type": "Polygon", "coordinates": [ring]}, {"type": "LineString", "coordinates": [[0, 1], [2, 1]]}]
     found = [{"type": "Feature", "properties": {}, "geometry": one} for one in features]
     fixed = {"type": "Point", "coordinates": [1, 0.5]}
     found += [{"type": "Feature", "properties": {"kind": "fixed"}, "geometry": fixed}] * points
-    (tmp_path / "map.geojson").write_text(json.dumps({"type": "FeatureCollection", "features": found}))
-    convert(tmp_path / "map.geojson", tmp_path / "map", template=True)
-    done = run(program, "run", "map.dc", "map.df", "--steps", 1, cwd=tmp_path)
-    assert done["status"] == "done"
-    assert any("read in dialect 'g0'" in message["message"] for message in done["messages"])
+    (tmp_path / "it's.geojson").write_text(json.dumps({"type": "FeatureCollection", "features": found}))
+    done = convert(tmp_path / "it's.geojson", tmp_path / "it's", template=True)
+    assert [path.name for path in done.files] == ["it's.dc", "it's.nml"]
+    text = done.files[1].read_text()
+    assert re.findall(r"^&boundary.*kind = '(\w+)'", text, re.M) == kinds
+    assert ("Nothing holds the model yet" in text) == (not kinds and not points)
+    assert sum(line.startswith("!") for line in text.splitlines()) >= 10
+    told = run(program, "check", "it's.nml", cwd=tmp_path)
+    assert told["status"] == "done"
+    assert [message["message"] for message in told["messages"] if message["severity"] == "error"] == []
+    told = run(program, "run", "it's.nml", cwd=tmp_path)
+    assert told["status"] == "done"

@@ -214,10 +214,10 @@ def drawn_wall(path):
 def test_polygons_are_blocks_that_run(tmp_path, program, ending):
     drawn_wall(tmp_path / f"wall.{ending}")
     done = convert(tmp_path / f"wall.{ending}", tmp_path / "wall", blocks=True, template=True)
-    assert [path.name for path in done.files] == ["wall.blk", "wall.df"]
+    assert [path.name for path in done.files] == ["wall.blk", "wall.nml"]
     output = tmp_path / "wall.h5"
     run = subprocess.run(
-        [program, "run", tmp_path / "wall.blk", tmp_path / "wall.df", "-o", output, "--steps", "3", "--quiet"],
+        [program, "run", tmp_path / "wall.nml", "-o", output, "--steps", "3", "--quiet"],
         capture_output=True, text=True, check=False,
     )  # fmt: skip
     assert run.returncode == 0, run.stderr

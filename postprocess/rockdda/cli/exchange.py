@@ -146,7 +146,7 @@ def convert_command(
     geographic: Annotated[
         bool, typer.Option("--geographic", help="Coordinates are longitudes and latitudes: make them metres.")
     ] = False,
-    template: Annotated[bool, typer.Option("--template", help="Write an analysis file to fill in, too.")] = False,
+    template: Annotated[bool, typer.Option("--template", help="Write a labelled file that runs, too.")] = False,
     force: Annotated[bool, typer.Option("--force", help="Overwrite existing files.")] = False,
     quiet: Quiet = False,
     as_json: Json = False,

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
-from .conversion import TEMPLATE_JOINT_STIFFNESS, Conversion, contact_numbers, convert
+from .conversion import Conversion, convert
+from .template import TEMPLATE_JOINT_STIFFNESS
 
-__all__ = ["TEMPLATE_JOINT_STIFFNESS", "Conversion", "contact_numbers", "convert"]
+__all__ = ["TEMPLATE_JOINT_STIFFNESS", "Conversion", "convert"]

@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import json
-import math
 import os
 import subprocess
 import tempfile
@@ -12,7 +11,6 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from ..deck import BlockMaterial, JointMaterial
 from ..errors import InputError, Problem, RockddaError, need
 from ..program import find_program
 from ..text import decoded, has_controls
@@ -21,6 +19,7 @@ from . import ddaml, dxf, geojson
 from .geometry import Analysis, Geometry
 from .placing import middle_of, move_to_local_origin, place, to_metres
 from .report import Report
+from .template import template_text
 
 __all__ = ["Conversion", "convert"]
 
@@ -60,8 +59,8 @@ def convert(
     files are OUTPUT.dc (.blk for polygons that are blocks), .df and .nml; without `output` they get the name of the
     first input, in the current folder; a folder as `output` (an existing one, or with a final slash) takes them under
     that name. `layers` maps the layers of a drawing to kinds of lines (see `rockdda.convert.dxf`), `e0` is the
-    edge-node distance and `chord` the largest distance of chords from curves. `template` also writes an analysis file
-    with typical values for rock (m, kg, s, N) where the input has none. Several drawings make one geometry; the
+    edge-node distance and `chord` the largest distance of chords from curves. `template` also writes a labelled file
+    with typical values for rock (m, kg, s, N) where the input has no analysis. Several drawings make one geometry; the
     polygons of the files `areas` clip its lines. `scale` is the length of the drawings' unit (by default that of a
     DXF drawing's $INSUNITS in metres, 1 for GeoJSON and traces); `origin` is the point of the drawings, in their
     coordinates, that becomes 0, 0. `window` (xmin, ymin, xmax, ymax, in these coordinates) is a further area. With
@@ -91,10 +90,7 @@ def convert(
             counted = _neighbour(paths[0], reports[-1])
         _match_loads(counted, analysis, reports[-1])
     elif template and geometry is not None:
-        analysis = _template(geometry)
-        if _program() is None and any(segment[:2] != segment[2:] for segment in geometry.fixed):
-            analysis.has_stiffness = False  # points cannot be counted: g0 goes into an options file
-        reports[0].note("the analysis file has typical values for rock in m, kg, s, N: change them to yours")
+        reports[0].note("the labelled file has typical values for rock in m, kg, s, N: change them to yours")
     texts: dict[Path, str] = {}
     if geometry is not None:
         if geometry.bolts and geometry.bolt_values is None:
@@ -105,6 +101,9 @@ def convert(
             texts[stem.with_name(stem.name + ".blk")] = blocks_text(geometry, f"from {title}")
         else:
             texts[stem.with_name(stem.name + ".dc")] = geometry.text(f"from {title}")
+        if template and analysis is None:
+            ending = next(iter(texts)).suffix
+            texts[stem.with_name(stem.name + ".nml")] = template_text(geometry, stem.name, ending, f"from {title}")
     if analysis is not None:
         if counted is not None and analysis.names_points:
             analysis.fixed_count = _count_fixed(counted)
@@ -374,63 +373,6 @@ def _program() -> str | None:
         return find_program()
     except RockddaError:
         return None
-
-
-def _template(geometry: Geometry) -> Analysis:
-    """Typical rock: granite-like blocks, joints of 35 degrees, a dynamic run of one second.
-
-    g0, g1 and g2 follow from the joint stiffness and the edges to expect (docs/contact-numbers.md).
-    """
-    blocks = max([material for _, material in geometry.material_lines] + [m for m, _, _ in geometry.blocks], default=1)
-    joints = max([material for _, material in geometry.lines] + [j for _, j, _ in geometry.blocks], default=1)
-    rock = BlockMaterial(2500.0, 24525.0, 5.0e9, 0.25)
-    stiffness, step, ratio = contact_numbers(*_edge_and_half_height(geometry), rock.density, rock.youngs_modulus)
-    steps = math.ceil(round(TEMPLATE_TIME / step, 6))
-    analysis = Analysis(1.0, steps, ratio, step, [rock] * max(blocks, 1), [JointMaterial(35.0)] * max(joints, 1))
-    analysis.stiffness = stiffness
-    analysis.loads = [[] for _ in geometry.loading]
-    analysis.has_stiffness = True
-    return analysis
-
-
-TEMPLATE_TIME = 1.0  # s
-TEMPLATE_JOINT_STIFFNESS = 2.0e9  # Pa/m, of a rough, somewhat weathered joint
-
-
-def contact_numbers(edge: float, half_height: float, density: float, modulus: float) -> tuple[float, float, float]:
-    """g0, g1 and g2 of a dynamic run by the rule, with one digit. `edge` is the mean length of edges."""
-    stiffness = min(TEMPLATE_JOINT_STIFFNESS * edge, 2 * modulus)
-    step = edge * math.sqrt(density / stiffness)  # a tenth of the longest advised, for splinters
-    ratio = min(0.01, 0.02 * edge / half_height)
-    return _one_digit(stiffness), _one_digit(min(step, TEMPLATE_TIME)), _one_digit(ratio)
-
-
-def _one_digit(value: float) -> float:
-    """Rounded down to one digit; the tiny amount keeps 0.1 from becoming 0.09."""
-    exponent = math.floor(math.log10(value * (1 + 1e-12)))
-    return float(f"{math.floor(value * (1 + 1e-12) / 10.0**exponent + 1e-9):d}e{exponent}")
-
-
-def _edge_and_half_height(geometry: Geometry) -> tuple[float, float]:
-    """The mean length of edges, and half of the height.
-
-    Lines of length S on an area A, half of them in each of two sets, are 2 A/S apart in each.
-    """
-    if geometry.blocks:
-        edges = [
-            math.dist(a, b) for _, _, ring in geometry.blocks for a, b in zip(ring, ring[1:] + ring[:1], strict=True)
-        ]
-        low, high = geometry.ranges[1]
-        return sum(edges) / len(edges), max((high - low) / 2, 1e-3 * geometry.extent)
-    ends = [point for (x1, y1, x2, y2), _ in geometry.lines for point in ((x1, y1), (x2, y2))]
-    length = sum(math.hypot(x2 - x1, y2 - y1) for (x1, y1, x2, y2), _ in geometry.lines)
-    if not length > 0:
-        return 1.0, 1.0
-    width = max(x for x, _ in ends) - min(x for x, _ in ends)
-    height = max(y for _, y in ends) - min(y for _, y in ends)
-    extent = max(width, height)
-    area = max(width, 1e-3 * extent) * max(height, 1e-3 * extent)
-    return 2 * area / length, max(height, 1e-3 * extent) / 2
 
 
 def _write(texts: dict[Path, str], force: bool) -> None:

@@ -1,0 +1,101 @@
+# SPDX-License-Identifier: MIT
+"""A labelled file to begin with, for a geometry that comes from a drawing or map."""
+
+from __future__ import annotations
+
+from ..namelist import short_real
+from .geometry import Geometry
+
+__all__ = ["TEMPLATE_JOINT_STIFFNESS", "template_text"]
+
+TEMPLATE_JOINT_STIFFNESS = 2.0e9  # Pa/m, of a rough, somewhat weathered joint
+Segment = tuple[float, float, float, float]
+
+
+def template_text(geometry: Geometry, name: str, ending: str, title: str) -> str:
+    """The labelled file NAME.nml of the geometry NAME + ending, with comments and typical values of rock."""
+    blocks = max([material for _, material in geometry.material_lines] + [m for m, _, _ in geometry.blocks], default=1)
+    joints = max([material for _, material in geometry.lines] + [j for _, j, _ in geometry.blocks], default=1)
+    supports = [] if geometry.fixed else _supports(geometry)
+    rows = [
+        f"! A model to begin with, {title}. Units: m, kg, s, N. The values are typical of rock: change them to yours.",
+        "!",
+        f"!   rockdda check {name}.nml       what the model holds, and everything that looks wrong",
+        f"!   rockdda run {name}.nml         the results: {name}.h5",
+        f"!   rockdda-post view {name}.h5    the results in a browser",
+        "!",
+        "! `rockdda help` names all groups, `rockdda help stage` what one of them takes.",
+        f"&model           geometry = {_quoted(name + ending)}, title = {_quoted(name)} /",
+        "",
+        "! Materials, by number in the geometry file; density [kg/m3], young [N/m2]",
+        *(
+            f"&block_material  number = {k}, name = 'rock {k}', density = 2500, young = 5e9, poisson = 0.25 /"
+            for k in range(1, max(blocks, 1) + 1)
+        ),
+        "! friction [degrees], stiffness of the joints [N/m3]; further: cohesion, tension [N/m2]",
+        *(
+            f"&joint_material  number = {k}, name = 'joint {k}', friction = 35, "
+            f"normal_stiffness = {TEMPLATE_JOINT_STIFFNESS:g}, shear_stiffness = {TEMPLATE_JOINT_STIFFNESS / 2.5:g} /"
+            for k in range(1, max(joints, 1) + 1)
+        ),
+        "",
+        "! Gravity [m/s2] acts in -y",
+        "&load            gravity = 9.81 /",
+        "",
+    ]
+    if geometry.loading:
+        rows += [
+            "! Forces on the loading points of the geometry: t, fx, fy, ... [s, N]",
+            "! &loading_point   points = 1, force = 0,0,0, 1,0,-1e5 /",
+            "",
+        ]
+    if geometry.fixed:
+        rows += ["! The fixed points of the geometry hold the model."]
+    elif supports:
+        rows += ["! What holds the model: the base is fixed, upright sides slide up and down", *supports]
+    else:
+        rows += [
+            "! Nothing holds the model yet: name fixed points in the drawing, or edges here",
+            "! &boundary        along = x1,y1, x2,y2, kind = 'fixed' /",
+        ]
+    rows += ["", "! Stages, in their order"]
+    if geometry.fixed or supports:
+        rows += [
+            "! This one ends when all forces are in balance, or with a warning where there is no balance",
+            "&stage           name = 'weight', until = 'equilibrium', on_failure = 'continue' /",
+        ]
+    else:
+        rows += ["&stage           name = 'fall', kind = 'dynamic', duration = 0.1 /"]
+    return "\n".join(rows) + "\n"
+
+
+def _supports(geometry: Geometry) -> list[str]:
+    """Boundaries along the level base and the upright sides of the outermost lines."""
+    edges: list[Segment] = [segment for segment, _ in geometry.lines]
+    for _, _, ring in geometry.blocks:
+        edges += [(*a, *b) for a, b in zip(ring, [*ring[1:], ring[0]], strict=True)]
+    (left, right), (low, _) = geometry.ranges
+    near = geometry.e0
+    base = [x for x1, y1, x2, y2 in edges if max(y1, y2) <= low + near and abs(x2 - x1) > near for x in (x1, x2)]
+    if not base:
+        return []
+    found = [_boundary((min(base), low), (max(base), low), "fixed")]
+    for x in (left, right):
+        side = [
+            y
+            for x1, y1, x2, y2 in edges
+            if max(abs(x1 - x), abs(x2 - x)) <= near and abs(y2 - y1) > near
+            for y in (y1, y2)
+        ]
+        if side:
+            found.append(_boundary((x, min(side)), (x, max(side)), "roller"))
+    return found
+
+
+def _boundary(start: tuple[float, float], end: tuple[float, float], kind: str) -> str:
+    places = ", ".join(f"{short_real(x)},{short_real(y)}" for x, y in (start, end))
+    return f"&boundary        along = {places}, kind = '{kind}' /"
+
+
+def _quoted(text: str) -> str:
+    return "'" + text.replace("'", "''") + "'"
