@@ -129,6 +129,7 @@ def test_numbers_far_from_the_rule_are_named(program, tmp_path, options, warning
         cwd=tmp_path,
     )  # fmt: skip
     found = [message["message"] for message in done["messages"] if message["severity"] == "warning"]
+    found = [text for text in found if "without equilibrium" not in text]  # after one step
     assert len(found) == (warning is not None)
     assert warning is None or warning in found[0]
 
