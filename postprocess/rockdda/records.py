@@ -45,6 +45,8 @@ __all__ = [
 FloatArray = npt.NDArray[np.float64]
 GRAVITY = 9.81  # m/s²
 LARGEST = 1e60  # number of a record, as the program has it
+MOST_STEPS = 2_000_000  # of a record, and of the oscillators of its spectrum
+HIGHEST_DEGREE = 20
 POINTS_A_PERIOD = 40  # at least, of the oscillator: a peak between two of them is missed by less than 0.3 %
 
 
@@ -145,6 +147,8 @@ def read(
     )
     session.warn()
     factor = scale if scale is not None else unit or 1.0
+    if np.abs(factor * values).max() > LARGEST:
+        raise InputError(f"accelerations times {factor:g} must not be larger than {LARGEST:g}", path)
     return Record(time, factor * values, path.stem)
 
 
@@ -198,6 +202,8 @@ def resample(record: Record, step: float) -> Record:
     """
     if not step > 0:
         raise ValueError("the step must be greater than 0")
+    if not record.duration / step < MOST_STEPS:
+        raise ValueError(f"{record.duration:g} in steps of {step:g} are more than {MOST_STEPS} samples")
     n = math.floor(record.duration / step * (1 + 1e-12)) + 1
     if n < 2:
         raise ValueError(f"the record is shorter than one step of {step}")
@@ -231,8 +237,8 @@ def correct_baseline(record: Record, degree: int = 1) -> Record:
     Degree 0: the velocity at the end becomes zero. Degree 1: the displacement, too. Higher ones also bring the velocity
     as near to zero throughout as they can (least squares with these two conditions).
     """
-    if degree < 0:
-        raise ValueError("the degree must not be negative")
+    if not 0 <= degree <= HIGHEST_DEGREE:
+        raise ValueError(f"the degree must be from 0 to {HIGHEST_DEGREE}")
     s = (record.time - record.time[0]) / record.duration
     # what the monomials s^k, linear between the samples as everything here is, make of velocity and displacement
     parts = [Record(record.time, s**k) for k in range(degree + 1)]
@@ -288,39 +294,61 @@ def response_spectrum(
     """Largest displacement of damped oscillators on the ground (default: 100 periods from 0.05 to 5).
 
     `damping` is the share of critical damping, below 1. The motion goes on freely for `rest` periods after the record.
-    Each step is the exact solution for a straight line of acceleration (Nigam and Jennings 1969); steps are at most
-    1/40 of the period, so that peaks between them are missed by less than 0.3 %.
+    Each step is the exact solution for a straight line of acceleration (Nigam and Jennings 1969), between the samples
+    and parts of these of at most 1/40 of the period, so that peaks between them are missed by less than 0.3 %.
     """
     period = np.geomspace(0.05, 5.0, 100) if periods is None else np.atleast_1d(np.asarray(periods, dtype=float))
-    if not (period > 0).all():
-        raise ValueError("periods must be greater than 0")
+    if not ((period > 0) & (period < LARGEST)).all():
+        raise ValueError("periods must be greater than 0, and numbers")
     if not 0 <= damping < 1:
         raise ValueError("the damping must be at least 0 and less than 1")
-    gaps = np.diff(record.time)
-    base = float(gaps[gaps > 0].min())
+    longest = float(np.diff(record.time).max())
+    # oscillators whose steps differ by less than 2 are computed together
+    steps = np.minimum(2.0 ** np.floor(np.log2(period / POINTS_A_PERIOD)), longest)
     largest = np.empty(len(period))
-    # oscillators that take the same steps, halves of halves, are computed together
-    halvings = np.maximum(0, np.ceil(np.log2(base * POINTS_A_PERIOD / period) - 1e-9))
-    for halving in np.unique(halvings):
-        members = np.flatnonzero(halvings == halving)
-        time, a = _equal_steps(record, base / 2.0**halving)
-        step = float(time[1] - time[0])
-        tail = math.ceil(rest * float(period[members].max()) / step)
-        largest[members] = _largest_displacement(np.append(a, np.zeros(tail + 1)), step, period[members], damping)
+    for step in np.unique(steps):
+        members = np.flatnonzero(steps == step)
+        after = math.ceil(rest * POINTS_A_PERIOD * float(period[members].max() / period[members].min()))
+        if not record.duration / step + len(record.time) + after < MOST_STEPS:
+            raise ValueError(
+                f"a record that lasts {record.duration:g} needs too many steps at a period of {period.min():g}"
+            )
+        dt, start, end = _parts(record, float(step))
+        tail = np.full(after, float(period[members].min()) / POINTS_A_PERIOD)
+        pieces = (np.append(dt, tail), np.append(start, 0 * tail), np.append(end, 0 * tail))
+        largest[members] = _largest_displacement(pieces, period[members], damping)
     return Spectrum(period, damping, largest)
 
 
-def _largest_displacement(a: FloatArray, dt: float, period: FloatArray, damping: float) -> FloatArray:
-    """Largest |u| of ü + 2 ζ ω u̇ + ω² u = -a(t), a linear in each step."""
+def _parts(record: Record, step: float) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """The straight lines of a record in parts of at most this length: durations, values at their starts and ends."""
+    gaps, a = np.diff(record.time), record.acceleration
+    count = np.maximum(np.ceil(gaps / step * (1 - 1e-9)), 1).astype(int)
+    line = np.repeat(np.arange(len(gaps)), count)
+    part = np.arange(len(line)) - np.repeat(np.cumsum(count) - count, count)
+    slope = (np.diff(a) / count)[line]
+    return (gaps / count)[line], a[line] + part * slope, a[line] + (part + 1) * slope
+
+
+def _largest_displacement(
+    pieces: tuple[FloatArray, FloatArray, FloatArray], period: FloatArray, damping: float
+) -> FloatArray:
+    """Largest |u| of ü + 2 ζ ω u̇ + ω² u = -a(t), a linear in each piece: durations, values at starts and ends."""
     w = 2 * math.pi / period
     wd = w * math.sqrt(1 - damping**2)
-    decay, c, s = np.exp(-damping * w * dt), np.cos(wd * dt), np.sin(wd * dt)
     u, v, largest = np.zeros(len(w)), np.zeros(len(w)), np.zeros(len(w))
-    for k in range(len(a) - 1):
-        slope = (a[k + 1] - a[k]) / dt
+    free: dict[float, tuple[FloatArray, FloatArray, FloatArray]] = {}  # motion in a time
+    for dt, first, last in zip(*(values.tolist() for values in pieces), strict=True):
+        if dt <= 0:
+            continue
+        if dt not in free:
+            if len(free) > 1000:
+                free.clear()
+            free[dt] = np.exp(-damping * w * dt), np.cos(wd * dt), np.sin(wd * dt)
+        decay, c, s = free[dt]
         # particular solution p + q t of the straight line, and the free motion that meets the start
-        q = -slope / w**2
-        p = (-a[k] - 2 * damping * w * q) / w**2
+        q = (first - last) / dt / w**2
+        p = (-first - 2 * damping * w * q) / w**2
         x, y = u - p, v - q
         z = (y + damping * w * x) / wd
         u = p + q * dt + decay * (x * c + z * s)

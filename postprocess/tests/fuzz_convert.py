@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: MIT
-"""Damaged input for the converters and for studies: each ends soon, as done or as bad input.
+"""Damaged input for the readers and converters of `rockdda-post` and for studies: each ends soon, as done or bad input.
 
-    python postprocess/tests/fuzz_convert.py [COUNT [FIRST]]
+    python postprocess/tests/fuzz_convert.py [COUNT [FIRST [KIND...]]]
 
-runs COUNT cases (1000) of each kind from the number FIRST (0) and prints faults; `test_fuzz_convert.py` runs some.
+runs COUNT cases (1000) of each kind from the number FIRST (0) and prints faults; `test_convert_fuzz.py` runs some.
 """
 
 from __future__ import annotations
@@ -16,13 +16,19 @@ import resource
 import sys
 import tempfile
 import time
+import warnings
 from pathlib import Path
 
 import ezdxf
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
-from rockdda import cli
+import rockdda
+from places import EXTENSION
+from rockdda import cli, records
+
+if EXTENSION.is_dir() and str(EXTENSION) not in rockdda.__path__:
+    rockdda.__path__.append(str(EXTENSION))
 
 SECONDS = 10.0  # of processor time; the slowest case of some thousands takes below 2 s
 WORDS = [
@@ -76,6 +82,20 @@ def ddaml_seeds() -> tuple[str, str]:
 
     return GEOMETRY, ANALYSIS
 
+
+TRACES = "# traces\nx1 y1 x2 y2\n0,5\t1,5\t2\t1,5\t4\t1\n1\t-1\t1,5\t4\n3,25\t-1\t2,5\t4\n"
+PEER = """\
+PEER NGA STRONG MOTION DATABASE RECORD
+MADE UP 01/01/00, ESTACIÓN A, 090
+ACCELERATION TIME HISTORY IN UNITS OF G
+NPTS=     13, DT= .0100 SEC
+  0.0000000E+00  1.0000000E-01  2.0000000E-01  1.0000000E-01  0.0000000E+00
+ -1.0000000D-01 -2.0000000E-01 -1.0000000E-01  0.0000000E+00  5.0000000E-02
+  0.0000000E+00 -5.0000000E-02  0.0000000E+00
+"""
+TABLE = "# station\ntime (s);NS (cm/s2);EW [gal]\n" + "".join(
+    f"{0.02 * k:g};{k % 7 - 3};{k % 5:.2f}\n" for k in range(40)
+)
 
 STUDY = """\
 title = "a"
@@ -132,11 +152,59 @@ def mutated(text: str, random_: random.Random, dxf: bool = False) -> str:
     return text
 
 
+def encoded(text: str, random_: random.Random) -> bytes:
+    """The text with some line end, in some encoding, perhaps with decimal commas and Ctrl-Z."""
+    text = text.replace("\n", random_.choice(["\n", "\n", "\r", "\r\n"])) + random_.choice(["", "", "\x1a"])
+    if random_.random() < 0.3:
+        text = text.replace(".", ",")
+    if random_.random() < 0.3:
+        text = text.replace(";", random_.choice([",", " ", "\t"]))
+    data = text.encode(random_.choice(["utf-8", "utf-8", "utf-8-sig", "utf-16", "latin-1", "utf-32"]), "replace")
+    return data if random_.random() < 0.9 else data[: random_.randrange(len(data) + 1)]
+
+
+def record_options(random_: random.Random) -> list[str]:
+    """Some options of `record`, not all of them sensible."""
+    numbers = ["0", "1", "0.005", "-1", "1e-300", "1e300", "inf", "nan"]
+    options = []
+    for name in ("--step", "--from", "--to", "--scale", "--damping"):
+        if random_.random() < 0.15:
+            options += [name, random_.choice(numbers)]
+    if random_.random() < 0.2:
+        options += ["--baseline", random_.choice(["0", "1", "3", "1000000", "-1"])]
+    if random_.random() < 0.3:
+        options += ["--column", random_.choice(["2", "3", "ew", "ns (cm/s2)", "0", "1e9", "nan", ""])]
+    return options
+
+
+def read_alone(path: Path, random_: random.Random) -> str | None:
+    """Read a record; what is wrong, or None."""
+    begin = time.process_time()
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        try:
+            records.read(path, column=random_.choice([None, None, 2, 3, "ew"]) if path.suffix == ".csv" else None)
+        except rockdda.InputError as error:
+            if error.file is None:
+                return f"no file in {error}"
+    seconds = time.process_time() - begin
+    return f"{seconds:.1f} s" if seconds > SECONDS else None
+
+
 def run_case(kind: str, number: int, folder: Path) -> str | None:
     """Run one case; what is wrong with it, or None."""
     random_ = random.Random(f"{kind} {number}")
     arguments = ["convert"]
-    if kind == "study":
+    if kind in ("peer", "table"):
+        path = folder / ("a.at2" if kind == "peer" else "a.csv")
+        path.write_bytes(encoded(mutated(PEER if kind == "peer" else TABLE, random_), random_))
+        if random_.random() < 0.8:  # without the picture, which takes a hundred times as long
+            return read_alone(path, random_)
+        arguments = ["record", str(path), "-o", str(folder / "out.png"), "--dpi", "20", *record_options(random_)]
+    elif kind == "traces":
+        (folder / "a.txt").write_bytes(encoded(mutated(TRACES, random_), random_))
+        arguments.append(str(folder / "a.txt"))
+    elif kind == "study":
         (folder / "template").mkdir(exist_ok=True)
         damaged_template = random_.random() < 0.5
         (folder / "template/a.df").write_text(mutated(TEMPLATE, random_) if damaged_template else TEMPLATE)
@@ -150,11 +218,12 @@ def run_case(kind: str, number: int, folder: Path) -> str | None:
         seed = dxf_seed() if kind == "dxf" else geojson_seed()
         (folder / f"a.{kind}").write_text(mutated(seed, random_, kind == "dxf"))
         arguments.append(str(folder / f"a.{kind}"))
-    if kind != "study":
+    if arguments[0] == "convert":
         arguments += ["-o", str(folder / "out"), "--force", "--template"]
     out, err = io.StringIO(), io.StringIO()
     begin = time.process_time()
-    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err), warnings.catch_warnings():
+        warnings.simplefilter("ignore")
         code = cli.main(arguments)
     seconds = time.process_time() - begin
     if code not in (0, cli.BAD_INPUT, *((cli.NO_OUTPUT,) if kind == "study" else ())):
@@ -166,12 +235,12 @@ def run_case(kind: str, number: int, folder: Path) -> str | None:
     return None
 
 
-KINDS = ("dxf", "geojson", "ddaml", "study")
+KINDS = ("dxf", "geojson", "ddaml", "study", "peer", "table", "traces")
 
 
 def main() -> None:
     count, first = (int(sys.argv[i]) if len(sys.argv) > i else d for i, d in ((1, 1000), (2, 0)))
-    for kind in KINDS:
+    for kind in sys.argv[3:] or KINDS:
         bad = 0
         begin = time.monotonic()
         for number in range(first, first + count):

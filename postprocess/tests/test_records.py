@@ -5,6 +5,10 @@ from __future__ import annotations
 
 import json
 import math
+import random
+import re
+import subprocess
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -82,6 +86,62 @@ def test_bad_files_name_the_place(tmp_path: Path, name: str, text: str, line: in
     with pytest.raises(InputError, match=what) as caught:
         records.read(path)
     assert (caught.value.line, caught.value.column) == (line, column)
+
+
+def variants() -> Iterator[tuple[str, bytes, list[list[float]] | None]]:
+    """Two hundred records: name, content, and times and values, None where the file is broken."""
+    random_ = random.Random(34)
+    for k in range(200):
+        n, step = random_.randint(2, 30), random_.choice([0.005, 0.01, 0.5])
+        values = [random_.randint(-999, 999) / 100 for _ in range(n)]
+        times = [i * step for i in range(n)]
+        factor, broken = 1.0, k % 4 == 3
+        if k % 2:
+            unit, factor = random_.choice(
+                [("G", 9.81), ("CM/S/S", 0.01), ("m/s2", 1.0), ("GAL", 0.01), ("MM/SEC**2", 1e-3)]
+            )
+            head = random_.choice([f"NPTS= {n}, DT= {step} SEC", f"DT={step}\nNPTS={n}", f"{n} {step} NPTS, DT"])
+            rows = [" ".join(f"{value:.2f}D0" for value in values[i : i + 5]) for i in range(0, n, 5)]
+            if broken:
+                rows[-1] += random_.choice([" 1.0", "0,5", " x", " nan"])
+            text = "\n".join(["PEER", "Estación", f"ACCELERATION IN UNITS OF {unit}", head, *rows])
+        else:
+            separator = random_.choice([";", "\t", ",", " "])
+            rows = [f"{t:.3f}{separator}{value:.2f}{separator}7.5" for t, value in zip(times, values, strict=True)]
+            if broken or (separator in ";\t" and random_.random() < 0.5):
+                rows = [row.replace(".", ",") for row in rows]
+            broken = "," in rows[0] and separator in ", " and "." not in rows[0]
+            names = separator.join(["t", "a", "b"])
+            text = "\n".join(["# Estación", *([names] if random_.random() < 0.7 else []), *rows])
+        text = text.replace("\n", random_.choice(["\n", "\r", "\r\n"])) + random_.choice(["", "\n", "\x1a"])
+        data = text.encode(random_.choice(["utf-8", "utf-8-sig", "latin-1", "utf-16"]))
+        wanted = None if broken else [times, [factor * value for value in values]]
+        yield f"r{k}.{'at2' if k % 2 else 'csv'}", data, wanted
+
+
+def test_program_and_package_read_the_same_of_200_records(program: str, tmp_path: Path) -> None:
+    """The same numbers, or an error at the same place."""
+    refused = {}
+    for name, data, wanted in variants():
+        path = tmp_path / name
+        path.write_bytes(data)
+        try:
+            found = records.read(path)
+        except InputError as error:
+            assert wanted is None, f"{name}: {error}"
+            refused[name] = (error.line, error.column)
+        else:
+            assert wanted is not None, name
+            assert found.time.tolist() == pytest.approx(wanted[0], abs=1e-12)
+            assert found.acceleration.tolist() == pytest.approx(wanted[1], rel=1e-14)
+    assert 20 < len(refused) < 100
+    groups = "".join(f"&quake record = '{name}' /\n" for name, _, _ in variants())
+    (tmp_path / "all.nml").write_text(groups)
+    done = subprocess.run([program, "check", tmp_path / "all.nml"], capture_output=True, text=True, errors="replace")
+    places = re.findall(r"/(r\d+\.\w+):(\d+):(\d+): error", done.stderr)
+    told = {name: (int(line), int(column)) for name, line, column in reversed(places)}
+    assert {name: refused[name] for name in told} == told
+    assert len(told) == min(len(refused), 50) or "more" in done.stderr
 
 
 def test_cut_keeps_the_straight_lines() -> None:
@@ -200,6 +260,34 @@ def test_command_gives_facts_as_json(tmp_path: Path, capsys: pytest.CaptureFixtu
     facts = json.loads(capsys.readouterr().out)
     assert facts["peak"] == 1
     assert facts["end_velocity"] == 1
+
+
+@pytest.mark.parametrize(
+    ("rows", "options"),
+    [
+        ("0,1\n1e60,2\n", []),
+        ("0,1\n1,inf\n", []),
+        ("0,1\n1,1e59\n", ["--scale", "1e10"]),
+        ("0,1\n1,2\n", ["--scale", "inf"]),
+        ("0,1\n1,2\n", ["--step", "1e-300"]),
+        ("0,1\n1,2\n", ["--step", "nan"]),
+        ("0,1\n1,2\n", ["--from", "nan", "--to", "0.5"]),
+        ("0,1\n1,2\n", ["--baseline", "1000000"]),
+    ],
+)
+def test_absurd_records_and_options_are_bad_input(tmp_path: Path, rows: str, options: list[str]) -> None:
+    """They were internal errors, or filled the memory."""
+    (tmp_path / "a.csv").write_text(rows)
+    assert main(["record", str(tmp_path / "a.csv"), "-o", str(tmp_path / "a.png"), *options]) == 2
+
+
+def test_spectrum_of_uneven_steps_takes_no_more_of_them(tmp_path: Path) -> None:
+    """A step of 1e-9 beside one of 1: a straight line cut in two there is the same line."""
+    plain = records.Record([0, 1, 2, 3], [0, 1, -1, 0])
+    uneven = records.Record([0, 1, 1 + 1e-9, 2, 3], [0, 1, 1 - 2e-9, -1, 0])
+    periods = [0.1, 1.0, 4.0]
+    expected = records.response_spectrum(plain, periods).displacement
+    assert records.response_spectrum(uneven, periods).displacement == pytest.approx(expected, rel=1e-3)
 
 
 def test_command_tells_bad_files(tmp_path: Path) -> None:

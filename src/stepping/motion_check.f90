@@ -9,6 +9,7 @@ module rockdda_stepping_motion_check
    use rockdda_model_quake_options, only : acts_as
    use rockdda_model_stage_options, only : is_given, stage_number
    use rockdda_interaction_ground_motion, only : ground_motion_type
+   use rockdda_interaction_time_tables, only : table_value
    implicit none
    private
    public :: check_motion, warn_of_motion
@@ -67,6 +68,7 @@ contains
       integer :: i
       gravity = gravity_of_model(parameters)
       span = longest_motion(parameters)
+      call warn_of_jumps()
       if (allocated(parameters%base%table)) call warn(parameters%base%table, 1.0_wp, gravity, &
                                                       'the table of base_acceleration', .true., nowhere)
       if (.not. allocated(parameters%quakes)) return
@@ -81,6 +83,25 @@ contains
       end do
 
    contains
+
+      !> Warn of fixed points that are not where they stand at time 0.
+      subroutine warn_of_jumps()
+         real(wp) :: u(2)
+         integer :: k
+         if (.not. allocated(parameters%fixed_tables)) return
+         do k = 1, size(parameters%fixed_tables)
+            associate (table => parameters%fixed_tables(k))
+               if (.not. allocated(table%rows)) cycle
+               if (size(table%rows, 2) == 0) cycle
+               u = table_value(table%rows, 0.0_wp)
+               if (.not. any(abs(u) > 0)) cycle
+               call messages%add(severity%warning, 'the table of fixed point '//to_string(k)//' gives a displacement '// &
+                                 'of '//to_string(u(1), 4)//', '//to_string(u(2), 4)//' at time 0: the point jumps '// &
+                                 'there in the first step; begin with 0, 0', table%origin)
+               return
+            end associate
+         end do
+      end subroutine warn_of_jumps
 
       !> Warn of one table.
       subroutine warn(rows, scale, g, what, is_load, origin)

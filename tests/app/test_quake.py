@@ -166,6 +166,14 @@ class Quake(ResultsTest):
         self.write("record.csv", "-3,0\n-2,1\n")
         self.assertRegex(self.errors("&quake record = 'record.csv' /")[0], "the record ends at t = -2, before")
 
+    def test_fixed_points_that_jump_at_the_start_are_told(self):
+        self.write("two.nml", MODEL + "&fixed_point points = 2, displacement = -1,0,0, 1,1,0 /")
+        outcome = self.run_program("check", "two.nml")
+        self.assertEqual(outcome.code, 0, outcome.err)
+        self.assertIn(
+            "the table of fixed point 2 gives a displacement of 0.5, 0 at time 0: the point jumps", outcome.err
+        )
+
     def test_several_records_add_up(self):
         one = "&quake record = 'record.csv', column = 3 /\n"
         _, moved = self.moved(one + one + one.replace("/", ", direction = 'y' /"))
