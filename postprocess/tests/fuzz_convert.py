@@ -30,6 +30,7 @@ from rockdda import cli, records
 if EXTENSION.is_dir() and str(EXTENSION) not in rockdda.__path__:
     rockdda.__path__.append(str(EXTENSION))
 
+MEGABYTES = 500  # of this process, with all that it has imported
 SECONDS = 10.0  # of processor time; the slowest case of some thousands takes below 2 s
 WORDS = [
     "0", "-1", "1e308", "1e400", "nan", "inf", "-inf", "9" * 400, "9" * 5000, "1e-320", "", "x", "\0", "é", "{", "}",
@@ -238,7 +239,8 @@ def run_case(kind: str, number: int, folder: Path) -> str | None:
 KINDS = ("dxf", "geojson", "ddaml", "study", "peer", "table", "traces")
 
 
-def main() -> None:
+def main() -> int:
+    faults = 0
     count, first = (int(sys.argv[i]) if len(sys.argv) > i else d for i, d in ((1, 1000), (2, 0)))
     for kind in sys.argv[3:] or KINDS:
         bad = 0
@@ -248,10 +250,13 @@ def main() -> None:
                 found = run_case(kind, number, Path(folder))
             if found is not None:
                 bad += 1
+                faults += 1
                 print(f"{kind} {number}: {found}", flush=True)
         size = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
         print(f"{kind}: {count} cases, {bad} bad, {time.monotonic() - begin:.0f} s, {size:.0f} MB at most", flush=True)
+        faults += size > MEGABYTES
+    return 1 if faults else 0
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

@@ -95,9 +95,9 @@ contains
                if (size(table%rows, 2) == 0) cycle
                u = table_value(table%rows, 0.0_wp)
                if (.not. any(abs(u) > 0)) cycle
-               call messages%add(severity%warning, 'the table of fixed point '//to_string(k)//' gives a displacement '// &
-                                 'of '//to_string(u(1), 4)//', '//to_string(u(2), 4)//' at time 0: the point jumps '// &
-                                 'there in the first step; begin with 0, 0', table%origin)
+               call messages%add(severity%warning, 'the table of fixed point '//to_string(k)//' gives a displace'// &
+                                 'ment of '//to_string(u(1), 4)//', '//to_string(u(2), 4)//' at time 0: the '// &
+                                 'point jumps there in the first step; begin with 0, 0', table%origin)
                return
             end associate
          end do

@@ -118,7 +118,7 @@ contains
          at = random%below(len(text) + 1)
          n = random%below(40)
          text = text(1:at)//text(min(at + n, len(text)) + 1:)
-      case (27); call use_crlf(text)
+      case (27); call change_system(random, text)
       case (28)
          at = 0
          if (random%chance(0.3d0)) at = random%below(len(text) + 1)
@@ -368,7 +368,35 @@ contains
       end select
    end function garbage
 
-   !> Line ends of other systems.
+   !> Line ends and encodings of other systems.
+   subroutine change_system(random, text)
+      type(random_type), intent(inout) :: random
+      character(len=:), allocatable, intent(inout) :: text
+      integer :: i
+      select case (random%below(4))
+      case (0); call use_crlf(text)
+      case (1)
+         do i = 1, len(text)
+            if (text(i:i) == nl) text(i:i) = achar(13)
+         end do
+      case (2); call use_utf_16(text)
+      case (3); text = text//achar(26)
+      end select
+   end subroutine change_system
+
+   !> UTF-16 with a mark.
+   subroutine use_utf_16(text)
+      character(len=:), allocatable, intent(inout) :: text
+      character(len=:), allocatable :: longer
+      integer :: i
+      longer = repeat(achar(0), 2*len(text))
+      do i = 1, len(text)
+         longer(2*i - 1:2*i - 1) = text(i:i)
+      end do
+      text = char(255)//char(254)//longer
+   end subroutine use_utf_16
+
+   !> CR LF at each line end.
    subroutine use_crlf(text)
       character(len=:), allocatable, intent(inout) :: text
       character(len=:), allocatable :: longer

@@ -95,7 +95,8 @@ contains
             do c = 2, size(columns)
                name = name//','//trim(columns(c))
             end do
-            call messages%add(severity%error, "the header must name the columns "//name, tokens%origin(1))
+            call messages%add(severity%error, "the header must name the columns "//name//', whose '// &
+                              'numbers are in the units of the model', tokens%origin(1))
             header_ok = .false.
          end if
          reader%at = 2
