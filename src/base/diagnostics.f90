@@ -63,6 +63,7 @@ module rockdda_base_diagnostics
       procedure :: append => append_diagnostics
       procedure :: summarised
       procedure :: has_errors
+      procedure :: has_error_about
       procedure :: format => format_diagnostics
       procedure :: to_error
    end type diagnostics_type
@@ -155,6 +156,25 @@ contains
       origin%file = error%message(1:first - 1)
       call self%add(severity%error, error%message(first + merge(len(mark), 1, first > 0):), origin)
    end subroutine add_error
+
+   !> Is there an error about a name at or below a line of a file? That it is missing there follows from it.
+   pure logical function has_error_about(self, name, origin)
+      class(diagnostics_type), intent(in) :: self
+      character(len=*), intent(in) :: name
+      type(origin_type), intent(in) :: origin
+      integer :: i
+      has_error_about = .false.
+      if (.not. allocated(origin%file)) return
+      do i = 1, self%n
+         associate (item => self%items(i))
+            if (item%severity /= severity%error .or. item%origin%line < origin%line) cycle
+            if (.not. allocated(item%origin%file)) cycle
+            if (item%origin%file /= origin%file) cycle
+            if (index(item%message, name//':') == 1 .or. index(item%message, "mean '"//name//"'") > 0) &
+               has_error_about = .true.
+         end associate
+      end do
+   end function has_error_about
 
    !> Append all messages of another list.
    subroutine append_diagnostics(self, other, order)

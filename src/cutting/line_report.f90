@@ -72,6 +72,8 @@ contains
       if (count(.not. (kept .or. skip)) > 1) call summarise_lines(geometry, kept .or. skip, met, messages, summary)
       do i = 1, size(skip)
          if (kept(i)) cycle
+         ! the reader has warned of a line without length
+         if (all(abs(geometry%lines(1:2, i) - geometry%lines(3:4, i)) <= 0)) cycle
          name = 'line '//to_string(i)//' from ('//to_string(geometry%lines(1, i))//', '// &
                 to_string(geometry%lines(2, i))//') to ('//to_string(geometry%lines(3, i))//', '// &
                 to_string(geometry%lines(4, i))//') '

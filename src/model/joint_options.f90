@@ -47,8 +47,10 @@ contains
             call append_material(materials)
          end do
          if (m > n_described .and. .not. any(added(1:i - 1)%number == m) .and. &
-             .not. is_set(added(i)%friction_angle) .and. .not. has_own_friction(added(i))) &
-            call messages%add(severity%error, what//'an added material needs its angle of friction', added(i)%origin)
+             .not. is_set(added(i)%friction_angle) .and. .not. has_own_friction(added(i)) .and. &
+             .not. messages%has_error_about('friction', added(i)%origin)) &
+            call messages%add(severity%error, what//'an added material needs its angle of friction', &
+                              added(i)%origin)
          if (any(added(1:i - 1)%number == m)) call messages%add(severity%warning, what//'is described twice; what '// &
             'this group names replaces what the one before it has', added(i)%origin)
          call change_joint(added(i), materials(m))

@@ -20,7 +20,9 @@ class Plausibility(ProgramTest):
         checked = self.run_program("check", "x.dc", "x.df", "x.nml")
         ran = self.run_program("run", "x.dc", "x.df", "--config", "x.nml", "--force")
         self.assertEqual((checked.code, ran.code), (0, 0), checked.err + ran.err)
-        found = [re.findall(r"^(.*): warning: (.*)$", outcome.err, re.MULTILINE) for outcome in (checked, ran)]
+        # that soft blocks do sink into each other is found by the run alone
+        pattern = r"^(.*): warning: (?!blocks stand inside each other)(.*)$"
+        found = [re.findall(pattern, outcome.err, re.MULTILINE) for outcome in (checked, ran)]
         self.assertEqual(found[0], found[1])
         return found[0]
 

@@ -6,6 +6,7 @@ module rockdda_io_option_documents
    use rockdda_model_option, only : option_type, option_kind, choice, n_choices
    use rockdda_model_options, only : dda_windows, is_set
    use rockdda_io_name_hints, only : name_length
+   use rockdda_io_name_hints, only : other_words
    use rockdda_io_suggest, only : did_you_mean
    use rockdda_io_option_list, only : option_list_type, listed_option_type, list_options
    implicit none
@@ -13,6 +14,11 @@ module rockdda_io_option_documents
    public :: options_markdown, options_schema, group_help, groups_help, named_option_help, group_names, group_suggestion
 
    character(len=*), parameter :: nl = new_line('a')
+
+   !> Words that users try for what stands in other files.
+   character(len=*), parameter :: in_geometry(13) = [character(len=15) :: 'bolt', 'bolts', 'line', 'lines', 'joint', &
+      'joints', 'hole', 'fixed', 'fixed_point', 'measured', 'measured_point', 'material_line', 'anchor']
+   character(len=*), parameter :: in_statistics(4) = [character(len=15) :: 'opening', 'joint_set', 'section', 'sets']
 
 contains
 
@@ -144,7 +150,15 @@ contains
       call list_options(list)
       known = [character(len=name_length) :: words, (list%groups(i)%name, i=1, list%n_groups), &
                (list%options(i)%row%name, i=1, list%n)]
-      text = did_you_mean(name, known)
+      if (any(in_geometry == name)) then
+         text = '; lines, points and bolts stand in the geometry file: docs/file-formats.md'
+         return
+      else if (any(in_statistics == name)) then
+         text = "; it is a group of a file of joint statistics, see 'rockdda help lines'"
+         return
+      end if
+      text = other_words(name, known)
+      if (len(text) == 0) text = did_you_mean(name, known)
    end function group_suggestion
 
    !> What may stand behind the equals sign.

@@ -288,10 +288,13 @@ contains
       type(entry_type), intent(in) :: entry
       character(len=*), intent(in) :: what
       type(diagnostics_type), intent(inout) :: messages
+      character(len=:), allocatable :: hint
       is_single = entry%n == 1
-      if (entry%n > 1) call messages%add(severity%error, entry%name//': expected '//what//', found '// &
-                                         to_string(entry%n)//' values'//decimal_comma(namelist, entry), &
-                                         namelist%origin(entry%values(2)%place))
+      if (entry%n < 2) return
+      hint = decimal_comma(namelist, entry)
+      if (what == 'one text') hint = '; a list of names is one text, with the commas inside the quotes'
+      call messages%add(severity%error, entry%name//': expected '//what//', found '//to_string(entry%n)//' values'// &
+                        hint, namelist%origin(entry%values(2)%place))
    end function is_single
 
    !> A hint at the first pair of values that reads as one number with a decimal comma, or nothing. `0,5` may be one,

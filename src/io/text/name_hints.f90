@@ -2,9 +2,10 @@
 !> Hints for mistyped groups and names of namelist files.
 module rockdda_io_name_hints
    use rockdda_io_suggest, only : did_you_mean
+   use rockdda_io_synonyms, only : usual_names
    implicit none
    private
-   public :: name_length, group_hint, name_hint
+   public :: name_length, group_hint, name_hint, other_words
 
    integer, parameter :: name_length = 22   !! of groups and names in the tables
    integer, parameter :: few_names = 6      !! groups of so many names are told with them
@@ -28,6 +29,8 @@ contains
       do i = 1, size(groups)
          known(i) = '&'//groups(i)
       end do
+      text = other_words(group, groups)
+      if (len(text) > 0) return
       text = did_you_mean('&'//group, known)
    end function group_hint
 
@@ -48,6 +51,7 @@ contains
             text = text//' and &'//trim(group_of(i))
          end if
       end do
+      if (len(text) == 0) text = other_words(name, pack(names, group_of == group))
       if (len(text) == 0) text = did_you_mean(name, pack(names, group_of == group))
       n_own = count(group_of == group)
       if (index(text, 'did you mean') > 0 .or. n_own == 0 .or. n_own > few_names) return
@@ -59,5 +63,22 @@ contains
          if (n_own > 0) text = text//', '
       end do
    end function name_hint
+
+   !> "; did you mean 'friction'?" for other words of the field.
+   pure function other_words(name, table) result(text)
+      character(len=*), intent(in) :: name
+      character(len=*), intent(in) :: table(:)      !! names that are known
+      character(len=:), allocatable :: text
+      character(len=20), allocatable :: usual(:)
+      integer :: i
+      text = ''
+      call usual_names(name, table, usual)
+      if (size(usual) == 0) return
+      text = "; did you mean '"//trim(usual(1))//"'"
+      do i = 2, size(usual)
+         text = text//" or '"//trim(usual(i))//"'"
+      end do
+      text = text//'?'
+   end function other_words
 
 end module rockdda_io_name_hints

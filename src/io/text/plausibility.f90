@@ -13,6 +13,7 @@ module rockdda_io_plausibility
    use rockdda_model_blocks, only : block_system_type
    use rockdda_model_in_situ, only : initial_stress_type, find_initial_stress
    use rockdda_model_options, only : run_options_type, is_set
+   use rockdda_io_damping_check, only : check_damping
    use rockdda_model_parameters, only : parameters_type
    implicit none
    private
@@ -90,8 +91,9 @@ contains
       call inspection%check_modulus(parameters)
       call inspection%check_stiffness(parameters, is_set(options%stiffness))
       call inspection%check_closure(blocks, parameters)
-      call inspection%check_loads(blocks, parameters)
+      call inspection%check_loads(blocks, parameters, is_set(options%gravity))
       call inspection%check_supports(blocks, parameters)
+      if (len(analysis_file) == 0) call check_damping(parameters, inspection%joint_used, inspection%warnings)
       call inspection%check_sleep(parameters, is_set(options%sleep_tolerance))
       call inspection%check_step(parameters, is_set(options%dt_max))
       if (.not. is_set(options%dt_max)) call inspection%check_accuracy(parameters)
@@ -290,12 +292,19 @@ contains
    end function thickness
 
    !> Check that there is a load or a motion.
-   subroutine check_loads(self, blocks, parameters)
+   subroutine check_loads(self, blocks, parameters, has_gravity)
       class(inspection_type), intent(inout) :: self
       type(block_system_type), intent(in) :: blocks
       type(parameters_type), intent(in) :: parameters
+      logical, intent(in) :: has_gravity               !! the options give a gravity, which may be 0
       integer :: k
-      if (self%unit_weight > 0 .or. size(parameters%line_loads) > 0) return
+      if (self%unit_weight > 0) return
+      if (.not. has_gravity .and. len(self%analysis_file) == 0) then
+         call self%warn('the blocks have no weight: there is no gravity; write &load gravity = 9.81 / (in m and s), '// &
+                        'or gravity = 0 where that is meant', .true.)
+         return
+      end if
+      if (size(parameters%line_loads) > 0) return
       if (allocated(parameters%base%table) .or. allocated(parameters%base%harmonics)) return
       if (allocated(parameters%quakes)) then
          if (size(parameters%quakes) > 0) return

@@ -1,0 +1,92 @@
+# SPDX-License-Identifier: MIT
+"""One fault, one message, and it names the fix: words of the field, malformed numbers, lists, weight, damping."""
+
+from support import ProgramTest
+
+LINES = "0.001\n4 4\n0 0 0 0 0 0\n0 0 4 0 1\n4 0 4 2 1\n4 2 0 2 1\n0 2 0 0 1\n"
+MODEL = """\
+&model geometry = 'a.dc' /
+&block_material number = 1, density = 2600, young = 20e9, poisson = 0.25 /
+&joint_material number = 1, friction = 38 /
+&load gravity = 9.81 /
+&boundary along = 0,0, 4,0, kind = 'fixed' /
+&run steps = 1 /
+"""
+
+
+class Messages(ProgramTest):
+    def problems(self, *changes, level="error"):
+        text = MODEL
+        for old, new in changes:
+            self.assertIn(old, text)
+            text = text.replace(old, new)
+        self.write("a.dc", LINES)
+        self.write("a.nml", text)
+        outcome = self.run_program("check", "a.nml")
+        mark = f" {level}: "
+        return [line.split(mark)[1] for line in outcome.err.splitlines() if mark in line]
+
+    def test_words_of_the_field_lead_to_the_option(self):
+        for word, name, group in (
+            ("phi", "friction", "joint_material"),
+            ("mu", "friction", "joint_material"),
+            ("E", "young", "block_material"),
+            ("nu", "poisson", "block_material"),
+            ("rho", "density", "block_material"),
+            ("g", "gravity", "load"),
+        ):
+            with self.subTest(word=word):
+                found = self.problems((f"{name} =", f"{word} ="))
+                self.assertEqual(
+                    found, [f"unknown name '{word.lower()}' in &{group}; did you mean '{name}'?"][: len(found)]
+                )
+                self.assertEqual(len(found), 1)
+
+    def test_a_malformed_value_is_not_missing_too(self):
+        self.assertEqual(
+            self.problems(("friction = 38", "friction = 38x")), ["friction: expected a number, found '38x'"]
+        )
+        self.assertEqual(
+            self.problems(("density = 2600", "density = 26x0")), ["density: expected a number, found '26x0'"]
+        )
+        # the others are
+        self.assertEqual(
+            self.problems(("density = 2600, young = 20e9, ", "density = 26x0, ")),
+            ["density: expected a number, found '26x0'", "block material 1: 'young' is missing"],
+        )
+
+    def test_a_list_of_names_has_its_commas_inside_the_quotes(self):
+        (found,) = self.problems(
+            ("&run", "&water name = 'w', table = 0,1, unit_weight = 9810, joints = 'a', 'b' /\n&run")
+        )
+        self.assertIn("joints: expected one text, found 2 values; a list of names is one text, with the commas", found)
+
+    def test_blocks_without_weight_lead_to_the_gravity(self):
+        gravity = ("&load gravity = 9.81 /\n", "")
+        (found,) = self.problems(gravity, level="warning")
+        self.assertIn("write &load gravity = 9.81 /", found)
+        # whatever else acts
+        along = "&boundary along = 0,2, 4,2, kind = 'traction', pressure = 1e5 /\n&run"
+        self.assertIn("write &load gravity = 9.81 /", self.problems(gravity, ("&run", along), level="warning")[0])
+        # 0 is an answer
+        self.assertEqual(self.problems(("9.81", "0"), ("&run", along), level="warning"), [])
+
+    def test_a_line_without_length_is_one_warning(self):
+        self.write("b.dc", LINES.replace("4 4", "5 4") + "1 1 1 1 1\n")
+        outcome = self.run_program("check", "b.dc")
+        self.assertEqual(outcome.err.count("warning"), 1, outcome.err)
+
+    def test_joints_without_damping_on_a_base_that_moves_are_named(self):
+        shaken = ("&load gravity = 9.81", "&load gravity = 9.81, harmonic = 1, 0, 2, 0, 0")
+        (found,) = [m for m in self.problems(shaken, level="warning") if "damping" in m]
+        self.assertIn("the base moves, and joint material 1 has no damping_ratio", found)
+        damped = ("friction = 38", "friction = 38, damping_ratio = 0.5")
+        self.assertEqual([m for m in self.problems(shaken, damped, level="warning") if "damping" in m], [])
+
+    def test_help_on_what_stands_elsewhere(self):
+        for word, where in (
+            ("bolt", "stand in the geometry file"),
+            ("opening", "joint statistics"),
+            ("phi", "did you mean 'friction'"),
+        ):
+            self.assertIn(where, self.run_program("help", word).err)
