@@ -316,3 +316,11 @@ def test_numbers_that_are_not_finite_are_refused(tmp_path, formula):
     (tmp_path / "template/a.df").write_text("\n {{" + formula + "}} {{n}}\n")
     with pytest.raises(InputError, match=r"a\.df:2:2: error: placeholder .*: the result is no finite number"):
         read_study(study)
+
+
+@pytest.mark.parametrize("encoding", ["utf-8-sig", "utf-16", "latin-1"])
+def test_a_study_of_any_encoding_and_line_end_is_the_same(tmp_path, encoding):
+    path = write_study(tmp_path, '"Böschung" # a comment')
+    wanted = read_study(path)
+    path.write_bytes(path.read_text(encoding="utf-8").replace("\n", "\r").encode(encoding))
+    assert read_study(path).title == wanted.title == "Böschung"

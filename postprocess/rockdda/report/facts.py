@@ -94,7 +94,7 @@ def motions(results: Results) -> list[tuple[str, Record]]:
         if path is None:
             continue
         options = {name: group[name] for name in ("format", "column", "scale") if name in group}
-        with contextlib.suppress(InputError):
+        with contextlib.suppress(InputError, ImportError):  # without the extension
             found.append((str(group.get("direction", "x")), records.read(path, **options)))
     return found
 

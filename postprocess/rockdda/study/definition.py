@@ -21,7 +21,7 @@ from pathlib import Path
 from typing import Any
 
 from ..errors import InputError
-from ..text import has_controls, short, shown
+from ..text import decoded, has_controls, short, shown
 from .formula import Value, evaluate, formatted, names_in
 
 __all__ = ["Case", "Quantity", "Study", "evaluate", "read_study", "render"]
@@ -100,10 +100,10 @@ def read_study(path: str | os.PathLike[str], output: str | os.PathLike[str] | No
     try:
         with path.open("rb") as stream:
             raw = stream.read(_LARGEST_STUDY + 1)
-        text = raw.decode("utf-8-sig").replace("\r\n", "\n")
+        text = decoded(raw)
     except FileNotFoundError:
         raise InputError("no such file", path) from None
-    except (OSError, UnicodeDecodeError) as problem:
+    except OSError as problem:
         raise InputError(f"cannot be read: {problem}", path) from None
     if len(raw) > _LARGEST_STUDY:
         raise InputError(f"a study file has at most {_LARGEST_STUDY} bytes", path)
