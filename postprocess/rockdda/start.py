@@ -4,10 +4,13 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+
+from .rings import split_outlines
 
 __all__ = ["StartArrays"]
 
@@ -42,6 +45,11 @@ class StartArrays(ABC):
     def vertices(self) -> FloatArray:
         """(nv, 2) vertices at the start, counter-clockwise block by block [length]."""
         return self._constant("model/vertices")
+
+    @cached_property
+    def rings(self) -> list[list[npt.NDArray[np.int64]]]:
+        """For each block its simple rings as indices of vertices: the outer one, then those of islands."""
+        return split_outlines(self.vertices, self.vertex_offset)
 
     @property
     def edge_joint(self) -> IntArray:

@@ -229,7 +229,7 @@ def test_polygons_are_blocks_that_run(tmp_path, program, ending):
     assert any("4 blocks (by material 1: 2, 2: 2)" in row for row in done.taken)
     if ending == "dxf":
         assert [row.split(": ")[1] for row in done.left] == [
-            "1 open LWPOLYLINE on a layer of blocks",
+            "1 open LWPOLYLINE on layer 'BRICK' of blocks",
             "1 measured point outside of blocks",
         ]
         # outlines that rockdda-post exports come back
@@ -243,9 +243,8 @@ def test_polygons_that_are_no_blocks_are_named(tmp_path):
     write_map(tmp_path / "a.geojson", feature("Polygon", [[[0, 0], [1, 1], [1, 0], [0, 1], [0, 0]]]))
     with pytest.raises(rockdda.InputError, match="is no simple polygon: Self-intersection"):
         convert(tmp_path / "a.geojson", tmp_path / "a", blocks=True)
-    hole = [[[0, 0], [9, 0], [9, 9], [0, 9], [0, 0]], [[1, 1], [2, 1], [2, 2], [1, 1]]]
-    write_map(tmp_path / "b.geojson", feature("Polygon", hole))
-    with pytest.raises(rockdda.InputError, match="a block with a hole: make it of kind area, and cut"):
+    write_map(tmp_path / "b.geojson", feature("LineString", [[0, 0], [9, 0], [9, 9]], kind="block"))
+    with pytest.raises(rockdda.InputError, match="a LineString cannot be a block: that takes Polygons"):
         convert(tmp_path / "b.geojson", tmp_path / "b", blocks=True)
 
 
@@ -288,4 +287,4 @@ def test_the_command_prints_what_was_taken_and_what_not(tmp_path, capsys):
     assert "   4 blocks (by material 1: 2, 2: 2)" in told
     assert "not taken:" in told
     assert main([*command, "--force", "--json"]) == 0
-    assert json.loads(capsys.readouterr().out)["not_taken"][0].endswith("1 open LWPOLYLINE on a layer of blocks")
+    assert json.loads(capsys.readouterr().out)["not_taken"][0].endswith("1 open LWPOLYLINE on layer 'BRICK' of blocks")

@@ -7,32 +7,35 @@ from typing import Any
 
 import numpy as np
 import shapely
+from shapely.geometry.polygon import orient
 
 from ..deck import number_text
-from .geometry import Geometry, Point
+from ..rings import bridged
+from .geometry import Geometry, Point, Ring
+from .regions import close_chains
 from .report import Report
 
 
 def check_blocks(geometry: Geometry, report: Report) -> None:
     """Make the polygons simple and counter-clockwise; errors for those that are none, warnings for what no block takes.
 
-    Lines beside blocks are left out, and so are points outside of them.
+    Blocks within others, and openings in them, are holes of these. Lines beside blocks are left out, and so are points
+    outside of them.
     """
     blocks = []
-    for material, joint, ring in geometry.blocks:
-        corners = [corner for k, corner in enumerate(ring) if corner != ring[k - 1]]
-        where = f"the block at {ring[0][0]:g}, {ring[0][1]:g}" if ring else "a block"
-        polygon = shapely.Polygon(corners) if len(corners) > 2 else shapely.Polygon()
-        if not polygon.is_valid:
-            report.error(f"{where} is no simple polygon: {shapely.is_valid_reason(polygon)}")
-        elif not polygon.area > 0:
-            report.error(f"{where} has no area")
-        else:
-            blocks.append((material, joint, corners if polygon.exterior.is_ccw else corners[::-1]))
-    geometry.blocks = blocks
+    for material, joint, rings in geometry.blocks:
+        cleaned = [[corner for k, corner in enumerate(ring) if corner != ring[k - 1]] for ring in rings]
+        polygon = _polygon(cleaned, "block", report)
+        if not polygon.is_empty:
+            blocks.append((material, joint, polygon))
+    openings = _openings(geometry, report)
     _leave_lines(geometry, report)
     report.raise_errors()
-    tree = shapely.STRtree([shapely.Polygon(ring) for _, _, ring in blocks])
+    polygons = _with_holes([polygon for _, _, polygon in blocks], openings, report)
+    report.raise_errors()
+    blocks = [(material, joint, polygon) for (material, joint, _), polygon in zip(blocks, polygons, strict=True)]
+    geometry.blocks = [(material, joint, _rings(polygon)) for material, joint, polygon in blocks]
+    tree = shapely.STRtree(polygons)
     for name in ("loading", "measured"):
         points = getattr(geometry, name)
         inside = [point for point in points if _block_at(tree, point)]
@@ -49,13 +52,77 @@ def check_blocks(geometry: Geometry, report: Report) -> None:
         geometry.fixed = held
 
 
+def _polygon(rings: list[Ring], kind: str, report: Report) -> Any:
+    """A polygon of an outer ring and holes; an empty one after an error."""
+    where = f"the {kind} at {rings[0][0][0]:g}, {rings[0][0][1]:g}" if rings and rings[0] else f"a {kind}"
+    polygon = shapely.Polygon(rings[0], rings[1:]) if rings and min(map(len, rings)) > 2 else shapely.Polygon()
+    if not polygon.is_valid:
+        report.error(f"{where} is no simple polygon: {shapely.is_valid_reason(polygon)}")
+    elif not polygon.area > 0:
+        report.error(f"{where} has no area")
+    else:
+        return polygon
+    return shapely.Polygon()
+
+
+def _openings(geometry: Geometry, report: Report) -> list[Any]:
+    """The polygons of openings, which are taken out of the geometry."""
+    chains = [chain for kind, _, chain in geometry.chains if kind == "opening"]
+    rings = [rings for kind, _, rings in geometry.regions if kind == "opening"]
+    rings += [[ring] for ring in close_chains(chains, geometry.e0, "opening", report)]
+    geometry.chains = [entry for entry in geometry.chains if entry[0] != "opening"]
+    geometry.regions = [entry for entry in geometry.regions if entry[0] != "opening"]
+    polygons = [_polygon(entry, "opening", report) for entry in rings]
+    return [polygon for polygon in polygons if not polygon.is_empty]
+
+
+def _with_holes(polygons: list[Any], openings: list[Any], report: Report) -> list[Any]:
+    """The polygons without the blocks that lie within them, and each opening taken out of the smallest one around."""
+    found = np.array(polygons, dtype=object)
+    if not len(found):
+        return []
+    areas = shapely.area(found)
+    tree = shapely.STRtree(found)
+    within = 0
+    for outer, inner in tree.query(found, predicate="contains_properly").T.tolist():
+        within += 1
+        found[outer] = found[outer].difference(shapely.Polygon(polygons[inner].exterior))
+    if within:
+        report.note(f"blocks lie within others, which have holes there: {within}")
+    shapely.prepare(found)
+    for opening in openings:
+        around = [
+            int(k)
+            for k in tree.query(opening, predicate="intersects")
+            if areas[k] > opening.area * (1 + 1e-9) and shapely.contains(shapely.Polygon(polygons[k].exterior), opening)
+        ]
+        if around:
+            smallest = min(around, key=lambda k: areas[k])
+            found[smallest] = found[smallest].difference(opening)
+        else:
+            x, y = opening.exterior.coords[0]
+            report.warning(f"the opening at {x:g}, {y:g} lies in no block and is left out")
+            report.leave("opening outside of blocks", "openings outside of blocks")
+    for before, after in zip(polygons, found, strict=True):
+        if after.geom_type != "Polygon" or after.is_empty:
+            x, y = before.exterior.coords[0]
+            report.error(f"the block at {x:g}, {y:g} falls apart, or is filled, by what lies within it")
+    return list(found)
+
+
+def _rings(polygon: Any) -> list[Ring]:
+    """The corners of a polygon, the outer ring counter-clockwise, holes clockwise."""
+    turned = orient(polygon)
+    return [[(x, y) for x, y in ring.coords[:-1]] for ring in (turned.exterior, *turned.interiors)]
+
+
 def _leave_lines(geometry: Geometry, report: Report) -> None:
     """Leave out what only cutting takes."""
     lines = [place for place in geometry.fixed if place[:2] != place[2:]]
     for one, many, count in (
         ("line", "lines", len(geometry.lines)),
         ("material line", "material lines", len(geometry.material_lines)),
-        ("area or opening", "areas or openings", len(geometry.regions) + len(geometry.chains)),
+        ("area", "areas", len(geometry.regions) + len(geometry.chains)),
         ("fixed line", "fixed lines (&boundary holds edges)", len(lines)),
         ("hole point", "hole points", len(geometry.holes)),
     ):
@@ -77,7 +144,8 @@ def _block_at(tree: shapely.STRtree, point: Point) -> int:
 
 def blocks_text(geometry: Geometry, title: str) -> str:
     """The block file."""
-    tree = shapely.STRtree([shapely.Polygon(ring) for _, _, ring in geometry.blocks])
+    tree = shapely.STRtree([shapely.Polygon(rings[0], rings[1:]) for _, _, rings in geometry.blocks])
+    outlines = [(material, joint, *bridged(rings)) for material, joint, rings in geometry.blocks]
 
     def row(*values: float) -> str:
         return " ".join(number_text(value) for value in values)
@@ -87,10 +155,11 @@ def blocks_text(geometry: Geometry, title: str) -> str:
 
     values = geometry.bolt_values or (0.0, 0.0, 0.0)
     out = ["rockdda-blocks 1", f"# {title}", f"e0 {number_text(geometry.e0)}", f"blocks {len(geometry.blocks)}"]
-    out += [f"vertices {sum(len(ring) for _, _, ring in geometry.blocks)}", f"fixed {len(geometry.fixed)}"]
+    out += [f"vertices {sum(len(ring) for _, _, ring, _ in outlines)}", f"fixed {len(geometry.fixed)}"]
     out += [f"loading {len(geometry.loading)}", f"measured {len(geometry.measured)}", f"bolts {len(geometry.bolts)}"]
-    for number, (material, joint, ring) in enumerate(geometry.blocks, start=1):
-        out += [f"block {number} {material} {len(ring)}", *(f"{row(*corner)} {joint}" for corner in ring)]
+    for number, (material, joint, ring, is_bridge) in enumerate(outlines, start=1):
+        out.append(f"block {number} {material} {len(ring)}")
+        out += [f"{row(*corner)} {0 if bridge else joint}" for corner, bridge in zip(ring, is_bridge, strict=True)]
     out += ["fixed_points", *points([place[:2] for place in geometry.fixed])]
     out += ["loading_points", *points(geometry.loading), "measured_points", *points(geometry.measured), "bolt_list"]
     for x1, y1, x2, y2 in geometry.bolts:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -17,11 +18,16 @@ import numpy.typing as npt
 import shapely
 
 from ..errors import InputError
+from ..text import shown
 from .geometry import Geometry
-from .report import MOST_LINES, Report, read_text
+from .report import MOST_LINES, Report, check_json, read_text
 
 Points = npt.NDArray[np.float64]
 FLAT = 1e-9  # of the extent
+LARGEST = 1e30
+BETWEEN = ("edge", "edges", "edgedata", "interface", "interfaces", "interactions", "contacts")  # of blocks
+OTHERS = ("Line", "Polyline", "Polyhedron", "Box", "Circle", "Ellipse", "Sphere", "Cylinder", "Cone", "Capsule",
+          "Torus", "NurbsCurve", "NurbsSurface", "Brep", "Pointcloud", "VolMesh", "CellNetwork")  # fmt: skip
 
 
 def is_compas(head: str) -> bool:
@@ -30,70 +36,140 @@ def is_compas(head: str) -> bool:
 
 
 def read_compas(path: Path) -> tuple[Geometry, Report]:
-    """The blocks of a JSON file of COMPAS, all of material 1."""
+    """The blocks of a JSON file of COMPAS, all of material 1; supports are fixed at two points inside."""
     text = read_text(path)
+    check_json(path, text)
     report, geometry = Report(path, text), Geometry()
+    meshes: list[Mesh] = []
     try:
-        data = json.loads(text)
-        meshes = [shape for _, shape in zip(range(MOST_LINES + 1), _shapes(data, 0), strict=False)]
+        data = json.loads(text, parse_int=lambda digits: int(digits) if len(digits) < 40 else float(digits))
+        for mesh in _shapes(data, report, False, 0):
+            meshes.append(mesh)
+            if len(meshes) > MOST_LINES:
+                raise InputError(f"has more than {MOST_LINES} meshes", path)
     except json.JSONDecodeError as error:
         report.error(f"the JSON is broken: {error.msg}", error.lineno, error.colno)
         report.raise_errors()
-        raise AssertionError from error
-    except (RecursionError, KeyError, ValueError, TypeError, AttributeError, IndexError) as error:
-        raise InputError(f"cannot be read as JSON of COMPAS: {type(error).__name__}: {error}", path) from error
-    if len(meshes) > MOST_LINES:
-        raise InputError(f"has more than {MOST_LINES} meshes", path)
+    except (RecursionError, KeyError, ValueError, TypeError, AttributeError, IndexError, OverflowError) as error:
+        raise InputError(f"cannot be read as JSON of COMPAS: {type(error).__name__}: {shown(error)}", path) from error
     if not meshes:
         report.error("there is no mesh, polygon or block of COMPAS in the file")
         report.raise_errors()
-    axes = _plane([points for points, _ in meshes])
+    axes = _plane([mesh.points for mesh in meshes])
     report.note(f"the plane of the model is {'xyz'[axes[0]]}-{'xyz'[axes[1]]}")
-    for points, faces in meshes:
-        flat = points[:, axes]
-        rings = [flat[face] for face in faces]
-        thickness = np.ptp(points[:, 3 - sum(axes)])
-        if len(rings) > 1 and thickness > FLAT * np.ptp(points, axis=0).max():
-            rings = _silhouette(rings)
-            report.take("block in space, by its outline", "blocks in space, by their outlines")
-        else:
-            report.take("face", "faces", len(rings))
-        geometry.blocks += [(1, 1, [(float(x), float(y)) for x, y in ring]) for ring in rings]
+    for mesh in meshes:
+        flat = mesh.points[:, axes]
+        rings = [flat[face] for face in mesh.faces]
+        thickness = np.ptp(mesh.points[:, 3 - sum(axes)])
+        try:
+            if len(rings) > 1 and thickness > FLAT * np.ptp(mesh.points, axis=0).max():
+                blocks = [_silhouette(rings)]
+                report.take("block in space, by its outline", "blocks in space, by their outlines")
+            else:
+                blocks = [[ring] for ring in rings]
+                report.take("face", "faces", len(rings))
+            places = [point for rings in blocks for point in _inside(rings)] if mesh.is_support else []
+        except (ValueError, shapely.errors.ShapelyError) as error:
+            x, y = flat[0]
+            report.error(f"the mesh at {x:g}, {y:g} gives no block: {shown(error)}")
+            continue
+        geometry.blocks += [(1, 1, [[(float(x), float(y)) for x, y in ring] for ring in rings]) for rings in blocks]
+        geometry.fixed += [(*place, *place) for place in places]
+    supports = sum(mesh.is_support for mesh in meshes)
+    if supports:
+        report.note(f"{supports} of {len(meshes)} blocks are supports: each is fixed at two points inside")
+    report.raise_errors()
     return geometry, report
 
 
-def _shapes(data: Any, depth: int) -> Iterator[tuple[Points, list[list[int]]]]:
-    """Points (n, 3) and faces of all meshes and polygons within an object."""
+@dataclass
+class Mesh:
+    """Points (n, 3) and the faces on them."""
+
+    points: Points
+    faces: list[list[int]]
+    is_support: bool = False
+
+
+def _shapes(data: Any, report: Report, is_support: bool, depth: int) -> Iterator[Mesh]:
+    """All meshes and polygons within an object, but for those that are interfaces of blocks."""
     if depth > 50:
         raise ValueError("objects are nested more than 50 times")
     if isinstance(data, list):
         for entry in data:
-            yield from _shapes(entry, depth + 1)
+            yield from _shapes(entry, report, is_support, depth + 1)
         return
     if not isinstance(data, dict):
         return
     inner = data.get("data", data.get("value"))
     kind = str(data.get("dtype", data.get("datatype", ""))).rsplit("/", 1)[-1].rsplit(".", 1)[-1]
+    if kind in ("Interface", "Contact", "FrictionContact"):
+        report.leave("interface of blocks", "interfaces of blocks")
+        return
+    is_support = _is_support(data, inner, is_support)
     if isinstance(inner, dict) and "face" in inner and "vertex" in inner:
-        keys = list(inner["vertex"])
-        defaults = inner.get("default_vertex_attributes", inner.get("dva", {})) or {}
-        points = [[float(inner["vertex"][k].get(a, defaults.get(a, 0.0))) for a in "xyz"] for k in keys]
-        number = {str(key).strip("'"): i for i, key in enumerate(keys)}
-        faces = [[number[str(k).strip("'")] for k in face] for face in inner["face"].values()]
-        yield _checked(np.array(points).reshape(-1, 3)), faces
+        mesh = _mesh(inner)
+        if mesh.faces:
+            mesh.is_support = is_support
+            yield mesh
+        else:
+            report.leave("mesh without faces", "meshes without faces")
     elif kind == "Polygon" and isinstance(inner, dict):
         rows = [(entry.get("data", entry) if isinstance(entry, dict) else entry) for entry in inner["points"]]
-        points = [[float(x) for x in (*row, 0.0)[:3]] for row in rows]
-        yield _checked(np.array(points).reshape(-1, 3)), [list(range(len(points)))]
+        points = [[float(x) for x in (*row, 0.0, 0.0)[:3]] for row in rows]
+        if len(points) > 2:
+            yield Mesh(_checked(np.array(points)), [list(range(len(points)))], is_support)
+        else:
+            report.leave("polygon of fewer than three points", "polygons of fewer than three points")
+    elif kind in OTHERS:
+        report.leave(f"{kind} (not read)", f"{kind} (not read): several")
     else:
-        for value in data.values():
-            if isinstance(value, dict | list):
-                yield from _shapes(value, depth + 1)
+        if isinstance(data.get("transformation"), dict):
+            raise ValueError("an object has a transformation, which is not applied: store it transformed")
+        for name, value in data.items():
+            if name in BETWEEN:
+                if count := _count_between(value):
+                    report.leave("interface of blocks", "interfaces of blocks", count)
+            elif isinstance(value, dict | list):
+                # names of nodes are numbers; what a node is holds for its block only
+                yield from _shapes(value, report, is_support, depth + 1)
+
+
+def _is_support(data: dict[str, Any], inner: Any, outer: bool) -> bool:
+    """Is a node, or the mesh of one, marked as a support?"""
+    for owner in (data, inner if isinstance(inner, dict) else {}):
+        attributes = owner.get("attributes")
+        for place in (owner, attributes if isinstance(attributes, dict) else {}):
+            if "is_support" in place:
+                return bool(place["is_support"])
+    return outer
+
+
+def _count_between(value: Any) -> int:
+    """The number of interfaces on the edges of an assembly."""
+    if isinstance(value, list):
+        return sum(_count_between(entry) or 1 for entry in value)
+    if isinstance(value, dict):
+        if "dtype" in value or "datatype" in value:
+            return 1
+        return sum(_count_between(entry) for entry in value.values())
+    return 0
+
+
+def _mesh(inner: dict[str, Any]) -> Mesh:
+    """The points and faces of a mesh."""
+    keys = list(inner["vertex"])
+    defaults = inner.get("default_vertex_attributes", inner.get("dva", {})) or {}
+    points = [[float(inner["vertex"][k].get(a, defaults.get(a, 0.0))) for a in "xyz"] for k in keys]
+    number = {str(key).strip("'"): i for i, key in enumerate(keys)}
+    rows = inner["face"].values() if isinstance(inner["face"], dict) else inner["face"]
+    faces = [[number[str(k).strip("'")] for k in face] for face in rows]
+    return Mesh(_checked(np.array(points).reshape(-1, 3)), [face for face in faces if face])
 
 
 def _checked(points: Points) -> Points:
-    if not np.all(np.abs(points) < 1e30):
-        raise ValueError("there are coordinates that are infinite, no numbers, or beyond 1e30")
+    if not np.all(np.abs(points) < LARGEST):
+        raise ValueError(f"there are coordinates that are infinite, no numbers, or beyond {LARGEST:g}")
     return points
 
 
@@ -104,10 +180,35 @@ def _plane(meshes: list[Points]) -> list[int]:
 
 
 def _silhouette(rings: list[Points]) -> list[Points]:
-    """The outline of what faces cover together."""
+    """The outline of what faces cover together, and those of its holes."""
     extent = max(float(np.ptp(np.concatenate(rings), axis=0).max()), 1e-300)
     shapes = [shapely.Polygon(ring) for ring in rings if len(ring) > 2]
     shapes = [shape for shape in shapes if shape.area > 1e-12 * extent**2]
     whole = shapely.union_all(shapely.make_valid(shapes), grid_size=1e-10 * extent) if shapes else shapely.Polygon()
-    parts = [part for part in shapely.get_parts(whole) if part.geom_type == "Polygon"]
-    return [np.array(part.exterior.coords)[:-1] for part in shapely.simplify(parts, 1e-9 * extent)]
+    parts = [part for part in shapely.get_parts(whole) if part.geom_type == "Polygon" and not part.is_empty]
+    if len(parts) != 1:
+        raise ValueError("it shows nothing from the side" if not parts else f"it shows {len(parts)} outlines")
+    outline = shapely.simplify(parts[0], 1e-9 * extent)
+    corners = np.concatenate(rings)
+    tree = shapely.STRtree(shapely.points(corners))
+
+    def drawn(ring: Any) -> Points:
+        """A ring whose corners are where the faces have them; the union moved them onto its grid."""
+        moved = np.array(ring.coords)[:-1]
+        which, nearest = tree.query_nearest(shapely.points(moved), max_distance=1e-9 * extent, all_matches=False)
+        moved[which] = corners[nearest]
+        return moved
+
+    return [drawn(ring) for ring in (outline.exterior, *outline.interiors)]
+
+
+def _inside(rings: list[Points]) -> list[tuple[float, float]]:
+    """Two points inside of a polygon, apart from each other."""
+    polygon = shapely.Polygon(rings[0], rings[1:])
+    middle = polygon.representative_point()
+    west, _, east, _ = polygon.bounds
+    across = shapely.LineString([(west, middle.y), (east, middle.y)]).intersection(polygon)
+    part = next((p for p in shapely.get_parts(across) if p.geom_type == "LineString" and p.distance(middle) <= 0), None)
+    if part is None:
+        part = shapely.LineString([(middle.x, middle.y), (middle.x, middle.y)])
+    return [(point.x, point.y) for point in (part.interpolate(share, normalized=True) for share in (0.25, 0.75))]

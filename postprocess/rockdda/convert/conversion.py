@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 import subprocess
 import tempfile
@@ -19,6 +20,7 @@ from . import ddaml, dxf, geojson
 from .geometry import Analysis, Geometry
 from .placing import middle_of, move_to_local_origin, place, to_metres
 from .report import Report
+from .systems import System, degrees_of_web
 from .template import template_text
 
 __all__ = ["Conversion", "convert"]
@@ -146,6 +148,7 @@ class _Reading:
         self.layers, self.e0, self.chord, self.scale, self.origin = layers, e0, chord, scale, origin
         self.window, self.blocks, self.geographic = window, blocks, geographic
         self._middle: tuple[float, float] | None = None  # of the first map in degrees
+        self._in_web = False  # origin and window are given in web Mercator
         self.geometry: Geometry | None = None
         self.analysis: Analysis | None = None
         self.reports: list[Report] = []
@@ -178,19 +181,29 @@ class _Reading:
     def _add_drawing(self, path: Path, kind: str, default: str | None) -> None:
         if self.geometry is not None and not self._drawings:
             raise InputError("there is already a geometry in DDAML: drawings cannot be added to it", path)
-        found, report, unit, is_geographic = self._read_drawing(path, kind, default)
-        is_geographic = is_geographic or self.geographic
+        found, report, system = self._read_drawing(path, kind, default)
+        if system is not None and system.problem and self.scale is None and not self.geographic:
+            report.error(
+                f"the reference system does not give lengths: {system.problem} (--scale 1 takes the numbers as metres)"
+            )
+            report.raise_errors()
+        if system is not None and system.kind == "web" and self.scale is None:
+            self._leave_web(found, report)
+            system = System("degrees")
+        is_geographic = self.geographic or (system is not None and system.kind == "degrees")
         if self._drawings and is_geographic != (self._middle is not None):
             raise InputError("longitudes and latitudes beside lengths: project one of them first", path)
+        unit = self.scale if self.scale is not None else 1.0 if system is None else system.unit
         if is_geographic:
             self._project(found, report)
-            unit = self.scale if self.scale is not None else 1.0
-        elif self.scale is None and kind in ("geojson", "gis", "traces") and geojson.looks_like_degrees(found):
+        elif self.scale is None and system is None and geojson.looks_like_degrees(found):
             report.error(
                 "the coordinates look like degrees of longitude and latitude: --geographic projects them to metres "
                 "(--scale 1 keeps the numbers)"
             )
             report.raise_errors()
+        elif kind in ("gis", "geojson") and unit != 1.0 and self.scale is None:
+            report.note(f"the reference system counts in units of {unit:.9g} m: lengths are converted to metres")
         if self.origin is not None and any(other != unit for _, other in self._drawings):
             raise InputError("the drawings have different units: an origin needs drawings in one unit", path)
         place(found, unit, self.origin or (0.0, 0.0))
@@ -201,28 +214,39 @@ class _Reading:
         else:
             self.geometry.add(found)
 
-    def _read_drawing(self, path: Path, kind: str, default: str | None) -> tuple[Geometry, Report, float, bool]:
-        """The lines of a drawing or map, the length of its unit, and whether it is in degrees."""
-        unit = self.scale if self.scale is not None else 1.0
+    def _read_drawing(self, path: Path, kind: str, default: str | None) -> tuple[Geometry, Report, System | None]:
+        """The lines of a drawing or map, and what its coordinates are, where it says that."""
         if kind == "dxf":
-            drawn = dxf.read_dxf(path, self.layers, self.chord, scale=self.scale, default=default, known=self._known)
-            return *drawn, False
-        if kind in ("gis", "compas"):
-            need("shapely", "dxf", "reading maps and meshes")
+            found, report, unit = dxf.read_dxf(
+                path, self.layers, self.chord, scale=self.scale, default=default, known=self._known
+            )
+            return found, report, System(unit=unit)
         if kind == "gis":
             from .gis import read_gis
 
-            found, report, stated, is_geographic = read_gis(path, self.layers, default)
-            return found, report, stated if self.scale is None else unit, is_geographic
+            return read_gis(path, self.layers, default)
         if kind == "traces":
             from .traces import read_traces
 
-            return *read_traces(path), unit, False
+            return *read_traces(path), None
         if kind == "compas":
+            need("shapely", "dxf", "reading meshes")
             from .compas import read_compas
 
-            return *read_compas(path), unit, False
-        return *geojson.read_geojson(path, default), unit, False
+            return *read_compas(path), System()
+        return geojson.read_geojson(path, default)
+
+    def _leave_web(self, found: Geometry, report: Report) -> None:
+        """Web Mercator to longitudes and latitudes."""
+        found.move(degrees_of_web)
+        latitude = middle_of(found)[1]
+        report.note(
+            "the reference system is web Mercator, where lengths are 1/cos(latitude) too long: they are multiplied by "
+            f"{math.cos(math.radians(latitude)):.4g}, at the latitude {latitude:.6g}"
+        )
+        if not self._in_web:
+            self._in_web = True
+            self.origin = None if self.origin is None else degrees_of_web(self.origin)
 
     def _project(self, found: Geometry, report: Report) -> None:
         """Longitudes and latitudes to metres about the middle of the first map."""
@@ -246,6 +270,8 @@ class _Reading:
             if self.window is not None:
                 x1, y1, x2, y2 = self.window
                 frame = Geometry(regions=[("area", 1, [[(x1, y1), (x2, y1), (x2, y2), (x1, y2)]])])
+                if self._in_web:
+                    frame.move(degrees_of_web)
                 if self._middle is not None:
                     to_metres(frame, self._middle)
                 place(frame, self._drawings[0][1], self.origin or (0.0, 0.0))

@@ -14,6 +14,7 @@ import itertools
 import math
 import re
 from collections import Counter
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -31,6 +32,8 @@ from .report import MOST_LINES, Report, check_size
 if TYPE_CHECKING:
     from ..results import Frame
 
+FLAT = 1e-9  # of the extent
+FRAME = 16  # flag of a vertex of the control frame
 SPEAKING = re.compile(
     r"(boundary|joint|material|area|opening|block(?:[_ ]material)?|fixed|load|loading|measured|hole|bolt)"
     r"(?:s|[ _-]?(?:line|point)s?)?[ _:-]*(\d+)?$",
@@ -68,8 +71,8 @@ def kinds_of_layers(
             kinds[name] = (kind_of(match.group(1)), int(match.group(2) or 1))
         elif default is not None and default != "block":
             kinds[name] = (default, 1)
-        elif name in known:
-            kinds[name] = known[name]
+        elif name.lower() in known:
+            kinds[name] = known[name.lower()]
     rest = default or "joint"
     outlines = ("block",) if rest == "block" else ("joint", "boundary", *REGION_KINDS)
     used = {material for kind, material in [*kinds.values(), *known.values()] if kind in outlines}
@@ -110,15 +113,15 @@ def read_dxf(
         raise InputError(
             f"the DXF drawing is broken: {type(error).__name__}: {short(str(error), 200)}", path
         ) from error
-    count = Counter(entity.dxf.layer for entity in entities)
+    count = Counter(layer for _, layer in entities)
     names = sorted(count)
     try:
         kinds = kinds_of_layers(names, layers or {}, default, known)
     except ValueError as error:
         raise InputError(str(error), path) from error
     if known is not None:
-        known.update(kinds)
-    extent = _extent(entities, report)
+        known.update({name.lower(): kind for name, kind in kinds.items()})
+    extent, axes = _plane(entities, report)
     unit = scale if scale is not None else metres_of(document, extent, report, _states_unit(path))
     smallest = 1e-6 * extent
     if chord is not None:
@@ -129,14 +132,14 @@ def read_dxf(
             )
             report.raise_errors()
     geometry = Geometry()
-    for entity in entities:
-        kind, material = kinds[entity.dxf.layer]
+    adding = _Adding(geometry, report, max(chord or extent / 2000, smallest), axes, smallest)
+    for entity, layer in entities:
         try:
-            _add(entity, kind, material, geometry, report, max(chord or extent / 2000, smallest))
+            adding.add(entity, layer, *kinds[layer])
         except MemoryError:
             raise
         except Exception as error:  # of any kind in ezdxf
-            place = f"{entity.dxftype()} (handle {entity.dxf.handle}) on layer {short(entity.dxf.layer)!r}"
+            place = f"{entity.dxftype()} (handle {entity.dxf.handle}) on layer {short(layer)!r}"
             report.error(f"{place}: {error}")
         if len(geometry.boundary) + len(geometry.joints) + len(geometry.material_lines) > MOST_LINES:
             raise InputError(f"the drawing gives more than {MOST_LINES} lines", path)
@@ -154,22 +157,36 @@ def read_dxf(
     return geometry, report, unit
 
 
-def _extent(entities: list[Any], report: Report) -> float:
-    """The larger extent of a drawing, from the corners and control points."""
+def _plane(entities: list[tuple[Any, str]], report: Report) -> tuple[float, tuple[int, int]]:
+    """The larger extent of a drawing, from the corners and control points, and the two axes of its plane.
+
+    It is x-y unless the drawing is flat in y (or x) and has heights.
+    """
     from ezdxf import bbox
 
-    extent = 0.0
+    sizes = np.zeros(3)
     try:
-        box = bbox.extents(entities, fast=True)
+        splines = [entity for entity, _ in entities if entity.dxftype() == "SPLINE"]
+        box = bbox.extents((entity for entity, _ in entities if entity.dxftype() != "SPLINE"), fast=True)
+        for spline in splines:  # ezdxf goes beyond the ends of periodic ones
+            box.extend(spline.control_points if spline.control_point_count() else spline.fit_points)
         if box.has_data:
-            extent = max(box.size.x, box.size.y)
-            extent = max(extent, 0.0) if max(map(abs, (*box.extmin.vec2, *box.extmax.vec2))) < 1e30 else math.nan
+            largest = max(abs(value) for corner in (box.extmin, box.extmax) for value in corner.xyz)
+            sizes = np.array(box.size.xyz) if largest < 1e30 else np.full(3, math.nan)
     except Exception:  # of any kind in ezdxf
-        extent = math.nan
-    if not math.isfinite(extent):
+        sizes[0] = math.nan
+    if not np.isfinite(sizes).all():
         report.error("there are coordinates that are infinite, no numbers, or beyond 1e30")
         report.raise_errors()
-    return extent
+    flat = sizes <= FLAT * sizes.max()
+    axes: tuple[int, int] = (0, 1)
+    if not flat[2] and (flat[0] or flat[1]):
+        axes = (0, 2) if flat[1] else (1, 2)
+        out = "xyz"[3 - sum(axes)]
+        report.note(f"the plane of the model is {'xyz'[axes[0]]}-{'xyz'[axes[1]]}: the drawing is flat in {out}")
+    elif not flat[2]:
+        report.warning(f"the drawing is not flat: heights z, which differ by {sizes[2]:g}, are left out")
+    return float(max(sizes[axis] for axis in axes)), axes
 
 
 def _read(path: Path, report: Report) -> Any:
@@ -206,73 +223,146 @@ def _check_finite(geometry: Geometry, report: Report) -> None:
         report.error("there are coordinates that are infinite or no numbers")
 
 
-def _add(entity: Any, kind: str, material: int, geometry: Geometry, report: Report, chord: float) -> None:
-    """Add what one entity draws."""
-    if kind == "skip":
-        report.leave(f"{entity.dxftype()} on a layer of kind skip", f"{entity.dxftype()}s on layers of kind skip")
-        return
-    if kind in POINT_KINDS or entity.dxftype() == "POINT":
-        _add_point(entity, kind, geometry, report)
-        return
-    corners = _corners(entity, chord)
-    if kind == "block":
-        if len(corners) > 3 and corners[0] == corners[-1]:
-            geometry.blocks.append((material, 1, corners[:-1]))
+@dataclass
+class _Adding:
+    """Adds entities to a geometry; curves become chords no farther off than `chord`."""
+
+    geometry: Geometry
+    report: Report
+    chord: float
+    axes: tuple[int, int]  # of the plane
+    smallest: float  # ends nearer than this meet
+
+    def add(self, entity: Any, layer: str, kind: str, material: int) -> None:
+        """Add what one entity draws."""
+        geometry = self.geometry
+        if kind == "skip":
+            self.leave(entity, layer, "of kind skip")
+            return
+        if kind in POINT_KINDS or entity.dxftype() == "POINT":
+            self._add_point(entity, layer, kind)
+            return
+        corners = self.corners(entity)
+        if not corners or all(corner == corners[0] for corner in corners):
+            self.leave(entity, layer, "without length")
+            return
+        meets = len(corners) > 3 and math.dist(corners[0], corners[-1]) <= self.smallest
+        if kind == "block":
+            if meets:
+                geometry.blocks.append((material, 1, [corners[:-1]]))
+            else:
+                self.leave(entity, layer, "of blocks", "open ")
+            return
+        if meets:
+            corners[-1] = corners[0]
+        if kind in REGION_KINDS:
+            geometry.chains.append((kind, material, corners))
+            return
+        pairs = [(*a, *b) for a, b in itertools.pairwise(corners) if a != b]
+        if kind == "fixed":
+            geometry.fixed += pairs
+        elif kind == "bolt":
+            geometry.bolts.append((*corners[0], *corners[-1]))
         else:
-            report.leave(
-                f"open {entity.dxftype()} on a layer of blocks", f"open {entity.dxftype()}s on layers of blocks"
-            )
-        return
-    if kind in REGION_KINDS:
-        geometry.chains.append((kind, material, corners))
-        return
-    pairs = [(*a, *b) for a, b in itertools.pairwise(corners) if a != b]
-    if kind == "fixed":
-        geometry.fixed += pairs
-    elif kind == "bolt":
-        geometry.bolts.append((*corners[0], *corners[-1]))
-    else:
-        lines = {"joint": geometry.joints, "boundary": geometry.boundary, "material": geometry.material_lines}[kind]
-        lines += [(pair, material) for pair in pairs]
+            lines = {"joint": geometry.joints, "boundary": geometry.boundary, "material": geometry.material_lines}[kind]
+            lines += [(pair, material) for pair in pairs]
+
+    def leave(self, entity: Any, layer: str, why: str, how: str = "") -> None:
+        """Count an entity that is not taken."""
+        kind, place = entity.dxftype(), f"on layer {short(layer)!r} {why}"
+        self.report.leave(f"{how}{kind} {place}", f"{how}{kind}s {place}")
+
+    def _add_point(self, entity: Any, layer: str, kind: str) -> None:
+        dxf, geometry = entity.dxf, self.geometry
+        if entity.dxftype() == "POINT":
+            place = self._flat(dxf.location)
+        elif entity.dxftype() == "CIRCLE":
+            place = self._flat(entity.ocs().to_wcs(dxf.center))  # mirrored circles count in another system
+        else:
+            self.leave(entity, layer, "of points, which are POINTs or CIRCLEs")
+            return
+        into = {"loading": geometry.loading, "measured": geometry.measured, "hole": geometry.holes}.get(kind)
+        if kind == "fixed":
+            geometry.fixed.append((*place, *place))
+        elif into is not None:
+            into.append(place)
+        else:
+            self.leave(entity, layer, "of lines")
+
+    def _flat(self, point: Any) -> Point:
+        x, y = self.axes
+        return float(point[x]), float(point[y])
+
+    def corners(self, entity: Any) -> list[Point]:
+        """The corners of a line, or of the chords of a curve; their ends lie on it."""
+        kind = entity.dxftype()
+        if kind == "LINE":
+            points = [entity.dxf.start, entity.dxf.end]
+        elif kind == "POLYLINE" and entity.is_3d_polyline:
+            points = [vertex.dxf.location for vertex in _shown_vertices(entity)]
+            points += points[:1] if entity.is_closed else []
+        elif kind in ("LWPOLYLINE", "POLYLINE"):
+            points = _bulged(entity, self.chord)
+        elif kind == "SPLINE":
+            points = _curve(entity, self.chord)
+        else:
+            points = list(entity.flattening(max(self.chord, 1e-12)))
+        return [corner for corner, _ in itertools.groupby(self._flat(point) for point in points)]
 
 
-def _add_point(entity: Any, kind: str, geometry: Geometry, report: Report) -> None:
-    dxf = entity.dxf
-    if entity.dxftype() == "POINT":
-        place = (float(dxf.location.x), float(dxf.location.y))
-    elif entity.dxftype() == "CIRCLE":
-        center = entity.ocs().to_wcs(dxf.center)  # mirrored circles count in another system
-        place = (float(center.x), float(center.y))
-    else:
-        report.warning(f"a {entity.dxftype()} on layer {dxf.layer!r} is ignored: points are POINTs or CIRCLEs there")
-        return
-    into = {"loading": geometry.loading, "measured": geometry.measured, "hole": geometry.holes}.get(kind)
-    if kind == "fixed":
-        geometry.fixed.append((*place, *place))
-    elif into is not None:
-        into.append(place)
-    else:
-        report.warning(f"a POINT on layer {dxf.layer!r} is ignored: that layer is for lines")
+def _shown_vertices(polyline: Any) -> list[Any]:
+    """The vertices of a polyline without the control frame of a fitted one, which is not drawn."""
+    return [vertex for vertex in polyline.vertices if not vertex.dxf.flags & FRAME]
 
 
-def _corners(entity: Any, chord: float) -> list[Point]:
-    """The corners of a line, or of the chords of a curve; their ends lie on it."""
-    kind = entity.dxftype()
-    if kind == "LINE":
-        points = [entity.dxf.start, entity.dxf.end]
-    elif kind in ("LWPOLYLINE", "POLYLINE"):
-        points = []
-        for part in entity.virtual_entities():  # lines, and arcs where it bulges
-            corners = _corners(part, chord)
-            points += corners if not points or points[-1] != corners[0] else corners[1:]
-        return points
+def _bulged(polyline: Any, chord: float) -> list[Any]:
+    """The corners of a polyline in the plane, and those of the chords of its arcs."""
+    from ezdxf.math import ConstructionArc, bulge_to_arc
+
+    if polyline.dxftype() == "LWPOLYLINE":
+        rows = [(float(x), float(y), float(bulge)) for x, y, bulge in polyline.get_points("xyb")]
+        height = float(polyline.dxf.elevation)
     else:
-        points = list(entity.flattening(max(chord, 1e-12)))
-    return [(float(point.x), float(point.y)) for point in points]
+        places = [(vertex.dxf.location, float(vertex.dxf.get("bulge", 0))) for vertex in _shown_vertices(polyline)]
+        rows = [(float(place.x), float(place.y), bulge) for place, bulge in places]
+        height = float(polyline.dxf.elevation.z)
+    if polyline.is_closed:
+        rows += rows[:1]
+    flat = [row[:2] for row in rows[:1]]
+    for (x1, y1, bulge), (x2, y2, _) in itertools.pairwise(rows):
+        a, b = (x1, y1), (x2, y2)
+        if abs(bulge) * math.dist(a, b) / 2 > chord:  # the height of the arc
+            center, start, end, radius = bulge_to_arc(a, b, bulge)
+            arc = ConstructionArc(center, radius, math.degrees(start), math.degrees(end))
+            inner = [(float(point.x), float(point.y)) for point in arc.flattening(chord)][1:-1]
+            flat += inner if bulge > 0 else inner[::-1]
+        flat.append(b)
+    return list(polyline.ocs().points_to_wcs((x, y, height) for x, y in flat))
+
+
+def _curve(spline: Any, chord: float) -> list[Any]:
+    """Points on a spline, between the knots where it is defined (ezdxf goes beyond them where it is periodic)."""
+    if spline.closed and not spline.control_point_count():
+        raise ValueError("a closed spline has fit points only: give it control points, or draw it as a polyline")
+    tool = spline.construction_tool()
+    knots = np.asarray(tool.knots(), dtype=float)
+    first, last = knots[tool.order - 1], knots[tool.count]
+    points: list[Any] = [tool.point(first)]
+    for begin, end in itertools.pairwise(np.unique(knots[(knots >= first) & (knots <= last)])):
+        for power in range(2, 13):
+            found = list(tool.points(np.linspace(begin, end, 2 ** (power + 1) + 1)))
+            heights = (a.lerp(c).distance(b) for a, b, c in zip(found[:-2:2], found[1::2], found[2::2], strict=True))
+            if max(heights) < chord:
+                break
+        points += found[2::2]
+    return points
 
 
 def write_dxf(frame: Frame, path: Path) -> Path:
-    """The outlines of a frame's blocks as closed polylines on layers `block_material_N`, fixed points and bolts."""
+    """The outlines of a frame's blocks as closed polylines on layers `block_material_N`, fixed points and bolts.
+
+    Holes are closed polylines on the layer `opening`.
+    """
     ezdxf = need("ezdxf", "dxf", "writing DXF drawings")
     document = ezdxf.new("R2010")
     document.header["$INSUNITS"] = 0  # the unit of results is known to their user only
@@ -281,11 +371,13 @@ def write_dxf(frame: Frame, path: Path) -> Path:
     for material in np.unique(results.block_material):
         document.layers.add(f"block_material_{material}", color=int(material - 1) % 6 + 1)
     document.layers.add("fixed_points", color=1)
-    there = frame.active.tolist()  # excavated blocks, and those still to be placed, are left out
-    for polygon, material, active in zip(frame.polygons(), results.block_material, there, strict=True):
-        if not active:
-            continue
-        space.add_lwpolyline(polygon, close=True, dxfattribs={"layer": f"block_material_{material}"})
+    rings, there = results.rings, frame.active.tolist()  # blocks that are excavated, or still to come, are left out
+    if any(len(of_block) > 1 for of_block, active in zip(rings, there, strict=True) if active):
+        document.layers.add("opening", color=8)
+    for of_block, material, active in zip(rings, results.block_material, there, strict=True):
+        for k, ring in enumerate(of_block if active else []):
+            layer = f"block_material_{material}" if k == 0 else "opening"
+            space.add_lwpolyline(frame.vertices[ring], close=True, dxfattribs={"layer": layer})
     points: npt.NDArray[Any] = results.fixed_points
     for x, y in points:
         space.add_point((x, y), dxfattribs={"layer": "fixed_points"})

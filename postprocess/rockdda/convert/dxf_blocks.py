@@ -2,7 +2,8 @@
 """The visible content of a drawing: its entities, and those of the blocks that it inserts.
 
 Blocks may hold insertions of other blocks, so that a small file can stand for any number of entities. They are counted
-before the first one is made.
+before the first one is made. What is on layer 0 of a block is on the layer of its insertion; names of layers that
+differ in upper and lower case are one. Layers that are off or frozen, and invisible entities, are left out.
 """
 
 from __future__ import annotations
@@ -17,37 +18,99 @@ from ..text import short
 from .report import MOST_LINES, Report
 
 DRAWN = ("LINE", "LWPOLYLINE", "POLYLINE", "ARC", "CIRCLE", "ELLIPSE", "SPLINE")
+UNSEEN = ("VIEWPORT",)  # of each layout
 DEEPEST = 50  # blocks within blocks
 
 
-def drawn(document: Any, path: Path, report: Report) -> Iterator[Any]:
-    """All lines, curves and points, also those within block references; the rest is counted in warnings.
+def drawn(document: Any, path: Path, report: Report) -> Iterator[tuple[Any, str]]:
+    """All lines, curves and points with their layers, also those within block references; the rest is listed.
 
     InputError when a block holds itself, or when there are more than a million entities.
     """
     _check_count(document, path)
-    others: Counter[str] = Counter()
+    layers = _Layers(document)
+    others: Counter[tuple[str, str]] = Counter()  # kind of entity, layer and reason
 
-    def walk(entities: Any) -> Iterator[Any]:
+    def leave(entity: Any, layer: str, reason: str = "", kind: str = "") -> None:
+        others[kind or entity.dxftype(), f"on layer {short(layer)!r}{reason}"] += 1
+
+    def walk(entities: Any, outer: str | None) -> Iterator[tuple[Any, str]]:
         for entity in entities:
             kind = entity.dxftype()
-            if kind in (*DRAWN, "POINT"):
-                yield entity
-            elif kind == "INSERT" and entity.block() is not None:
-                for insert in entity.multi_insert() if entity.mcount > 1 else [entity]:
-                    yield from walk(insert.virtual_entities(skipped_entity_callback=skipped))
-            elif kind == "INSERT":
-                others[f"INSERT (there is no block {short(entity.dxf.name)!r})"] += 1
+            layer = layers.of(entity, outer)
+            reason = layers.hides(entity, layer)
+            if reason:
+                leave(entity, layer, reason)
+            elif kind == "POLYLINE" and (entity.is_poly_face_mesh or entity.is_polygon_mesh):
+                leave(entity, layer, kind="POLYLINE (mesh)")
+            elif kind in (*DRAWN, "POINT"):
+                yield entity, layer
+            elif kind != "INSERT":
+                leave(entity, layer)
+            elif (block := entity.block()) is None:
+                leave(entity, layer, kind=f"INSERT (there is no block {short(entity.dxf.name)!r})")
+            elif block.block.dxf.flags & 4:
+                leave(entity, layer, kind=f"INSERT (of the drawing {short(block.block.dxf.xref_path)!r}, outside)")
             else:
-                others[kind] += 1
+                if _is_clipped(entity):
+                    report.warning(
+                        f"an INSERT of block {short(entity.dxf.name)!r} on layer {short(layer)!r} has a clipping path "
+                        "(XCLIP): it is taken whole"
+                    )
+                for attribute in entity.attribs:
+                    leave(attribute, layers.of(attribute, layer))
 
-    def skipped(entity: Any, _: str) -> None:
-        others[entity.dxftype()] += 1
+                def skipped(inner: Any, _: str, layer: str = layer) -> None:
+                    leave(inner, layers.of(inner, layer), ", which the scales of its insertion distort")
 
-    yield from walk(document.modelspace())
-    for kind, count in sorted(others.items()):
-        report.warning(f"{count} entities of type {kind} are ignored")
-        report.leave(f"entity of type {kind}", f"entities of type {kind}", count)
+                for insert in entity.multi_insert() if entity.mcount > 1 else [entity]:
+                    yield from walk(insert.virtual_entities(skipped_entity_callback=skipped), layer)
+
+    yield from walk(document.modelspace(), None)
+    for layout in document.layouts:
+        if not layout.is_modelspace:
+            for entity in layout:
+                if entity.dxftype() not in UNSEEN:
+                    others[entity.dxftype(), f"in paper space {short(layout.name)!r}"] += 1
+    for (kind, place), count in sorted(others.items()):
+        report.warning(f"{count} entities of type {kind} are ignored: {place}")
+        report.leave(f"entity of type {kind} {place}", f"entities of type {kind} {place}", count)
+
+
+class _Layers:
+    """The layers of a drawing: their spelling, and what they hide."""
+
+    def __init__(self, document: Any) -> None:
+        self._names: dict[str, str] = {}
+        self._hidden: dict[str, str] = {}
+        for layer in document.layers:
+            name = str(layer.dxf.name)
+            self._names.setdefault(name.lower(), name)
+            if layer.is_frozen():
+                self._hidden[name.lower()] = ", which is frozen"
+            elif layer.is_off():
+                self._hidden[name.lower()] = ", which is off"
+
+    def of(self, entity: Any, outer: str | None) -> str:
+        """The layer of an entity, in one spelling; `outer` is that of the insertion around it."""
+        name = str(entity.dxf.layer)
+        if name == "0" and outer is not None:
+            return outer
+        return self._names.setdefault(name.lower(), name)
+
+    def hides(self, entity: Any, layer: str) -> str:
+        """Why an entity is not shown; empty for one that is."""
+        reason = self._hidden.get(layer.lower(), "")
+        if entity.dxftype() == "INSERT" and reason == ", which is off":
+            reason = ""  # what is on layers of its own shows
+        return ", invisible" if entity.dxf.get("invisible", 0) else reason
+
+
+def _is_clipped(insert: Any) -> bool:
+    from ezdxf.xclip import XClip
+
+    clip = XClip(insert)
+    return bool(clip.has_clipping_path and clip.is_clipping_enabled)
 
 
 def _check_count(document: Any, path: Path) -> None:

@@ -17,9 +17,11 @@ from typing import Any
 
 from ..errors import InputError
 from ..text import short, shown
+from . import systems
 from .geometry import KINDS, LARGEST_MATERIAL, POINT_KINDS, REGION_KINDS, Geometry, Point, Ring
 from .json_places import JsonPath, places_of
-from .report import MOST_ERRORS, MOST_LINES, Report, read_text
+from .report import MOST_ERRORS, MOST_LINES, Report, check_json, read_text
+from .systems import System
 
 LARGEST = 1e30  # as the program allows
 DEEPEST = 50  # collections within collections
@@ -32,6 +34,7 @@ class Reader:
 
     def __init__(self, path: Path, default: str | None = None) -> None:
         text = read_text(path)
+        check_json(path, text)
         self.set_up(path, text, Report(path, text), default)
 
     def set_up(self, path: Path, text: str, report: Report, default: str | None) -> None:
@@ -42,6 +45,7 @@ class Reader:
         self._failures: list[tuple[JsonPath, str]] = []
         self._positions = 0
         self._unused: Counter[str] = Counter()  # features that have a property
+        self.system: System | None = None  # of the coordinates, where the file says it
 
     def fail(self, path: JsonPath, message: str) -> None:
         """Note an error; its place is found when all are known."""
@@ -71,8 +75,23 @@ class Reader:
         except RecursionError:
             self.report.error("the JSON is nested too deeply")
         else:
+            self._read_system(data)
             self.item(data, (), {})
         self.finish()
+
+    def _read_system(self, data: Any) -> None:
+        """The member `crs` of a file, which GeoJSON had until 2016 and many programs write."""
+        crs = data.get("crs") if isinstance(data, dict) else None
+        if crs is None:
+            return
+        properties = crs.get("properties") if isinstance(crs, dict) else None
+        name = properties.get("name") if isinstance(properties, dict) else None
+        if isinstance(name, str):
+            self.system = systems.of_name(name)
+            if self.system.problem:
+                self.system = System(problem=f"{shown(name)}: {self.system.problem}")
+        else:
+            self.fail(("crs",), f"crs: expected a name such as EPSG:32633, found {shown(crs)}")
 
     def finish(self) -> None:
         """Report what was found; InputError with all errors."""
@@ -105,7 +124,9 @@ class Reader:
             found = data.get("properties")
             if found is not None and not isinstance(found, dict):
                 self.fail((*path, "properties"), f"properties: expected an object or null, found {shown(found)}")
-            elif data.get("geometry") is not None:
+            elif data.get("geometry") is None:
+                self.report.leave("feature without a geometry", "features without a geometry")
+            else:
                 self._unused.update(name for name in found or {} if name not in ("kind", *MATERIALS))
                 self.item(data["geometry"], (*path, "geometry"), found or {})
         elif kind == "GeometryCollection":
@@ -121,7 +142,9 @@ class Reader:
         ):
             here = (*path, "coordinates")
             coordinates = self._list(data, "coordinates", path)
-            if kind.startswith("Multi"):
+            if isinstance(data.get("coordinates"), list) and not any(part != [] for part in coordinates):
+                self.report.leave(f"{kind} without positions", f"{kind}s without positions")
+            elif kind.startswith("Multi"):
                 for i, part in enumerate(coordinates):
                     self.shape(kind[5:], part, (*here, i), properties, path)
             else:
@@ -138,6 +161,9 @@ class Reader:
 
     def shape(self, shape: str, coordinates: Any, here: JsonPath, properties: dict[str, Any], owner: JsonPath) -> None:
         """Add a point, a line or the rings of a polygon."""
+        if isinstance(coordinates, list) and not any(part != [] for part in coordinates):
+            self.report.leave(f"{shape} without positions", f"{shape}s without positions")
+            return
         lines = "joint" if self.default in (None, "block") else self.default
         default = {"Point": "measured", "LineString": lines, "Polygon": self.default or "area"}[shape]
         kind = properties.get("kind")
@@ -176,7 +202,8 @@ class Reader:
             return
         rings = coordinates if shape == "Polygon" and isinstance(coordinates, list) else [coordinates]
         for i, ring in enumerate(rings):
-            self._add_lines(kind, int(material), ring, (*here, i) if shape == "Polygon" else here)
+            is_ring = shape == "Polygon"
+            self._add_lines(kind, int(material), ring, (*here, i) if is_ring else here, is_ring)
 
     def _add_point(self, kind: str, point: Point, owner: JsonPath) -> None:
         geometry = self.geometry
@@ -201,15 +228,22 @@ class Reader:
             self.geometry.regions.append((kind, material, rings))
 
     def _add_block(self, material: int, joint: Any, shape: str, coordinates: Any, here: JsonPath) -> None:
-        """A polygon without holes that is one block."""
-        if isinstance(joint, bool) or not isinstance(joint, int | float) or not 1 <= joint <= LARGEST_MATERIAL:
-            self.fail(here, f"joint_material: expected a number from 1 to {LARGEST_MATERIAL}, found {shown(joint)}")
+        """A polygon that is one block; its holes are those of the block."""
+        if (
+            isinstance(joint, bool)
+            or not isinstance(joint, int | float)
+            or not 1 <= joint <= LARGEST_MATERIAL
+            or joint % 1
+        ):
+            message = f"joint_material: expected a whole number from 1 to {LARGEST_MATERIAL}"
+            self.fail(here, f"{message}, found {shown(joint)}")
         elif shape != "Polygon" or not isinstance(coordinates, list) or not coordinates:
             self.fail(here, f"a {shape} cannot be a block: that takes Polygons")
-        elif len(coordinates) > 1:
-            self.fail(here, "a block with a hole: make it of kind area, and cut")
-        elif ring := self._corners(coordinates[0], (*here, 0)):
-            self.geometry.blocks.append((material, int(joint), ring[:-1] if ring[0] == ring[-1] else ring))
+        else:
+            rings = [self._corners(ring, (*here, i)) for i, ring in enumerate(coordinates)]
+            if all(rings):
+                open_rings = [ring[:-1] if ring[0] == ring[-1] else ring for ring in rings]
+                self.geometry.blocks.append((material, int(joint), open_rings))
 
     def _corners(self, ring: Any, here: JsonPath) -> Ring:
         """The positions of a line; [] after an error."""
@@ -222,8 +256,10 @@ class Reader:
         corners = [self.point(position, (*here, i)) for i, position in enumerate(ring)]
         return [corner for corner in corners if corner is not None] if all(corners) else []
 
-    def _add_lines(self, kind: str, material: int, ring: Any, here: JsonPath) -> None:
-        pairs = [(*a, *b) for a, b in itertools.pairwise(self._corners(ring, here)) if a != b]
+    def _add_lines(self, kind: str, material: int, ring: Any, here: JsonPath, closed: bool) -> None:
+        corners = self._corners(ring, here)
+        corners += corners[:1] if closed else []
+        pairs = [(*a, *b) for a, b in itertools.pairwise(corners) if a != b]
         geometry = self.geometry
         if kind == "fixed":
             geometry.fixed += pairs
@@ -245,15 +281,18 @@ class Reader:
         return float(position[0]), float(position[1])
 
 
-def read_geojson(path: Path, default: str | None = None) -> tuple[Geometry, Report]:
-    """The lines, regions and points of a GeoJSON file; `default` is the kind of what has none (but of points)."""
+def read_geojson(path: Path, default: str | None = None) -> tuple[Geometry, Report, System | None]:
+    """The lines, regions and points of a GeoJSON file, and its reference system where it names one.
+
+    `default` is the kind of what has none (but of points).
+    """
     reader = Reader(path, default)
     reader.read()
     geometry, report = reader.geometry, reader.report
     if geometry.is_empty:
         report.error("no lines: there is no LineString or Polygon")
     report.raise_errors()
-    return geometry, report
+    return geometry, report, reader.system
 
 
 def looks_like_degrees(geometry: Geometry) -> bool:

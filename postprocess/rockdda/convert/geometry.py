@@ -42,7 +42,8 @@ class Geometry:
     # areas and openings, before lines are clipped: kind, joint material, outer ring and holes
     regions: list[tuple[str, int, list[Ring]]] = field(default_factory=list)
     chains: list[tuple[str, int, Ring]] = field(default_factory=list)  # pieces of their outlines
-    blocks: list[tuple[int, int, Ring]] = field(default_factory=list)  # block and joint material: not to be cut
+    # not to be cut: block and joint material, outer ring and holes, not closed
+    blocks: list[tuple[int, int, list[Ring]]] = field(default_factory=list)
 
     @property
     def lines(self) -> list[tuple[Segment, int]]:
@@ -82,7 +83,7 @@ class Geometry:
         points = [corner for kind, ring in outlines if kind == "area" for corner in ring]
         if not points:
             points = [point for segment, _ in self.lines for point in (segment[:2], segment[2:])]
-            points += [corner for _, _, ring in self.blocks for corner in ring]
+            points += [corner for _, _, rings in self.blocks for ring in rings for corner in ring]
             points += [corner for _, ring in outlines for corner in ring]
         if not points:
             return (0.0, 0.0), (0.0, 0.0)
@@ -113,7 +114,7 @@ class Geometry:
             setattr(self, name, [change(point) for point in getattr(self, name)])
         self.regions = [(k, m, [[change(p) for p in ring] for ring in rings]) for k, m, rings in self.regions]
         self.chains = [(k, m, [change(p) for p in chain]) for k, m, chain in self.chains]
-        self.blocks = [(m, j, [change(p) for p in ring]) for m, j, ring in self.blocks]
+        self.blocks = [(m, j, [[change(p) for p in ring] for ring in rings]) for m, j, rings in self.blocks]
 
     def text(self, title: str = "") -> str:
         """The geometry file."""

@@ -8,34 +8,34 @@ gives the unit of lengths, and says where coordinates are longitudes and latitud
 
 from __future__ import annotations
 
-import re
 import sqlite3
+import warnings
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import shapely
-from shapely.geometry import mapping
-
 from ..errors import InputError, need
+from ..text import shown
+from . import systems
 from .dxf import SPEAKING, kind_of, parse_kind
 from .geojson import Reader
 from .geometry import Geometry
 from .json_places import JsonPath
-from .report import MOST_LINES, Report, check_size
+from .report import LARGEST_FILE, MOST_LINES, Report, check_size
+from .systems import System
+from .wkb import UnreadShapeError, shape_of
 
-UNIT = re.compile(r'\bUNIT\s*\[\s*"([^"]*)"\s*,\s*([-+.\deE]+)', re.I)
+MOST_WORK = 3000  # units of 100,000 instructions of SQLite: some seconds
 
 
 @dataclass
 class Source:
-    """Features of one layer, and what its reference system says."""
+    """Features of one layer, and what its reference system says; None where it has none."""
 
     name: str
-    rows: list[tuple[Any, dict[str, Any]]]  # shapes and columns
-    is_geographic: bool = False
-    unit: float = 1.0  # metres
+    rows: list[tuple[Any, dict[str, Any]]]  # shapes as in GeoJSON, and columns
+    system: System | None = None
 
 
 class _Features(Reader):
@@ -46,30 +46,30 @@ class _Features(Reader):
         self.layer = ""
 
     def place(self, path: JsonPath) -> str:
-        return f"row {path[0]} of layer {self.layer!r}: " if path else ""
+        return f"row {path[0]} of layer {shown(self.layer)}: " if path else ""
 
 
 def read_gis(
     path: Path, layers: dict[str, str] | None = None, default: str | None = None
-) -> tuple[Geometry, Report, float, bool]:
-    """Lines, regions and points of a GeoPackage or Shapefile, the length of its unit in metres, and whether its
-    coordinates are longitudes and latitudes. `layers` maps names of layers to kinds, `default` is the kind of lines and
-    polygons that have none."""
+) -> tuple[Geometry, Report, System | None]:
+    """Lines, regions and points of a GeoPackage or Shapefile, and its reference system.
+
+    `layers` maps names of layers to kinds, `default` is the kind of lines and polygons that have none.
+    """
     check_size(path)
     report = Report(path)
-    sources = _shapefile(path) if path.suffix.lower() == ".shp" else _geopackage(path, report)
+    sources = _shapefile(path, report) if path.suffix.lower() == ".shp" else _geopackage(path, report)
     reader = _Features(path, default, report)
     asked = {name.lower(): kind for name, kind in (layers or {}).items()}
     for source in sources:
         reader.layer = source.name
         of_layer = _properties_of(source.name, asked)
         for number, (shape, columns) in enumerate(source.rows, start=1):
-            if shape is None or shape.is_empty:
+            if shape is None:
                 report.leave("row without a shape", "rows without a shape")
                 continue
             given = {name.lower(): value for name, value in columns.items() if value is not None and value != ""}
-            flat = _as_json(mapping(shapely.force_2d(shape)))
-            feature = {"type": "Feature", "geometry": flat, "properties": of_layer | given}
+            feature = {"type": "Feature", "geometry": shape, "properties": of_layer | given}
             reader.item(feature, (number,), {})
         reader.report_failures()
     reader.finish()
@@ -77,17 +77,14 @@ def read_gis(
         if name.lower() not in {source.name.lower() for source in sources}:
             there = ", ".join(source.name for source in sources) or "none"
             report.warning(f"there is no layer {name!r}; the layers are: {there}")
-    systems = {(source.is_geographic, source.unit) for source in sources if source.rows}
-    if len(systems) > 1:
+    found = list(dict.fromkeys(source.system for source in sources if source.rows))
+    if len(found) > 1:
         report.error("the layers have different reference systems: convert them one by one")
     geometry = reader.geometry
     if not report.errors and geometry.is_empty:
         report.error("no lines: there is no line or polygon")
     report.raise_errors()
-    is_geographic, unit = next(iter(systems), (False, 1.0))
-    if unit != 1.0:
-        report.note(f"the reference system counts in units of {unit:.9g} m: lengths are converted to metres")
-    return geometry, report, unit, is_geographic
+    return geometry, report, found[0] if found else None
 
 
 def _properties_of(layer: str, asked: dict[str, str]) -> dict[str, Any]:
@@ -104,84 +101,135 @@ def _properties_of(layer: str, asked: dict[str, str]) -> dict[str, Any]:
     return {"kind": kind_of(match.group(1))} | ({"material": int(match.group(2))} if match.group(2) else {})
 
 
+def _geopackage(path: Path, report: Report) -> list[Source]:
+    """All layers of features of a GeoPackage; what its tables ask SQLite to do is bounded."""
+    try:
+        file = sqlite3.connect(f"{path.resolve().as_uri()}?mode=ro&immutable=1", uri=True)
+    except sqlite3.Error as error:
+        raise InputError(f"is no GeoPackage, or is damaged: {error}", path) from error
+    work = iter(range(MOST_WORK))
+    try:
+        file.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, max(path.stat().st_size, 1_000_000))
+        file.text_factory = lambda text: text.decode("utf-8", "replace")
+        file.execute("pragma trusted_schema = off")
+        file.set_progress_handler(lambda: next(work, -1) < 0, 100_000)
+        return list(_layers(file, path, report))
+    except sqlite3.OperationalError as error:
+        if "interrupted" in str(error):
+            raise InputError(
+                "reading the GeoPackage takes too long: its tables are not what they should be", path
+            ) from error
+        raise InputError(f"is no GeoPackage, or is damaged: {error}", path) from error
+    except (sqlite3.Error, MemoryError) as error:
+        raise InputError(f"is no GeoPackage, or is damaged: {error}", path) from error
+    finally:
+        file.close()
+
+
+def _layers(file: sqlite3.Connection, path: Path, report: Report) -> Iterator[Source]:
+    tables = {
+        str(name)
+        for (name,) in file.execute(
+            "select name from sqlite_master where type = 'table' and sql not like 'create virtual%'"
+        )
+    }
+    for name in ("gpkg_contents", "gpkg_geometry_columns", "gpkg_spatial_ref_sys"):
+        if name not in tables:
+            raise InputError(f"is no GeoPackage: there is no table {name}", path)
+    rows_left, room = MOST_LINES, LARGEST_FILE
+    found = file.execute(
+        "select c.table_name, g.column_name, g.srs_id, s.organization, s.organization_coordsys_id, s.definition "
+        "from gpkg_contents c join gpkg_geometry_columns g on g.table_name = c.table_name "
+        "left join gpkg_spatial_ref_sys s on s.srs_id = g.srs_id where c.data_type = 'features' "
+        "order by c.table_name limit 1000"
+    ).fetchall()
+    for table, column, *system in found:
+        if table not in tables:
+            raise InputError(f"the layer {shown(table)} is a view, or missing: write it as a table of its own", path)
+        cursor = file.execute(f'select * from "{table.replace(chr(34), 2 * chr(34))}"')
+        names = [entry[0] for entry in cursor.description]
+        if column not in names:
+            raise InputError(
+                f"the layer {shown(table)} has no column {shown(column)}, where its shapes should be", path
+            )
+        at = names.index(column)
+        rows: list[tuple[Any, dict[str, Any]]] = []
+        for row in cursor:
+            rows_left -= 1
+            room -= sum(len(value) for value in row if isinstance(value, str | bytes))
+            if rows_left < 0:
+                raise InputError(f"has more than {MOST_LINES} features", path)
+            if room < 0:
+                raise InputError("its cells hold more than the file: they are computed", path)
+            columns = {name: value for k, (name, value) in enumerate(zip(names, row, strict=True)) if k != at}
+            columns.pop("fid", None)
+            rows.append((_shape(row[at], len(rows) + 1, str(table), report), columns))
+        yield Source(str(table), rows, _system_of(*system))
+
+
+def _shape(cell: Any, number: int, table: str, report: Report) -> Any:
+    """The shape in a cell; None where there is none that is read."""
+    try:
+        return shape_of(cell)
+    except UnreadShapeError as error:
+        report.leave(f"{error} (not read) of layer {shown(table)}", f"{error}s (not read) of layer {shown(table)}")
+    except ValueError as error:
+        report.error(f"row {number} of layer {shown(table)}: the shape is damaged: {error}")
+    return None
+
+
+def _system_of(number: Any, organization: Any, code: Any, definition: Any) -> System | None:
+    """The reference system of a table."""
+    found = systems.of_text(str(definition or ""))
+    if found is not None:
+        return found
+    if number == 0:
+        return System("degrees")  # undefined, geographic
+    if number in (-1, None) or str(organization).upper() != "EPSG":
+        return None
+    return systems.of_name(f"EPSG:{code}")
+
+
+def _shapefile(path: Path, report: Report) -> list[Source]:
+    """The layer of a Shapefile."""
+    shapefile = need("shapefile", "gis", "reading Shapefiles")
+    rows: list[tuple[Any, dict[str, Any]]] = []
+    try:
+        with warnings.catch_warnings(record=True) as told, shapefile.Reader(str(path)) as file:
+            warnings.simplefilter("always")
+            if len(file) > MOST_LINES:
+                raise InputError(f"has more than {MOST_LINES} features", path)
+            for entry in file.iterShapeRecords():
+                rows.append((_shape_of_file(entry.shape, report), entry.record.as_dict()))
+    except (InputError, MemoryError):
+        raise
+    except Exception as error:  # broken files end in errors of any kind in pyshp
+        raise InputError(f"the Shapefile is broken, or parts of it are missing: {shown(error)}", path) from error
+    for message in dict.fromkeys(str(warning.message) for warning in told):
+        report.warning(message)
+    beside = next((file for file in (path.with_suffix(".prj"), path.with_suffix(".PRJ")) if file.is_file()), None)
+    if beside is None:
+        return [Source(path.stem, rows)]
+    with beside.open("rb") as stream:
+        text = stream.read(systems.LARGEST_TEXT).decode("utf-8", "replace")
+    system = systems.of_text(text)
+    if system is None and text.strip():
+        report.warning(f"{beside.name} names no reference system that can be read: lengths are taken in metres")
+    return [Source(path.stem, rows, system)]
+
+
+def _shape_of_file(shape: Any, report: Report) -> Any:
+    """The shape of a record as in GeoJSON; None where there is none."""
+    if not shape.points:
+        return None
+    if shape.shapeTypeName == "MULTIPATCH":
+        report.leave("MULTIPATCH (not read)", "MULTIPATCHes (not read)")
+        return None
+    return _as_json(shape.__geo_interface__)
+
+
 def _as_json(value: Any) -> Any:
     """Tuples of coordinates as lists."""
     if isinstance(value, dict):
         return {name: _as_json(entry) for name, entry in value.items()}
     return [_as_json(entry) for entry in value] if isinstance(value, list | tuple) else value
-
-
-def _system_of(text: str) -> tuple[bool, float]:
-    """Does a reference system in well-known text count degrees, and the length of its unit in metres."""
-    head = text.lstrip().upper()
-    if head.startswith(("GEOGCS", "GEOGCRS", "GEODCRS")):
-        return True, 1.0
-    units = [float(value) for _, value in UNIT.findall(text)]  # the last one is that of the projection
-    return False, units[-1] if head.startswith("PROJC") and len(units) > 1 and units[-1] > 0 else 1.0
-
-
-def _geopackage(path: Path, report: Report) -> list[Source]:
-    """All layers of features of a GeoPackage."""
-    try:
-        with sqlite3.connect(f"{path.resolve().as_uri()}?mode=ro", uri=True) as file:
-            return list(_layers(file, path, report))
-    except sqlite3.Error as error:
-        raise InputError(f"is no GeoPackage, or is damaged: {error}", path) from error
-    finally:
-        if "file" in locals():
-            file.close()
-
-
-def _layers(file: sqlite3.Connection, path: Path, report: Report) -> Iterator[Source]:
-    tables = file.execute(
-        "select c.table_name, g.column_name, s.definition from gpkg_contents c "
-        "join gpkg_geometry_columns g on g.table_name = c.table_name "
-        "left join gpkg_spatial_ref_sys s on s.srs_id = g.srs_id where c.data_type = 'features' order by c.table_name"
-    ).fetchall()
-    for table, column, definition in tables:
-        cursor = file.execute(f'select * from "{str(table).replace(chr(34), 2 * chr(34))}"')
-        names = [entry[0] for entry in cursor.description]
-        at = names.index(column)
-        rows: list[tuple[Any, dict[str, Any]]] = []
-        for row in cursor:
-            if len(rows) >= MOST_LINES:
-                raise InputError(f"has more than {MOST_LINES} features", path)
-            columns = {name: value for k, (name, value) in enumerate(zip(names, row, strict=True)) if k != at}
-            columns.pop("fid", None)
-            rows.append((_shape(row[at], report), columns))
-        yield Source(str(table), rows, *_system_of(str(definition or "")))
-
-
-def _shape(blob: Any, report: Report) -> Any:
-    """The shape in a cell of a GeoPackage: a header, then well-known binary."""
-    if not isinstance(blob, bytes) or len(blob) < 8 or blob[:2] != b"GP":
-        return None
-    envelope = (blob[3] >> 1) & 7
-    try:
-        return shapely.from_wkb(blob[8 + (0, 32, 48, 48, 64)[envelope] :])
-    except (shapely.errors.ShapelyError, IndexError):
-        report.leave("shape of a kind that is not read", "shapes of a kind that is not read")
-        return None
-
-
-def _shapefile(path: Path) -> list[Source]:
-    """The layer of a Shapefile."""
-    from shapely.geometry import shape
-
-    shapefile = need("shapefile", "gis", "reading Shapefiles")
-
-    try:
-        with shapefile.Reader(str(path)) as file:
-            if len(file) > MOST_LINES:
-                raise InputError(f"has more than {MOST_LINES} features", path)
-            rows = [
-                (shape(entry.shape.__geo_interface__) if entry.shape.points else None, entry.record.as_dict())
-                for entry in file.iterShapeRecords()
-            ]
-    except InputError:
-        raise
-    except Exception as error:  # broken files end in errors of any kind in pyshp
-        raise InputError(f"the Shapefile is broken, or parts of it are missing: {error}", path) from error
-    beside = path.with_suffix(".prj")
-    system = beside.read_text(encoding="utf-8", errors="replace") if beside.is_file() else ""
-    return [Source(path.stem, rows, *_system_of(system))]

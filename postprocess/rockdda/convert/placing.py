@@ -6,6 +6,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
+from ..text import shown
 from .geometry import Geometry, Point
 from .report import Report
 
@@ -25,31 +26,37 @@ def from_unit(value: float, unit: float) -> float:
     )
 
 
+#: Lengths of the units of $INSUNITS [m]: (name, length); 0 is none.
+INSUNITS = {
+    1: ("inches", 0.0254), 2: ("feet", 0.3048), 3: ("miles", 1609.344), 4: ("millimeters", 0.001),
+    5: ("centimeters", 0.01), 6: ("meters", 1.0), 7: ("kilometers", 1000.0), 8: ("microinches", 2.54e-8),
+    9: ("mils", 2.54e-5), 10: ("yards", 0.9144), 11: ("angstroms", 1e-10), 12: ("nanometers", 1e-9),
+    13: ("microns", 1e-6), 14: ("decimeters", 0.1), 15: ("decameters", 10.0), 16: ("hectometers", 100.0),
+    17: ("gigameters", 1e9), 18: ("astronomical units", 149_597_870_700.0), 19: ("light years", 9.4607304725808e15),
+    20: ("parsecs", 3.0856775814913673e16), 21: ("US survey feet", 1200 / 3937), 22: ("US survey inches", 100 / 3937),
+    23: ("US survey yards", 3600 / 3937), 24: ("US survey miles", 6_336_000 / 3937),
+}  # fmt: skip
+
+
 def metres_of(document: Any, extent: float, report: Report, stated: bool = True) -> float:
     """The length of a drawing's unit [m] by its $INSUNITS; 1 with a warning, or an error, where it states none.
 
     `stated`: the file itself holds $INSUNITS; for one without, ezdxf assumes metres.
     """
-    from ezdxf import units
-
     code = document.header.get("$INSUNITS", 0) if stated else 0
     advice = "state its unit: --scale 0.001 for millimetres, --scale 1 to keep the numbers"
-    try:
-        name, metre = units.unit_name(code), units.InsertUnits.Meters
-        metres = float(units.conversion_factor(units.InsertUnits(code), metre)) if code else 1.0
-        if not 0 < metres < math.inf:
-            raise ValueError
-    except (ValueError, KeyError, IndexError, TypeError, ZeroDivisionError):
-        report.error(f"the drawing states the unknown unit $INSUNITS = {code}: {advice}")
-        report.raise_errors()
-        return 1.0
     if code == 0:
         if extent > LARGEST_SECTION:
             report.error(f"the drawing states no unit ($INSUNITS), and its larger extent is {extent:g}: {advice}")
             report.raise_errors()
         report.note("the drawing states no unit ($INSUNITS): its numbers are kept (--scale changes them)")
-    elif code != units.M:
-        report.note(f"the drawing is in {name.lower()} ($INSUNITS): lengths are converted to metres, times {metres:g}")
+        return 1.0
+    if code not in INSUNITS:
+        report.error(f"the drawing states the unknown unit $INSUNITS = {shown(code)}: {advice}")
+        report.raise_errors()
+    name, metres = INSUNITS[code]
+    if metres != 1.0:
+        report.note(f"the drawing is in {name} ($INSUNITS): lengths are converted to metres, times {metres:g}")
         if extent * metres < SMALLEST_SECTION:
             text = f"with this unit its larger extent is {extent * metres:g} m"
             report.warning(f"{text}: if it was drawn in metres, --scale 1 keeps the numbers")

@@ -28,7 +28,7 @@ class Report:
         self.path = str(path)
         self.problems: list[Problem] = []
         self.errors: list[Problem] = []
-        self._lines = text.split("\n")
+        self._text = text
         self.taken: Counter[tuple[str, str]] = Counter()  # what the file has, in the singular and plural
         self.left: Counter[tuple[str, str]] = Counter()  # what of it is not taken
         self._warnings = 0
@@ -66,9 +66,12 @@ class Report:
     def text(self, problem: Problem) -> str:
         """A problem with its source line and a mark under the place."""
         shown = str(problem)
-        if problem.line is None or not 0 < problem.line <= len(self._lines):
+        if problem.line is None or not 0 < problem.line <= self._text.count("\n") + 1:
             return shown
-        source = self._lines[problem.line - 1].rstrip("\r").replace("\t", " ")
+        begin = 0
+        for _ in range(problem.line - 1):
+            begin = self._text.index("\n", begin) + 1
+        source = self._text[begin : begin + LONGEST_LINE + 2].split("\n")[0].rstrip("\r").replace("\t", " ")
         if len(source) > LONGEST_LINE:
             return shown
         mark = f"\n    {' ' * (problem.column - 1)}^" if problem.column is not None else ""
@@ -93,6 +96,14 @@ def check_size(path: Path) -> None:
         return  # the reader says why
     if size > LARGEST_FILE:
         raise InputError(_too_large(), path)
+
+
+def check_json(path: Path, text: str) -> None:
+    """InputError for JSON whose values need much more memory than its text."""
+    if text.count("[") + text.count("{") > 2 * MOST_LINES or text.count(",") > 8 * MOST_LINES:
+        raise InputError(
+            f"has more than {2 * MOST_LINES} lists, or {8 * MOST_LINES} values: JSON that large is not converted", path
+        )
 
 
 def _too_large() -> str:

@@ -72,8 +72,8 @@ def template_text(geometry: Geometry, name: str, ending: str, title: str) -> str
 def _supports(geometry: Geometry) -> list[str]:
     """Boundaries along the level base and the upright sides of the outermost lines."""
     edges: list[Segment] = [segment for segment, _ in geometry.lines]
-    for _, _, ring in geometry.blocks:
-        edges += [(*a, *b) for a, b in zip(ring, [*ring[1:], ring[0]], strict=True)]
+    for _, _, rings in geometry.blocks:
+        edges += [(*a, *b) for ring in rings for a, b in zip(ring, [*ring[1:], ring[0]], strict=True)]
     (left, right), (low, _) = geometry.ranges
     near = geometry.e0
     base = [x for x1, y1, x2, y2 in edges if max(y1, y2) <= low + near and abs(x2 - x1) > near for x in (x1, x2)]

@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from ..frames import FIELDS
 from ..joints import JOINT_FIELDS
+from ..rings import triangles
 
 if TYPE_CHECKING:
     from ..results import Frame, Results
@@ -25,13 +26,21 @@ LINE, POLYGON = 3, 7  # cells of VTK
 
 @dataclass(frozen=True)
 class Grid:
-    """Cells of one shape; cell i owns the vertices [offset[i], offset[i+1])."""
+    """Cells of one shape; cell i has the vertices connectivity[offset[i]:offset[i+1]], without it these themselves."""
 
     vertices: npt.NDArray[Any]  # (n, 2)
     offset: npt.NDArray[Any]
     shape: int  # number of the kind of cell in VTK
     points: Arrays  # values of vertices
     cells: Arrays  # and of cells
+    connectivity: npt.NDArray[Any] | None = None
+
+    @property
+    def ids(self) -> npt.NDArray[np.int64]:
+        """The vertices of all cells, one cell after the other."""
+        if self.connectivity is None:
+            return np.arange(len(self.vertices), dtype=np.int64)
+        return self.connectivity.astype(np.int64)
 
 
 def grids_of(results: Results, frame: Frame) -> dict[str, Grid]:
@@ -47,7 +56,7 @@ def grids_of(results: Results, frame: Frame) -> dict[str, Grid]:
 
 
 def _blocks(frame: Frame) -> Grid:
-    """One frame as a grid of polygons."""
+    """One frame as a grid of polygons. A block with holes is several triangles, since no cell of VTK has holes."""
     results = frame.results
     tensor = np.zeros((results.n_blocks, 3, 3))
     tensor[:, 0, 0], tensor[:, 1, 1] = frame.stress[:, 0], frame.stress[:, 1]
@@ -63,13 +72,25 @@ def _blocks(frame: Frame) -> Grid:
         "edge_joint": results.edge_joint.astype(np.int32),
     }
     vertices, offset, active = frame.vertices, results.vertex_offset, frame.active
+    holed = [i for i, rings in enumerate(results.rings) if len(rings) > 1]
     if not active.all():  # blocks that are not there are left out; the field `block` keeps their numbers
         corners = np.diff(offset)
         there = np.repeat(active, corners)
         cells = {name: values[active] for name, values in cells.items()}
         points = {name: values[there] for name, values in points.items()}
         vertices, offset = vertices[there], np.concatenate([[0], np.cumsum(corners[active])])
-    return Grid(vertices, offset, POLYGON, points, cells)
+        holed = (np.cumsum(active) - 1)[[i for i in holed if active[i]]].tolist()
+    if not holed:
+        return Grid(vertices, offset, POLYGON, points, cells)
+    pieces = [[ring] for ring in np.split(np.arange(len(vertices)), offset[1:-1])]
+    at_start = results.vertices[np.repeat(active, np.diff(results.vertex_offset))]
+    for i in holed:
+        first = pieces[i][0][0]
+        pieces[i] = [first + triangle for triangle in triangles(at_start[pieces[i][0]])]
+    cells = {name: np.repeat(values, [len(parts) for parts in pieces], axis=0) for name, values in cells.items()}
+    parts = [part for parts in pieces for part in parts]
+    offset = np.concatenate([[0], np.cumsum([len(part) for part in parts])])
+    return Grid(vertices, offset, POLYGON, points, cells, np.concatenate(parts))
 
 
 def _bolts(frame: Frame) -> Grid:

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import itertools
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -105,9 +106,9 @@ def _contact_coordinates(results: Results) -> dict[str, tuple[str, npt.NDArray[A
 def to_geopandas(results: Results, what: str = "blocks", frame: int = -1, crs: Any = None) -> geopandas.GeoDataFrame:
     """Shapes and values of a frame as a table of GeoPandas (`pip install geopandas`), ready for a GeoPackage.
 
-    what: 'blocks' (polygons with all fields; blocks that are not there are left out), 'joints' (lines with the
-    columns of `Results.joints`) or 'contacts' (points). Numbers of blocks count from 1, as in `rockdda-post export`;
-    crs is the reference system of the coordinates, where they have one.
+    what: 'blocks' (polygons, with holes, and all fields; blocks that are not there are left out), 'joints' (lines with
+    the columns of `Results.joints`) or 'contacts' (points). Numbers of blocks count from 1, as in `rockdda-post
+    export`; crs is the reference system of the coordinates, where they have one.
     """
     geopandas = need("geopandas", "gis", "to_geopandas")
     tables = {"blocks": _blocks, "joints": _joints, "contacts": _contact_points}
@@ -122,8 +123,9 @@ def _blocks(frame: Frame) -> tuple[dict[str, Any], list[Any]]:
 
     there = frame.active
     columns = {name: frame.field(name)[there] for name in FIELDS}
-    polygons = [Polygon(ring) for ring, is_there in zip(frame.polygons(), there.tolist(), strict=True) if is_there]
-    return columns, polygons
+    shown = itertools.compress(frame.results.rings, there.tolist())
+    corners = ([frame.vertices[ring] for ring in rings] for rings in shown)
+    return columns, [Polygon(outer, holes) for outer, *holes in corners]
 
 
 def _joints(frame: Frame) -> tuple[dict[str, Any], Any]:

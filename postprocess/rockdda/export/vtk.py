@@ -34,7 +34,8 @@ def to_vtk(
     `path` ending in .pvd: an index with the times, beside a folder with one .vtu file for each frame (all by
     default); a path without ending gets this one, and an existing folder takes such files under the name of the
     results. Ending in .vtkhdf: all frames in one file (`to_vtkhdf`). Ending in .vtu: one frame (the last by default).
-    Polygons are blocks. Vertices have displacements; cells have every field, velocities as vectors, stresses as 3 × 3
+    Polygons are blocks; a block with holes is several triangles with its number.
+    Vertices have displacements; cells have every field, velocities as vectors, stresses as 3 × 3
     tensors, and block numbers (from 1). Bolts are lines with their forces, joints lines with stresses, opening, slip
     and mobilised strength, edges of boundaries lines with the number of the boundary, its kind (1 fixed, 2 roller, 3
     moving, 4 traction) and force, in further files for each frame (…_bolts.vtu, …_joints.vtu, …_boundaries.vtu),
@@ -101,11 +102,10 @@ def _grid(frame: Frame, found: Grid) -> Any:
     places = vtkPoints()
     places.SetData(numpy_to_vtk(in_space(found.vertices), deep=True))
     grid.SetPoints(places)
-    connectivity = np.arange(len(found.vertices), dtype=np.int64)
     cell_array = vtkCellArray()
     cell_array.SetData(
         numpy_to_vtkIdTypeArray(found.offset.astype(np.int64), deep=True),
-        numpy_to_vtkIdTypeArray(connectivity, deep=True),
+        numpy_to_vtkIdTypeArray(found.ids, deep=True),
     )
     grid.SetCells(found.shape, cell_array)
     for data, arrays in ((grid.GetPointData(), found.points), (grid.GetCellData(), found.cells)):

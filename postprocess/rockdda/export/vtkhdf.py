@@ -73,6 +73,7 @@ class _Writer:
         self.steps = self.root.create_group("Steps")
         self.count = 0
         self._offset: npt.NDArray[Any] | None = None  # of the last part
+        self._last_ids = np.zeros(0, dtype=np.int64)
         self._parts = self._cells = self._ids = 0  # before the last part: parts, cells, ids
 
     def _append(self, name: str, rows: npt.NDArray[Any]) -> int:
@@ -93,15 +94,16 @@ class _Writer:
 
     def add(self, frame: Frame, grid: Grid) -> None:
         """A time step."""
-        if self._offset is None or not np.array_equal(grid.offset, self._offset):
-            n = len(grid.vertices)
-            self._append("NumberOfPoints", np.array([n]))
+        ids = grid.ids
+        is_same = self._offset is not None and np.array_equal(grid.offset, self._offset)
+        if not is_same or not np.array_equal(ids, self._last_ids):
+            self._append("NumberOfPoints", np.array([len(grid.vertices)]))
             self._append("NumberOfCells", np.array([len(grid.offset) - 1]))
-            self._append("NumberOfConnectivityIds", np.array([n]))
-            self._ids = self._append("Connectivity", np.arange(n, dtype=np.int64))
+            self._append("NumberOfConnectivityIds", np.array([len(ids)]))
+            self._ids = self._append("Connectivity", ids)
             self._cells = self._append("Types", np.full(len(grid.offset) - 1, grid.shape, dtype=np.uint8))
             self._append("Offsets", grid.offset.astype(np.int64))
-            self._offset, self._parts = grid.offset.copy(), self._parts + 1
+            self._offset, self._last_ids, self._parts = grid.offset.copy(), ids, self._parts + 1
         self._note("Values", frame.time, np.float64)
         self._note("PartOffsets", self._parts - 1)
         self._note("NumberOfParts", 1)
