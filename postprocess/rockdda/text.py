@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     import pandas
 
 LONGEST_SHOWN = 60
+LONGEST_IN_PICTURE = 200  # letters of a text; the layout of thousands takes gigabytes
 NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eEdD][-+]?\d+)?", re.ASCII)
 
 
@@ -72,6 +73,7 @@ def readable(text: str) -> str:
 
 def plain_text(text: str) -> str:
     """A readable text for matplotlib: control characters become blanks, and $ is a dollar, not mathematics."""
+    text = short(text, LONGEST_IN_PICTURE)
     clean = "".join(" " if unicodedata.category(c) == "Cc" else c for c in readable(text))
     return clean.replace("$", r"\$")
 

@@ -165,7 +165,8 @@ def film_page(
         if "joint" in entry:
             continue
         found = values[entry["name"]].astype(float)
-        low, high = float(found[active].min()), float(found[active].max())
+        shown = found[active] if active.any() else np.zeros(1)
+        low, high = float(shown.min()), float(shown.max())
         found = np.clip(found, low, high)  # of blocks that are not there
         usual = colour_range((low, high), usual_range(found, results.block_area, active))
         if entry["name"] != "material":

@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 from ..errors import InputError
 from ..frames import field_name
-from ..text import plain_text
+from ..text import LONGEST_IN_PICTURE, plain_text
 from ..units import Units
 from ..writing import complete_file
 from .block_maps import blocks, contact_forces, displacements, stress_crosses
@@ -171,6 +171,7 @@ def plot(
 def save(axes: Any, path: str | os.PathLike[str], dpi: int = 200) -> Path:
     """Write the figure of some axes (.pdf, .svg, .png, …) and close it."""
     import matplotlib.pyplot as plt
+    from matplotlib.text import Text
 
     path = Path(path)
     first = np.ravel(np.asarray(axes, dtype=object))[0]
@@ -178,6 +179,9 @@ def save(axes: Any, path: str | os.PathLike[str], dpi: int = 200) -> Path:
     known = figure.canvas.get_supported_filetypes()
     if path.suffix.lower().lstrip(".") not in known:
         raise InputError(f"pictures end in .{', .'.join(sorted(known))}, not in {path.suffix or 'nothing'!r}", path)
+    for text in figure.findobj(Text):
+        if len(text.get_text()) > LONGEST_IN_PICTURE:
+            text.set_text(plain_text(text.get_text()))
     try:
         with style(), complete_file(path) as part:
             figure.savefig(part, dpi=dpi, bbox_inches="tight", pad_inches=0.03)

@@ -115,6 +115,8 @@ def nice_ticks(axis: Axis, most: int = 5) -> None:
 
 def limits_of(name: str, values: npt.NDArray[Any], given: tuple[float, float] | None) -> tuple[float, float, str]:
     """Smallest and largest value of a colour scale, and its colour map: with both signs, zero is white."""
+    if not np.size(values):  # no block is there
+        values = np.zeros(1)
     low, high = given if given is not None else (float(np.min(values)), float(np.max(values)))
     largest = max(abs(low), abs(high))
     if given is None and low < 0 < high and min(-low, high) > 0.02 * largest:
@@ -168,6 +170,8 @@ def without_splinters(
     """
     rows = np.atleast_2d(values).astype(float)
     there = rows if active is None else rows[np.atleast_2d(active)]
+    if not np.size(there):
+        return there
     whole = float(np.min(there)), float(np.max(there))
     low, high = colour_range(whole, usual_range(rows, areas, active))
     return np.clip(there, low, high) if whole[1] - whole[0] > 2 * (high - low) else there

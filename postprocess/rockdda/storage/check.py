@@ -18,6 +18,7 @@ __all__ = ["attributes_problem", "results_problem", "rows_problem"]
 
 # Columns of the energies, and values of a contact's state.
 ENERGIES, STATES = 10, 3
+LARGEST = 1e30  # size of a number; the square of one is a number, too
 POINTS = ("fixed", "loading", "measured")
 TEXTS = ("title", "program_version", "created", "exit_reason")
 
@@ -48,6 +49,8 @@ def rows_problem(path: str, rows: npt.NDArray[Any], n_blocks: int) -> str:
     """The first error in rows read from a table; '' without one."""
     if rows.dtype.kind == "f" and not np.isfinite(rows).all():
         return f"{path} holds a number that is not finite"
+    if rows.dtype.kind == "f" and (np.abs(rows) > LARGEST).any():
+        return f"{path} holds a number above {LARGEST:g} in size"
     if path == "frames/contact_state" and not np.isin(rows, range(STATES)).all():
         return f"{path} holds an impossible number"
     if path == "frames/contact_length" and (rows < 0).any():
@@ -179,7 +182,9 @@ def _check_model(file: h5py.File) -> tuple[int, int, dict[str, int]]:
     _need(bool((file["model/edge_joint"][()] >= 0).all()), "model/edge_joint", "holds an impossible number")
     _need(bool((file["model/block_material"][()] >= 1).all()), "model/block_material", "holds an impossible number")
     for name in ("vertices", "block_area", "block_centroid", *(f"{kind}_points" for kind in POINTS)):
-        _need(bool(np.isfinite(file[f"model/{name}"][()]).all()), f"model/{name}", "holds a number that is not finite")
+        values = file[f"model/{name}"][()]
+        _need(bool(np.isfinite(values).all()), f"model/{name}", "holds a number that is not finite")
+        _need(bool((np.abs(values) <= LARGEST).all()), f"model/{name}", f"holds a number above {LARGEST:g} in size")
     for kind, n in points.items():
         path = f"model/{kind}_points"
         blocks = np.asarray(file[path].attrs.get("block", -1))

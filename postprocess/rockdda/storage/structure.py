@@ -72,9 +72,15 @@ def _check_attributes(item: h5py.h5g.GroupID | h5py.h5d.DatasetID, path: str) ->
     for i in range(n):
         attribute = h5py.h5a.open(item, index=i)
         where = f"{path or '/'}@{attribute.name.decode('utf-8', 'replace')}"
+        _check_extent(attribute.get_space(), where)
         _check_type(attribute.get_type(), where)
         if math.prod(attribute.shape) > MOST_VALUES:
             raise _Problem(f"{where} has too many values")
+
+
+def _check_extent(space: h5py.h5s.SpaceID, where: str) -> None:
+    if space.get_simple_extent_type() == h5py.h5s.NULL:
+        raise _Problem(f"{where} has no extent")
 
 
 def _check_type(kind: h5py.h5t.TypeID, where: str) -> None:
@@ -88,6 +94,7 @@ def _check_type(kind: h5py.h5t.TypeID, where: str) -> None:
 
 
 def _check_dataset(item: h5py.h5d.DatasetID, where: str, size: int) -> None:
+    _check_extent(item.get_space(), where)
     creation = item.get_create_plist()
     layout = creation.get_layout()
     if creation.get_external_count() != 0:
