@@ -18,6 +18,7 @@ module rockdda_app_progress
    type :: progress_type
       logical, private :: active = .false., terminal = .false., drawn = .false.
       real(wp), private :: start = 0, last = 0
+      real(wp), private :: fraction = 0, reached = 0   !! of the run, and when it was reached [s]
    contains
       procedure :: begin
       procedure :: update
@@ -35,6 +36,8 @@ contains
       self%drawn = .false.
       self%start = wall_seconds()
       self%last = self%start
+      self%fraction = 0
+      self%reached = self%start
    end subroutine begin
 
    !> Show the progress of the run, unless it has been shown within the interval.
@@ -50,10 +53,14 @@ contains
       if (now - self%last < merge(terminal_interval, line_interval, self%terminal)) return
       self%last = now
       tail = text
+      if (fraction > self%fraction) then
+         self%fraction = fraction
+         self%reached = now
+      end if
       if (fraction > 0 .and. fraction < 1) then
-         left = (now - self%start)*(1 - fraction)/fraction
-         ! a stage until equilibrium does not know its end
-         if (left < longest_left) tail = tail//', '//duration(left)//' left'
+         ! a stage until equilibrium does not know its end: the fraction stands until the next one
+         left = (self%reached - self%start)*(1 - fraction)/fraction - (now - self%reached)
+         if (left > 0 .and. left < longest_left) tail = tail//', '//duration(left)//' left'
       end if
       if (self%terminal) then
          full = nint(bar_width*min(1.0_wp, max(0.0_wp, fraction)))

@@ -90,3 +90,23 @@ class Messages(ProgramTest):
             ("phi", "did you mean 'friction'"),
         ):
             self.assertIn(where, self.run_program("help", word).err)
+
+    def test_a_surcharge_that_no_pressure_along_the_top_carries_is_told(self):
+        ground = "&in_situ surface = 2, k0 = 0.5, surcharge = 1e5 /\n"
+        for pressure, told in ((None, True), (1e5, False), (1.01e5, False), (2e5, True)):
+            top = f"&boundary along = 0,2, 4,2, kind = 'traction', pressure = {pressure} /\n" if pressure else ""
+            found = self.problems(("&run", ground + top + "&run"), level="warning")
+            self.assertEqual([("give a stress of 1e+05" in m or "100000" in m) for m in found], [True] * told, found)
+
+    def test_a_reset_in_the_first_stage_is_told(self):
+        stages = "&stage until = 'equilibrium', reset_displacement = .true. /\n&stage until = 'equilibrium' /\n"
+        found = self.problems(("&run steps = 1 /\n", stages), level="note")
+        self.assertEqual([m for m in found if "reset_displacement has no effect in the first stage" in m][1:], [])
+        self.assertTrue(any("reset_displacement has no effect in the first stage" in m for m in found))
+
+    def test_a_splinter_between_joints_that_nearly_coincide_is_named_with_its_place(self):
+        self.problems()
+        self.write("a.dc", LINES.replace("4 4", "6 4") + "-1 1 5 1 1\n-1 1.003 5 1.003 1\n")
+        outcome = self.run_program("check", "a.nml")
+        (found,) = [line for line in outcome.err.splitlines() if "splinter" in line]
+        self.assertRegex(found, r"warning: block \d at \(2, 1.0015\) is 0.003 thick: a splinter between joints")

@@ -36,8 +36,8 @@ contains
       if (n == 0) return
       names = 'joint material'//trim(merge(' ', 's', n == 1))//' '//names//' '//trim(merge('has ', 'have', n == 1))
       call messages%add(severity%warning, 'the base moves, and '//names//' no damping_ratio: their springs '// &
-                        'vibrate, and blocks slip by some percent more or less than friction lets them, which shorter steps '// &
-                        'make no better; give damping_ratio = 0.5, for example', origin)
+                        'vibrate, and blocks slip by some percent more or less than friction lets them, which '// &
+                        'shorter steps make no better; give damping_ratio = 0.5, for example', origin)
    end subroutine check_damping
 
 end module rockdda_io_damping_check

@@ -14,6 +14,7 @@ module rockdda_io_plausibility
    use rockdda_model_in_situ, only : initial_stress_type, find_initial_stress
    use rockdda_model_options, only : run_options_type, is_set
    use rockdda_io_damping_check, only : check_damping
+   use rockdda_io_ground_check, only : check_ground
    use rockdda_model_parameters, only : parameters_type
    implicit none
    private
@@ -97,6 +98,7 @@ contains
       call inspection%check_sleep(parameters, is_set(options%sleep_tolerance))
       call inspection%check_step(parameters, is_set(options%dt_max))
       if (.not. is_set(options%dt_max)) call inspection%check_accuracy(parameters)
+      call check_ground(blocks, parameters, inspection%warnings)
       call messages%append(inspection%warnings)
    end subroutine check_plausibility
 
