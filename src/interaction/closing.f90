@@ -41,9 +41,14 @@ contains
 
    !> Gap of the springs below which an open contact closes. The tolerance counts from where the blocks touch: what the
    !> offset has used up of it is gone.
-   pure real(wp) function closing_gap(settings, offset)
+   pure real(wp) function closing_gap(settings, offset, strikes)
       type(joint_settings_type), intent(in) :: settings
       real(wp), intent(in) :: offset   !! gap that is free of force [length]
+      logical, intent(in) :: strikes   !! it never closes in this attempt
+      if (strikes) then
+         closing_gap = -huge(closing_gap)
+         return
+      end if
       closing_gap = -max(settings%close_tolerance + min(0.0_wp, offset), &
                          min(settings%close_tolerance, settings%open_tolerance))
    end function closing_gap
@@ -58,7 +63,7 @@ contains
       real(wp) :: start(2), between(2)                !! of the contact and its partner, offsets left aside [length]
       integer :: p
       closes = .false.
-      if (gap >= closing_gap(settings, table%offset(c))) return
+      if (gap >= closing_gap(settings, table%offset(c), logical(states(c)%strikes))) return
       p = table%partner(c)
       if (p > 0) then
          ! inside only when behind both lines; the line with the larger gap closes: through it is the shorter way out

@@ -117,6 +117,7 @@ contains
          self%joint(c)%bonded = table%bonded(c)
          self%joint(c)%tied = table%tied(c)
          self%joint(c)%worn = .false.
+         self%joint(c)%strikes = .false.
          self%start(c) = merge(2_i1, 1_i1, table%state(c) == contact_state%open)
          if (table%state(c) == contact_state%sliding) call set_friction(self, table, laws, settings, c)
       end do
@@ -262,7 +263,7 @@ contains
          self%miss(c) = 0
          self%normal_force(c) = 0
          gap = self%gap(c)
-         if (old == contact_state%open .and. gap >= closing_gap(settings, table%offset(c))) then
+         if (old == contact_state%open .and. gap >= closing_gap(settings, table%offset(c), logical(joint%strikes))) then
             joint%friction = 0
             return
          end if
@@ -398,7 +399,8 @@ contains
             k = c - first + 1
             p = partner(c)
             if (held(k) .and. p == 0) cycle
-            if (joint(c)%state == contact_state%open .and. gap_there(k) >= closing_gap(settings, table%offset(c))) then
+            if (joint(c)%state == contact_state%open .and. &
+                gap_there(k) >= closing_gap(settings, table%offset(c), logical(joint(c)%strikes))) then
                force(1, c) = 0
                force(2, c) = 0
                cycle

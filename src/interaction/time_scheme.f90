@@ -31,6 +31,7 @@ module rockdda_interaction_time_scheme
    contains
       procedure :: middle
       procedure :: velocity_shares
+      procedure :: velocity_of_motion
       procedure :: new_acceleration
       procedure :: velocity_change
       procedure :: inertia_work
@@ -76,6 +77,12 @@ contains
       r = self%level*self%gamma/self%beta
       s = self%level - 0.5_wp*r
    end subroutine velocity_shares
+
+   !> Velocity at the end of a step for a motion of dt, all else zero.
+   pure real(wp) function velocity_of_motion(self)
+      class(time_scheme_type), intent(in) :: self
+      velocity_of_motion = merge(self%gamma/self%beta, 2.0_wp, self%second_order)
+   end function velocity_of_motion
 
    !> Acceleration at the end of the step.
    elemental real(wp) function new_acceleration(self, d, velocity, acceleration, jump, dt) result(a)

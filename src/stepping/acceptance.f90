@@ -9,7 +9,6 @@ module rockdda_stepping_acceptance
    use rockdda_interaction_block_forces, only : block_forces_type
    use rockdda_stepping_accuracy, only : dynamic_step_type, rest_steps
    use rockdda_stepping_equilibrium, only : varies_with_time
-   use rockdda_stepping_impact, only : impact_type
    use rockdda_stepping_ledger, only : ledger_type
    use rockdda_stepping_motion, only : move_blocks, measure_points
    use rockdda_stepping_sleep, only : fall_asleep
@@ -27,7 +26,7 @@ contains
       type(ledger_type), intent(inout) :: ledger
       type(block_forces_type), intent(inout) :: forces       !! on the blocks at the end of the step
       type(step_record_type), intent(inout) :: record
-      type(impact_type) :: impact
+      real(wp), allocatable :: slip(:)
       real(wp) :: k01
       logical :: is_first   !! a dynamic part begins, if the step is one
       k01 = step%control%k01(step%parameters)
@@ -36,10 +35,15 @@ contains
          if (.not. k01 < 1) call step%control%strikes%add(step%step_context_type, contacts%table, &
                                                           contacts%trial%state_used, contacts%laws%restitution, &
                                                           report%displacement/step%dt, is_first)
-         if (k01 > 0) call impact%find(step%step_context_type, contacts%table, contacts%trial, contacts%laws, &
-                                       step%equations%x)
+         step%impact%happened = .false.
+         if (k01 > 0) call step%impact%find(step%step_context_type, contacts%table, contacts%trial, contacts%settings, &
+                                            contacts%laws, step%equations%x)
       end associate
-      if (impact%happened) call step%families%predict(step%equations)
+      if (step%impact%happened) then
+         slip = step%families%contacts%trial%slip
+         call step%families%predict(step%equations)
+         call step%impact%keep_slip(slip, step%families%contacts%trial)
+      end if
       call step%families%reach_end(step%step_context_type, step%equations)
       ledger%resting_energy = 0
       if (step%parameters%energy .and. allocated(step%resting)) ledger%resting_energy = energy_at_rest(step)
@@ -48,11 +52,11 @@ contains
       call step%families%commit(step%step_context_type, step%equations%x)
       call measure_error(step, report, .not. k01 < 1)
       call move(step, k01)
-      if (impact%happened) then
-         call impact%finish(step%step_context_type, step%families%contacts%table, step%families%contacts%trial)
+      if (step%impact%happened) then
+         call step%impact%finish(step%step_context_type, step%families%contacts%table, step%families%contacts%trial)
          step%state%accelerates = .false.   ! the motion of the step is not that of its equations
       end if
-      if (step%parameters%energy) call ledger%close_step(step%step_context_type, step%families, k01, impact%happened)
+      if (step%parameters%energy) call ledger%close_step(step%step_context_type, step%families, k01, step%impact%happened)
       if (step%parameters%energy .and. .not. k01 < 1) call step%control%accuracy%note_energies(is_first, &
                                                                                           record%energy, ledger%total)
       call forces%clear(step%blocks%n_blocks)
