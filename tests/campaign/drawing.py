@@ -131,6 +131,9 @@ def shrink(kind: Kind, count: int, chunk: int, program: Path) -> tuple[Verdict, 
     class Found(Exception):
         pass
 
+    class Enough(BaseException):
+        """Ends a shrink, which would go on for minutes; each fault of a shrink is simpler than the one before."""
+
     @settings(
         max_examples=count,
         database=None,
@@ -147,7 +150,7 @@ def shrink(kind: Kind, count: int, chunk: int, program: Path) -> tuple[Verdict, 
         key = json.dumps(drawn, sort_keys=True)
         if key not in seen:
             if first and not budget:
-                return
+                raise Enough
             budget -= bool(first)
             seen[key] = judge(kind, drawn, program)
             if seen[key].fault and not first:
@@ -159,6 +162,6 @@ def shrink(kind: Kind, count: int, chunk: int, program: Path) -> tuple[Verdict, 
     smallest: list[Verdict] = []
     try:
         one()
-    except Found:
+    except (Found, Enough):
         return smallest[-1], first
     return None

@@ -14,11 +14,12 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from . import joint_law, masonry, motion, sliding
+from . import collisions, elastic, joint_law, masonry, motion, readers, relations, rooms, silence, sliding
 from .bench import ROOT
 from .drawing import Kind, Values, draw, judge, shrink
 
-KINDS: dict[str, Kind] = {kind.name: kind for module in (motion, joint_law, sliding, masonry) for kind in module.KINDS}
+FAMILIES = (motion, joint_law, sliding, masonry, collisions, elastic, rooms, relations, readers, silence)
+KINDS: dict[str, Kind] = {kind.name: kind for module in FAMILIES for kind in module.KINDS}
 #: draws of one chunk: what is lost when a run is killed
 CHUNK = 25
 KNOWN = Path(__file__).parent / "known"

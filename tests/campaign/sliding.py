@@ -237,7 +237,6 @@ KINDS = [
             cohesive=between(0, 0.8, 8),
         ),
         plane_failure,
-        known="the search finds no factor below 1",
     ),
     Kind(
         "wedge-of-two",
