@@ -390,3 +390,20 @@ def test_shapes_that_claim_more_than_they_hold_are_refused(tmp_path):
             told[str(error).split(": ")[1][:24]] += 1
     assert told["done"] <= 3, told
     assert sum(told.values()) == len(SQL)
+
+
+@pytest.mark.parametrize(
+    ("piece", "message"),
+    [
+        ("[],", "more than 2000000 lists and objects"),
+        ("1,", "more than 6000000 values"),
+        ('"":0,', "more than 2000000 members"),
+        ("\n", "the JSON is broken"),
+    ],
+)
+def test_json_that_swells_in_memory_is_refused(tmp_path, piece, message):
+    for name in ("a.geojson", "a.json"):
+        head = '{"type":"compas","dtype":"compas","data":' if name == "a.json" else '{"type":"Point","coordinates":'
+        (tmp_path / name).write_text(head + piece * 7_000_000)
+        with pytest.raises(rockdda.InputError, match=message):
+            convert(tmp_path / name, tmp_path / "a")

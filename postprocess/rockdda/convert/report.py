@@ -66,7 +66,7 @@ class Report:
     def text(self, problem: Problem) -> str:
         """A problem with its source line and a mark under the place."""
         shown = str(problem)
-        if problem.line is None or not 0 < problem.line <= self._text.count("\n") + 1:
+        if problem.line is None or not 0 < problem.line <= min(self._text.count("\n") + 1, MOST_LINES):
             return shown
         begin = 0
         for _ in range(problem.line - 1):
@@ -100,10 +100,9 @@ def check_size(path: Path) -> None:
 
 def check_json(path: Path, text: str) -> None:
     """InputError for JSON whose values need much more memory than its text."""
-    if text.count("[") + text.count("{") > 2 * MOST_LINES or text.count(",") > 8 * MOST_LINES:
-        raise InputError(
-            f"has more than {2 * MOST_LINES} lists, or {8 * MOST_LINES} values: JSON that large is not converted", path
-        )
+    for letters, most, what in (("[{", 2, "lists and objects"), (":", 2, "members"), (",", 6, "values")):
+        if sum(map(text.count, letters)) > most * MOST_LINES:
+            raise InputError(f"has more than {most * MOST_LINES} {what}: JSON that large is not converted", path)
 
 
 def _too_large() -> str:
