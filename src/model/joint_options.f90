@@ -6,6 +6,7 @@ module rockdda_model_joint_options
    use rockdda_base_strings, only : counted, to_string
    use rockdda_model_analysis_input, only : joint_material_type
    use rockdda_model_material_names, only : most_number, described_materials, check_material_names, take, take_text
+   use rockdda_model_material_options, only : friction_option
    use rockdda_model_options, only : is_set
    implicit none
    private
@@ -48,7 +49,7 @@ contains
          end do
          if (m > n_described .and. .not. any(added(1:i - 1)%number == m) .and. &
              .not. is_set(added(i)%friction_angle) .and. .not. has_own_friction(added(i)) .and. &
-             .not. messages%has_error_about('friction', added(i)%origin)) &
+             .not. messages%has_error_about(friction_option, added(i)%origin)) &
             call messages%add(severity%error, what//'an added material needs its angle of friction', &
                               added(i)%origin)
          if (any(added(1:i - 1)%number == m)) call messages%add(severity%warning, what//'is described twice; what '// &

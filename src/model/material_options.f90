@@ -12,7 +12,11 @@ module rockdda_model_material_options
    implicit none
    private
    public :: describe_model, describe_block_materials, describe_point_tables
+   public :: friction_option
    public :: take_block_options, take_point_tables
+
+   !> Name of the friction of a joint material in the options.
+   character(len=*), parameter :: friction_option = 'friction'
 
 contains
 

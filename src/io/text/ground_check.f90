@@ -67,7 +67,8 @@ contains
             call messages%add(severity%warning, '&in_situ: surcharge and surface give a stress of '// &
                               to_string(expected, 4)//' at the top of the model, y = '//to_string(top)// &
                               ', where boundaries press with '//to_string(found, 4)//': the blocks will move '// &
-                              "until both are equal; give &boundary along the top, kind = 'traction', that pressure", s%origin)
+                              "until both are equal; give &boundary along the top, kind = 'traction', this pressure", &
+                              s%origin)
          end associate
       end do
    end subroutine check_surcharge
