@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import bisect
 import json
 import re
 from collections.abc import Iterable
@@ -26,7 +25,7 @@ def places_of(text: str, paths: Iterable[JsonPath]) -> dict[JsonPath, tuple[int,
         node[None] = path
     found: dict[JsonPath, tuple[int, int]] = {}
     left = len(set(paths))
-    breaks = [match.start() for match in re.finditer("\n", text)]
+    line, counted = 1, 0  # of the last place found
     stack: list[list[Any]] = []  # [is it a list, key or index, node of the tree]
     expect_key = False
     for match in TOKEN.finditer(text):
@@ -47,9 +46,9 @@ def places_of(text: str, paths: Iterable[JsonPath]) -> dict[JsonPath, tuple[int,
         else:
             node = stack[-1][2].get(stack[-1][1], _NOTHING) if stack else wanted
             if None in node and node[None] not in found:
-                line = bisect.bisect_left(breaks, match.start())
-                begin = breaks[line - 1] + 1 if line else 0
-                found[node[None]] = (line + 1, match.start() - begin + 1)
+                line += text.count("\n", counted, match.start())
+                counted = match.start()
+                found[node[None]] = (line, counted - text.rfind("\n", 0, counted))
                 left -= 1
             if token in "{[":
                 stack.append([token == "[", 0 if token == "[" else None, node])
