@@ -256,7 +256,6 @@ KINDS = [
             restitution=RESTITUTION,
         ),
         crash_on_floor,
-        known="restitution is not applied to a block that is in contact with another one already",
     ),
     Kind(
         "flat-drop",
@@ -294,7 +293,7 @@ KINDS = [
         "the next swing of a rocking block by Housner, without bouncing",
         values(width=between(0.3, 2, 17), slender=between(2.5, 6, 14), share=between(0.3, 0.7, 8)),
         rocking,
-        known="restitution is not applied to a block that is in contact with another one already",
+        known="the swing after the first impact is up to a tenth of the release off",
     ),
     Kind(
         "falls",
