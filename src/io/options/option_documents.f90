@@ -16,7 +16,8 @@ module rockdda_io_option_documents
    character(len=*), parameter :: nl = new_line('a')
 
    !> Words that users try for what stands in other files.
-   character(len=*), parameter :: in_geometry(11) = [character(len=15) :: 'bolt', 'bolts', 'line', 'lines', 'hole', 'fixed', 'fixed_point', 'measured', 'measured_point', 'material_line', 'anchor']
+   character(len=*), parameter :: in_geometry(11) = [character(len=15) :: 'bolt', 'bolts', 'line', 'lines', 'hole', &
+      'fixed', 'fixed_point', 'measured', 'measured_point', 'material_line', 'anchor']
    character(len=*), parameter :: in_statistics(4) = [character(len=15) :: 'opening', 'joint_set', 'section', 'sets']
 
 contains
