@@ -149,7 +149,7 @@ class Moves:
 
     @staticmethod
     def _statements(p: Procedure) -> Iterator[tuple[dict[str, Names], str]]:
-        """Names of `associate` around each statement with what they stand for; the statement with that in place of them."""
+        """Names of `associate` and what they stand for around each statement; the statement with that in place."""
         blocks: list[dict[str, Names]] = []
         for statement in p.statements:
             if re.match(r"end\s*associate", statement):

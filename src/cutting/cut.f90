@@ -3,9 +3,10 @@
 !>
 !>     call cut_blocks(geometry, blocks, report, messages, error)
 !>
-!> Steps, one module each: meetings of lines (intersections), merging into nodes (nodes), repeated cleaning until no two
-!> pieces cross (cleaning), distinct edges (graph), dead ends and faces (faces), islands (nesting), polygons and
-!> their order (outlines), holes, materials, points and bolts (assignment).
+!> Steps, one module each: parts of lines that lie on each other (overlaps), meetings of lines (intersections), merging
+!> into nodes (nodes), repeated cleaning until no two pieces cross (cleaning), distinct edges (graph), dead ends and
+!> faces (faces), islands (nesting), polygons and their order (outlines), holes, materials, points and bolts
+!> (assignment).
 !>
 !> Boundary lines (the first n_boundary) are cut like all others.
 !>
@@ -32,12 +33,12 @@ module rockdda_cutting_cut
    use rockdda_cutting_assignment, only : mark_holes, assign_materials, assign_points, assign_bolts
    use rockdda_cutting_faces, only : face_set_type, prune_dead_ends, trace_faces, straighten
    use rockdda_cutting_graph, only : graph_type, pieces_type
-   use rockdda_cutting_intersections, only : meeting_list_type
    use rockdda_cutting_line_report, only : report_lines
    use rockdda_cutting_location, only : block_locator_type
    use rockdda_cutting_net, only : make_net
    use rockdda_cutting_nesting, only : nesting_type, find_nesting
    use rockdda_cutting_outlines, only : outline_set_type, make_outlines
+   use rockdda_cutting_overlaps, only : visible_lines_type
    implicit none
    private
    public :: cut_blocks, cut_report_type
@@ -71,7 +72,7 @@ contains
       type(cut_report_type), intent(out) :: report
       type(diagnostics_type), intent(inout) :: messages
       type(error_type), allocatable, intent(out) :: error
-      type(meeting_list_type) :: meetings
+      type(visible_lines_type) :: visible
       type(pieces_type) :: pieces
       type(graph_type) :: graph
       type(face_set_type) :: faces
@@ -93,12 +94,12 @@ contains
          call refuse()
          return
       end if
-      call make_net(geometry%lines, skip, e0, meetings, pieces, graph, report%n_rounds, error)
+      call make_net(geometry%lines, skip, e0, visible, pieces, graph, report%n_rounds, error)
       if (allocated(error)) return
       call prune_dead_ends(graph)
       call trace_faces(graph, faces)
-      call report_lines(geometry, skip, e0, meetings, pieces, graph, report%n_dropped_lines, report%n_shortened_lines, &
-                        messages, found, error)
+      call report_lines(geometry, skip, e0, visible, graph, report%n_dropped_lines, report%n_shortened_lines, messages, &
+                        found, error)
       if (allocated(error)) return
       if (faces%n_groups == 0 .and. .not. found%has_errors()) then
          call refuse()

@@ -25,6 +25,7 @@ module rockdda_cutting_intersections
       real(wp), allocatable :: parameter(:, :)  !! (2, capacity) position along them: 0 at the start, 1 at the end
       logical, allocatable :: through(:, :)     !! (2, capacity) does the line continue for more than e0 on both sides?
       logical, allocatable :: foot(:)           !! (capacity) a projected end
+      integer, allocatable :: pair(:, :)        !! (2, n) what the node is numbered by; not allocated: by the lines
       integer, allocatable :: rank(:)           !! (n) the highest is kept
    contains
       procedure, private :: add
@@ -33,11 +34,12 @@ module rockdda_cutting_intersections
 contains
 
    !> Meetings of all lines, in the order of the pairs (1,2), (1,3), ..., (2,3), ...; then the free ends.
-   subroutine find_meetings(lines, skip, e0, meetings)
+   subroutine find_meetings(lines, skip, e0, meetings, continues)
       real(wp), intent(in) :: lines(:, :)   !! (4, n) x1, y1, x2, y2
       logical, intent(in) :: skip(:)        !! (n) lines to ignore
       real(wp), intent(in) :: e0            !! merging distance [L], > 0
       type(meeting_list_type), intent(out) :: meetings
+      logical, intent(in), optional :: continues(:, :)   !! (2, n) does another line go on at the start, at the end?
       type(grid_type) :: grid
       type(grid_query_type) :: query
       integer, allocatable :: others(:)
@@ -65,8 +67,30 @@ contains
          call meetings%add(lines(1:2, i), [i, 0], [0.0_wp, 0.0_wp], [.false., .false.], .false.)
          call meetings%add(lines(3:4, i), [i, 0], [1.0_wp, 0.0_wp], [.false., .false.], .false.)
       end do
+      if (present(continues)) call go_on(lines, e0, continues, meetings)
       call rank_meetings(e0, meetings)
    end subroutine find_meetings
+
+   !> Lines that others continue go through the meetings at that end.
+   pure subroutine go_on(lines, e0, continues, meetings)
+      real(wp), intent(in) :: lines(:, :)
+      real(wp), intent(in) :: e0
+      logical, intent(in) :: continues(:, :)
+      type(meeting_list_type), intent(inout) :: meetings
+      real(wp) :: length, t
+      integer :: m, k, i
+      do m = 1, meetings%n
+         if (meetings%lines(2, m) == 0) cycle
+         do k = 1, 2
+            i = meetings%lines(k, m)
+            if (.not. any(continues(:, i))) cycle
+            length = hypot(lines(3, i) - lines(1, i), lines(4, i) - lines(2, i))
+            t = meetings%parameter(k, m)
+            meetings%through(k, m) = (t*length > e0 .or. continues(1, i)) .and. &
+                                     ((1 - t)*length > e0 .or. continues(2, i))
+         end do
+      end do
+   end subroutine go_on
 
    !> Meetings of two lines.
    pure subroutine meet(lines, i, j, e0, meetings)

@@ -7,9 +7,9 @@ module rockdda_cutting_line_report
    use rockdda_base_strings, only : to_string
    use rockdda_geometry_segments, only : cross_product
    use rockdda_model_geometry_input, only : geometry_input_type
-   use rockdda_cutting_graph, only : graph_type, pieces_type
-   use rockdda_cutting_intersections, only : meeting_list_type
+   use rockdda_cutting_graph, only : graph_type
    use rockdda_cutting_open_outline, only : check_outline
+   use rockdda_cutting_overlaps, only : visible_lines_type
    implicit none
    private
    public :: report_lines
@@ -17,13 +17,11 @@ module rockdda_cutting_line_report
 contains
 
    !> Report the lines that bound no block, and an outline that does not close; count those that lost an end.
-   subroutine report_lines(geometry, skip, e0, meetings, pieces, graph, n_dropped, n_shortened, &
-                           messages, found, error)
+   subroutine report_lines(geometry, skip, e0, visible, graph, n_dropped, n_shortened, messages, found, error)
       type(geometry_input_type), intent(in) :: geometry
       logical, intent(in) :: skip(:)
       real(wp), intent(in) :: e0
-      type(meeting_list_type), intent(in) :: meetings
-      type(pieces_type), intent(in) :: pieces
+      type(visible_lines_type), intent(in) :: visible
       type(graph_type), intent(in) :: graph
       integer, intent(out) :: n_dropped                          !! lines that bound no block
       integer, intent(out) :: n_shortened                        !! lines that lost an end
@@ -32,31 +30,53 @@ contains
       type(error_type), allocatable, intent(out) :: error
       logical, dimension(size(skip)) :: met, kept, lost, at_fault
       integer, dimension(size(skip)) :: told
-      integer :: i, k, e, summary
+      integer, dimension(0:visible%n) :: alive, dead   !! pieces of the parts along overlapping lines, running sums
+      integer :: first(visible%n + 1), i, j, k, summary
+      integer, allocatable :: edges(:), next(:)        !! along overlapping lines; the next one that is on another line
       character(len=:), allocatable :: name
-      met = .false.
-      kept = .false.
-      lost = .false.
-      told = 0
-      do k = 1, meetings%n
-         if (meetings%lines(2, k) == 0) cycle
-         met(meetings%lines(:, k)) = .true.
+      ! those that overlap others meet them
+      met = visible%to > visible%from .or. visible%line(visible%along(visible%from)) /= [(i, i=1, size(skip))]
+      do k = 1, visible%meetings%n
+         if (visible%meetings%lines(2, k) == 0) cycle
+         met(visible%line(visible%meetings%lines(:, k))) = .true.
       end do
-      do k = 1, pieces%n
-         i = pieces%line(k)
-         e = graph%piece_edge(k)
-         if (.not. graph%alive(e)) then
-            lost(i) = .true.
-            cycle
-         end if
-         kept(i) = .true.
-         if (graph%line(e) == i .or. graph%line(e) == told(i)) cycle
-         if (geometry%line_joint(graph%line(e)) == geometry%line_joint(i)) cycle
-         told(i) = graph%line(e)
-         call messages%add(severity%warning, meeting_of(geometry%lines, i, told(i), e0, &
-                                                        graph%position(:, graph%ends(1, e)))// &
-                           ': the joint material of line '//to_string(told(i))//' holds there', &
-                           geometry%line_origin(i))
+      first = 1
+      do k = 1, size(visible%part)
+         first(visible%part(k) + 1) = first(visible%part(k) + 1) + 1
+      end do
+      do i = 2, visible%n + 1
+         first(i) = first(i - 1) + first(i) - 1
+      end do
+      alive = 0
+      dead = 0
+      do k = 1, visible%n
+         j = visible%along(k)
+         associate (e => graph%piece_edge(first(j):first(j + 1) - 1))
+            alive(k) = alive(k - 1) + count(graph%alive(e))
+            dead(k) = dead(k - 1) + count(.not. graph%alive(e))
+         end associate
+      end do
+      kept = alive(visible%to) > alive(visible%from - 1)
+      lost = dead(visible%to) > dead(visible%from - 1)
+      allocate (edges(alive(visible%n)), next(alive(visible%n)))
+      do k = 1, visible%n
+         j = visible%along(k)
+         associate (e => graph%piece_edge(first(j):first(j + 1) - 1))
+            edges(alive(k - 1) + 1:alive(k)) = pack(e, graph%alive(e))
+         end associate
+      end do
+      do k = size(edges), 1, -1
+         next(k) = k + 1
+         if (k == size(edges)) cycle
+         if (graph%line(edges(k + 1)) == graph%line(edges(k))) next(k) = next(k + 1)
+      end do
+      told = 0
+      do i = 1, size(skip)
+         k = alive(visible%from(i) - 1) + 1
+         do while (k <= alive(visible%to(i)))
+            call tell_other(i, edges(k))
+            k = next(k)
+         end do
       end do
       n_dropped = count(.not. kept)
       n_shortened = count(kept .and. lost)
@@ -86,6 +106,21 @@ contains
          end if
          call messages%add(severity%warning, name, geometry%line_origin(i), merge(0, summary, skip(i)))
       end do
+
+   contains
+
+      !> Report another line on an edge of line i, of another joint material.
+      subroutine tell_other(i, e)
+         integer, intent(in) :: i, e
+         if (graph%line(e) == i .or. graph%line(e) == told(i)) return
+         if (geometry%line_joint(graph%line(e)) == geometry%line_joint(i)) return
+         told(i) = graph%line(e)
+         call messages%add(severity%warning, meeting_of(geometry%lines, i, told(i), e0, &
+                                                        graph%position(:, graph%ends(1, e)))// &
+                           ': the joint material of line '//to_string(told(i))//' holds there', &
+                           geometry%line_origin(i))
+      end subroutine tell_other
+
    end subroutine report_lines
 
    !> "line 3 lies on line 5", or where they cross at so small an angle that they share an edge.

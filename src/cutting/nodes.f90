@@ -117,6 +117,7 @@ contains
          integer, intent(in) :: m
          integer :: pair(2)
          pair = meetings%lines(:, m)
+         if (allocated(meetings%pair)) pair = meetings%pair(:, m)
          if (pair(2) == 0) pair(2) = huge(pair(2))
       end function pair_of
 

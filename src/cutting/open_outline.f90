@@ -13,8 +13,8 @@ module rockdda_cutting_open_outline
    use rockdda_model_geometry_input, only : geometry_input_type
    use rockdda_cutting_faces, only : prune_dead_ends
    use rockdda_cutting_graph, only : graph_type, pieces_type
-   use rockdda_cutting_intersections, only : meeting_list_type
    use rockdda_cutting_net, only : make_net
+   use rockdda_cutting_overlaps, only : visible_lines_type
    implicit none
    private
    public :: check_outline
@@ -70,13 +70,14 @@ contains
       real(wp), intent(in) :: e0
       type(outline_net_type), intent(out) :: net
       type(error_type), allocatable, intent(out) :: error
-      type(meeting_list_type) :: meetings
+      type(visible_lines_type) :: visible
       type(pieces_type) :: pieces
       type(graph_type) :: graph
       integer, allocatable :: degree(:), line_at(:)
+      logical, allocatable :: is_closed(:)         !! (parts of lines)
       integer :: n, k, e, i, rounds
       n = size(skip)
-      call make_net(lines, skip, e0, meetings, pieces, graph, rounds, error)
+      call make_net(lines, skip, e0, visible, pieces, graph, rounds, error)
       if (allocated(error)) return
       allocate (degree(graph%n_nodes), line_at(graph%n_nodes), source=0)
       do e = 1, graph%n_edges
@@ -93,9 +94,12 @@ contains
       end do
       call number_chains(pieces, graph%n_nodes, n, net%chain)
       call prune_dead_ends(graph)
-      allocate (net%closes(n), source=.false.)
+      allocate (net%closes(n), is_closed(visible%n), source=.false.)
       do k = 1, pieces%n
-         if (graph%alive(graph%piece_edge(k))) net%closes(pieces%line(k)) = .true.
+         if (graph%alive(graph%piece_edge(k))) is_closed(visible%part(k)) = .true.
+      end do
+      do i = 1, n
+         net%closes(i) = any(is_closed(visible%along(visible%from(i):visible%to(i))))
       end do
    end subroutine trace_boundary
 

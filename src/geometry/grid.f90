@@ -90,8 +90,9 @@ contains
       frame(3:4) = frame(3:4) + margin
       area = (frame(3) - frame(1))*(frame(4) - frame(2))
       width = 0
-      ! as many cells as cell crossings: a cell then holds one or two lines on average
-      if (length > 0) width = area/length
+      ! as many cells as cell crossings: a cell then holds one or two lines on average. No wider than a segment is long:
+      ! short ones may lie side by side in a part of the frame
+      if (length > 0) width = min(area/length, length/n)
       self%n_items = n
       self%raster = new_raster(frame, max(width, 2*margin), 8*n + 500000)
       call begin_lists(self)

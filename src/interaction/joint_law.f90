@@ -276,7 +276,7 @@ contains
       type(joint_settings_type), intent(in) :: settings
       real(wp), intent(in) :: gap(n), slip(n)        !! [length]
       logical(l1), intent(out) :: held(n)
-      real(wp), intent(inout), optional :: force(2, n)
+      real(wp), intent(inout), contiguous, optional :: force(:, :)   !! (2, n)
       real(wp) :: trial, elongation
       integer :: k
       do k = 1, n

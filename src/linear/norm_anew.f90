@@ -38,7 +38,7 @@ contains
       real(wp), intent(in), contiguous :: v(:, :)            !! (6, n)
       real(wp), intent(out) :: size_of_v                     !! |v|
       logical, intent(out) :: ok                             !! all blocks have a factor
-      real(wp), intent(in), contiguous, optional :: values(:, :, :)   !! (6, 6, >= places)
+      real(wp), intent(in), contiguous, optional :: values(:, :, :)   !! (6, 6, >= places), with `place`
       real(wp), intent(in), contiguous, optional :: packed(:, :)      !! (n_packed, >= places) instead: lower triangles
       integer, intent(in), contiguous, optional :: place(:)  !! (>= n)
       integer :: p
@@ -47,13 +47,32 @@ contains
       end if
       if (.not. allocated(self%partial)) allocate (self%partial(n_pieces(n)))
       ok = .true.
-      !$omp parallel do default(none) shared(self, n, v, values, packed, place) private(p) reduction(.and.:ok) &
-      !$omp schedule(static) if (n > parallel_blocks)
-      do p = 1, n_pieces(n)
-         self%partial(p) = 0
-         call add_some((p - 1)*piece + 1, min(p*piece, n), v, self%partial(p), ok, values, packed, place)
-      end do
-      !$omp end parallel do
+      ! each with what is present alone: a parallel region must not share what is not
+      if (present(values)) then
+         !$omp parallel do default(none) shared(self, n, v, values, place) private(p) reduction(.and.:ok) &
+         !$omp schedule(static) if (n > parallel_blocks)
+         do p = 1, n_pieces(n)
+            self%partial(p) = 0
+            call add_some((p - 1)*piece + 1, min(p*piece, n), v, self%partial(p), ok, values, place=place)
+         end do
+         !$omp end parallel do
+      else if (present(place)) then
+         !$omp parallel do default(none) shared(self, n, v, packed, place) private(p) reduction(.and.:ok) &
+         !$omp schedule(static) if (n > parallel_blocks)
+         do p = 1, n_pieces(n)
+            self%partial(p) = 0
+            call add_some((p - 1)*piece + 1, min(p*piece, n), v, self%partial(p), ok, packed=packed, place=place)
+         end do
+         !$omp end parallel do
+      else
+         !$omp parallel do default(none) shared(self, n, v, packed) private(p) reduction(.and.:ok) &
+         !$omp schedule(static) if (n > parallel_blocks)
+         do p = 1, n_pieces(n)
+            self%partial(p) = 0
+            call add_some((p - 1)*piece + 1, min(p*piece, n), v, self%partial(p), ok, packed=packed)
+         end do
+         !$omp end parallel do
+      end if
       size_of_v = sqrt(sum(self%partial(1:n_pieces(n))))
    end subroutine norm
 

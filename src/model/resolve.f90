@@ -78,6 +78,7 @@ contains
       if (parameters%dt_min > parameters%dt_max) call messages%add(severity%error, 'dt_min = '// &
          to_string(parameters%dt_min)//' is larger than the largest time step '//to_string(parameters%dt_max), &
          options%dt_min_origin)
+      call refuse_short_times(parameters, messages)
       if (is_set(options%save_every) .and. is_set(options%save_dt)) call messages%add(severity%note, &
          'save_every and save_dt are both given: a frame is saved every '//to_string(options%save_every)// &
          ' steps and every '//to_string(options%save_dt)//' of time')
@@ -86,6 +87,33 @@ contains
       call resolve_stiffness(settings, parameters, messages)
       call resolve_lengths(blocks, settings, parameters, messages)
    end subroutine resolve_parameters
+
+   !> Steps, and what they are shortened to land on: inertia and accelerations divide by the square of a time.
+   subroutine refuse_short_times(parameters, messages)
+      type(parameters_type), intent(in) :: parameters
+      type(diagnostics_type), intent(inout) :: messages
+      !> Far below any time that matters; its square divides masses and displacements of any unit.
+      real(wp), parameter :: shortest = 1.0e-100_wp
+      integer :: i
+      call need(parameters%t_end, 'end time (t_end)')
+      call need(parameters%dt_max, 'largest time step (dt_max)')
+      call need(parameters%dt_min, 'smallest time step (dt_min)')
+      do i = 1, size(parameters%stages)
+         call need(parameters%stages(i)%until_time, 'end time (until_time) of stage '//to_string(i))
+         call need(parameters%stages(i)%duration, 'duration of stage '//to_string(i))
+      end do
+
+   contains
+
+      !> Refuse a time that is given and too short.
+      subroutine need(time, name)
+         real(wp), intent(in) :: time
+         character(len=*), intent(in) :: name
+         if (time > 0 .and. time < shortest) call messages%add(severity%error, name//' is too short: '// &
+                                                               to_string(time)//'; at least '//to_string(shortest))
+      end subroutine need
+
+   end subroutine refuse_short_times
 
    !> Take the values of the analysis file.
    subroutine take_analysis(blocks, analysis, parameters)

@@ -123,6 +123,8 @@ module rockdda_stepping_accuracy
       procedure :: note_energies
       procedure :: kinks_matter
       procedure :: values
+      procedure :: counts
+      procedure :: has_purpose
    end type accuracy_type
 
 contains
@@ -454,12 +456,24 @@ contains
    !> All numbers that must be finite and not negative.
    pure function values(self)
       class(accuracy_type), intent(in) :: self
-      real(wp) :: values(17)
+      real(wp) :: values(16)
       values = [self%begin, self%since, self%error, self%rate, self%window, self%other_dt, self%other_growth, &
                 self%held_until, self%wanted, self%jerk, self%first_held, self%sudden_load, self%regrow, &
-                self%kink_dt, self%kink_end, self%passed, &
-                real(min(self%n, self%rest, self%purpose, self%n_held, self%of_kink, self%of_kinks, self%of_others, &
-                         self%calm, self%n_kinks, self%n_passed, self%n_least), wp)]
+                self%kink_dt, self%kink_end, self%passed]
    end function values
+
+   !> All counts.
+   pure function counts(self)
+      class(accuracy_type), intent(in) :: self
+      integer :: counts(10)
+      counts = [self%n, self%rest, self%n_held, self%of_kink, self%of_kinks, self%of_others, self%calm, self%n_kinks, &
+                self%n_passed, self%n_least]
+   end function counts
+
+   !> Is the purpose of the window one of those there are?
+   pure logical function has_purpose(self)
+      class(accuracy_type), intent(in) :: self
+      has_purpose = any(self%purpose == [usual, tries_shorter, tries_longer])
+   end function has_purpose
 
 end module rockdda_stepping_accuracy

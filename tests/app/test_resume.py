@@ -338,6 +338,44 @@ class Refused(ResumeTest):
         outcome = self.good("resume", "block.ckpt.h5", "--steps", "2")
         self.assertIn("warning: block.ckpt.h5 was written by another build of this version", outcome.err)
 
+    def test_numbers_that_their_meaning_forbids(self):
+        """Logicals other than 0 and 1, blocks asleep where none sleeps, negative counts: some ended the program."""
+        for name, value in (
+            ("state/asleep", 1),
+            ("state/asleep", -(2**31)),
+            ("state/active", 2),
+            ("state/accelerates", 255),
+            ("state/calm", 2**31 - 1),
+            ("contacts/bonded", 256),
+            ("contacts/tied", -3),
+            ("contacts/slip_sign", 257),
+            ("control/released", 127),
+            ("control/cuts", -3),
+            ("control/accuracy_purpose", 3),
+            ("construction/newborn", -128),
+        ):
+            with self.subTest(name=name, value=value):
+                self.seal(
+                    lambda file, name=name, value=value: checkpoints.put(
+                        file, name, np.full_like(np.atleast_1d(checkpoints.value(file, name)), value)
+                    )
+                )
+                self.refused(
+                    f"block.ckpt.h5: error: the checkpoint is damaged: {name} holds an impossible number",
+                    "block.ckpt.h5",
+                    "--steps",
+                    "2",
+                )
+
+    def test_time_too_short_for_a_step_is_refused(self):
+        """Its square is 0: the checkpoint held accelerations that are not finite, and could not be resumed."""
+        outcome = self.run_program(*BLOCK, "-o", "short.h5", "--t-end", "1e-300")
+        self.assertEqual(outcome.code, 2)
+        self.assertIn("end time (t_end) is too short: 1e-300; at least 1e-100", outcome.err)
+        self.assertFalse(self.path("short.ckpt.h5").exists())
+        self.good(*BLOCK, "-o", "short.h5", "--t-end", "1e-99")
+        self.good("resume", "short.ckpt.h5", "--t-end", "0.01")
+
     def test_results_that_do_not_belong(self):
         results = self.path("block.h5").read_bytes()
         self.path("block.h5").unlink()

@@ -43,7 +43,7 @@ module rockdda_io_archive
       procedure, private :: text_item, integer_rows_item, fixed_reals, fixed_integers
       procedure, private :: integer_part, byte_part, real_part, logical_part
       procedure, private :: put_reals, put_integers, get_reals, get_integers, need_group
-      procedure, private :: is_there, get_shape, has_rows, wrong_size
+      procedure, private :: is_there, get_shape, has_rows, need_range, wrong_size
    end type archive_type
 
 contains
@@ -202,6 +202,7 @@ contains
       integer :: values(1)
       values = merge(1, 0, value)
       call self%fixed(name, values)
+      call self%need_range(name, values, 0, 1)
       value = values(1) /= 0
    end subroutine logical_item
 
@@ -355,7 +356,9 @@ contains
       call self%item(name, numbers)
       if (self%saving) return
       if (allocated(values)) deallocate (values)
-      if (allocated(numbers)) values = numbers /= 0
+      if (.not. allocated(numbers)) return
+      call self%need_range(name, numbers, 0, 1)
+      values = numbers /= 0
    end subroutine logicals_item
 
    !> Save or load the first n entries of an allocated list.
@@ -376,8 +379,7 @@ contains
       call self%fixed(name, values(1:n))
    end subroutine real_part
 
-   !> Save or load the first n entries of an allocated list of small integers. What does not fit becomes the largest or
-   !> the smallest one.
+   !> Save or load the first n entries of an allocated list of small integers.
    subroutine byte_part(self, name, n, values)
       class(archive_type), intent(inout) :: self
       character(len=*), intent(in) :: name
@@ -387,7 +389,8 @@ contains
       allocate (numbers(n))
       numbers(:) = values(1:n)
       call self%fixed(name, numbers)
-      values(1:n) = int(max(-int(huge(values)), min(int(huge(values)), numbers)), i1)
+      call self%need_range(name, numbers, -int(huge(values)), int(huge(values)))
+      if (.not. allocated(self%error)) values(1:n) = int(numbers, i1)
    end subroutine byte_part
 
    !> Save or load the first n entries of an allocated list of logicals.
@@ -400,6 +403,7 @@ contains
       allocate (numbers(n))
       numbers(:) = merge(1, 0, values(1:n))
       call self%fixed(name, numbers)
+      call self%need_range(name, numbers, 0, 1)
       values(1:n) = numbers /= 0
    end subroutine logical_part
 
@@ -475,6 +479,14 @@ contains
       call make_error(self%error, error_code%input, self%file%path//': the checkpoint is damaged: '// &
                       self%prefix//name//' '//what)
    end subroutine refuse
+
+   !> Require numbers that their type can hold.
+   subroutine need_range(self, name, numbers, low, high)
+      class(archive_type), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      integer, intent(in) :: numbers(:), low, high
+      if (any(numbers < low .or. numbers > high)) call self%refuse(name, 'holds an impossible number')
+   end subroutine need_range
 
    !> End loading with an error about the shape of an item.
    subroutine wrong_size(self, name)

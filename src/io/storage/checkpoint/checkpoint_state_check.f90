@@ -19,6 +19,9 @@ module rockdda_io_checkpoint_state_check
    private
    public :: facts_problem, state_problem
 
+   !> Largest count of steps and of attempts: far more than a run makes, and far below the largest integer.
+   integer, parameter :: most_counted = 2**30
+
 contains
 
    !> Facts about the run. `results_ending` becomes part of a path.
@@ -66,7 +69,7 @@ contains
       problem = construction_problem(sim%blocks, sim%parameters, sim%construction)
       if (len(problem) > 0) return
       call sim%families%check_state(sim%step_context_type, check)
-      call check_motion(check, sim%blocks, sim%state)
+      call check_motion(check, sim%blocks, sim%parameters, sim%state)
       call check%holds(sim%state%step == facts%rows%steps, 'step')
       call check_contacts(check, sim%blocks, sim%parameters, sim%contacts)
       call check_control(check, sim%blocks, sim%parameters, sim%state, sim%control)
@@ -100,7 +103,9 @@ contains
       call check%in_range([control%begun], 0, size(p%stages), 'begun')
       call check%in_range([control%first_step], 0, state%step, 'first_step')
       call check%holds(control%first_time >= 0 .and. control%first_time <= huge(1.0_wp), 'first_time')
-      call check%holds(control%balanced >= 0, 'balanced')
+      call check%in_range([control%balanced], 0, most_counted, 'balanced')
+      call check%in_range(control%cuts, 0, most_counted, 'cuts')
+      call check%in_range([control%short_steps], 0, most_counted, 'short_steps')
       call check%holds(control%slip_share >= 0 .and. control%slip_share <= 1, 'slip_share')
       call check%in_range([control%trend%steps], 0, steps_of_trend, 'trend_steps')
       call check%holds(control%trend%share >= 0 .and. control%trend%share <= 1, 'trend_share')
@@ -121,6 +126,8 @@ contains
       end associate
       call check%is_finite(control%accuracy%values(), 'accuracy')
       call check%holds(all(control%accuracy%values() >= 0), 'accuracy')
+      call check%in_range(control%accuracy%counts(), 0, most_counted, 'accuracy')
+      call check%holds(control%accuracy%has_purpose(), 'accuracy_purpose')
       call check%is_finite([control%accuracy%at_begin, control%accuracy%taken, control%accuracy%kinetic], 'accuracy')
    end subroutine check_control
 
@@ -150,10 +157,10 @@ contains
       call check%holds(.not. abs(record%time - state%time) > 0, 'time')
       call check%is_finite([record%time], 'time')
       call check%is_finite([record%dt], 'dt')
-      call check%in_range([record%open_close_iterations], 0, huge(1), 'open_close_iterations')
-      call check%in_range([record%attempts], 0, huge(1), 'attempts')
-      call check%in_range([record%solver_iterations], 0, huge(1), 'solver_iterations')
-      call check%in_range(record%contacts, 0, huge(1), 'contacts')
+      call check%in_range([record%open_close_iterations], 0, most_counted, 'open_close_iterations')
+      call check%in_range([record%attempts], 0, most_counted, 'attempts')
+      call check%in_range([record%solver_iterations], 0, most_counted, 'solver_iterations')
+      call check%in_range(record%contacts, 0, most_counted, 'contacts')
       call check%is_finite([record%max_displacement, record%unbalanced, record%relaxation, record%time_error], &
                            'max_displacement')
       call check%in_range([record%stage], 0, size(p%stages), 'stage')
@@ -166,9 +173,10 @@ contains
    end subroutine check_record
 
    !> Check positions, stresses and velocities of blocks and points.
-   subroutine check_motion(check, blocks, state)
+   subroutine check_motion(check, blocks, p, state)
       type(value_check_type), intent(inout) :: check
       type(block_system_type), intent(in) :: blocks
+      type(parameters_type), intent(in) :: p
       type(block_state_type), intent(in) :: state
       integer :: nb
       nb = blocks%n_blocks
@@ -190,9 +198,10 @@ contains
       if (check%passed()) call check%has_shape(size(state%active) == nb, 'active')
       call check%is_there(allocated(state%asleep), 'asleep')
       if (check%passed()) call check%has_shape(size(state%asleep) == nb, 'asleep')
+      if (check%passed()) call check%holds(.not. any(state%asleep .and. .not. (p%sleeps .and. state%active)), 'asleep')
       call check%is_there(allocated(state%calm), 'calm')
       if (check%passed()) call check%has_shape(size(state%calm) == nb, 'calm')
-      if (check%passed()) call check%in_range(state%calm, 0, huge(1), 'calm')
+      if (check%passed()) call check%in_range(state%calm, 0, most_counted, 'calm')
       if (check%passed()) then
          call check%holds(all(state%area > 0), 'area')
          call check%holds(all(state%mass > 0), 'mass')
