@@ -40,7 +40,7 @@ _UNSET: Any = object()
 
 @dataclass(eq=False)
 class Model(OptionGroups):
-    """A model: geometry, materials, run control. Any consistent set of units.
+    """A model: geometry, materials, run control. `units` names those of all numbers.
 
     >>> import rockdda
     >>> model = rockdda.Model("block", e0=0.01, steps=10, dt_max=0.01)
@@ -64,6 +64,9 @@ class Model(OptionGroups):
     gravity: float | None = None  # acceleration in -y of all blocks; without it the materials have their weights
     #: defaults of labelled files: plane strain, cohesion that stays, and automatic numbers where none are given
     labelled: bool = False
+    #: of all numbers: 'SI' (m, kg, s, N), 'kN' (m, t, s, kN), 'mm' (mm, t, s, N) or 'none', any consistent ones, which
+    #: nothing checks; default 'SI' of a labelled model, else 'none'
+    units: str | None = None
     #: options by group and name, as in an options file: {"run": {"t_end": 2.0}, "stage": [{…}, {…}]};
     #: rockdda.options.options_schema describes them
     options: dict[str, Any] = field(default_factory=dict)
@@ -82,6 +85,8 @@ class Model(OptionGroups):
     def __post_init__(self) -> None:
         defaults = {"k01": 1.0, "steps": 100, "displacement_ratio": 0.01, "dt_max": 0.01, "stiffness": 0.0}
         defaults["sor_factor"] = 1.4
+        if self.units and not self.labelled and self.units != "none":
+            raise InputError(f"units = {self.units!r} belong to a labelled model: Model(..., labelled=True)")
         for name, value in defaults.items():
             if getattr(self, name) is _UNSET:
                 setattr(self, name, None if self.labelled else value)
@@ -100,7 +105,7 @@ class Model(OptionGroups):
         motion = None if self.base_acceleration is None else time_table(self.base_acceleration).tolist()
         numbers = [getattr(self, name) for _, _, name in OPTION_FIELDS]
         return (
-            *(self.name, self.e0, self.labelled, numbers, plain_options(self.options), motion),
+            *(self.name, self.e0, self.labelled, self.units, numbers, plain_options(self.options), motion),
             *(block_groups(self.block_materials), plain_options({"joint": joint_groups(self.joint_materials)})),
             *(lines, owners, self._bolts, places, self._measured, self._holes),
         )
@@ -341,7 +346,7 @@ class Model(OptionGroups):
         for group, name, rows in tables:
             if given := point_groups(name, rows):
                 groups[group] = given + as_list(groups.get(group, []))
-        groups["model"] = {"geometry": f"{self.name}.dc"}
+        groups["model"] = {"geometry": f"{self.name}.dc"} | ({"units": self.units} if self.units else {})
         groups["block_material"] = block_groups(self.block_materials) + as_list(groups.get("block_material", []))
         groups["joint_material"] = joint_groups(self.joint_materials) + as_list(groups.get("joint_material", []))
         return groups

@@ -58,7 +58,8 @@ def take_labelled(model: Model, session: Session) -> None:
     if not describes_itself(options):  # values of an analysis file, or of several groups of one material
         options, folder = _groups_of(session.text(LABELLED_TEXT)), Path.cwd()
     replace_files(options, folder)
-    title = options.pop("model").get("title", "")
+    group = options.pop("model")
+    title, model.units = group.get("title", ""), group.get("units")
     if title and title != model.name and "title" not in options.get("run", {}):
         options.setdefault("run", {})["title"] = title
     for group, option, name in OPTION_FIELDS:

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: MIT
 """Results files, read lazily.
 
-Units are those of the input (any consistent set), stresses are positive in tension. Arrays are indexed from 0, frame 0
-is the start; numbers that are labels (materials, columns of tables, messages) count from 1, as in the input files.
+Numbers are in the units of the input (`Results.units`), stresses are positive in tension. Arrays are indexed from 0,
+frame 0 is the start; numbers that are labels (materials, columns of tables, messages) count from 1, as in the input files.
 """
 
 from __future__ import annotations
@@ -106,6 +106,15 @@ class Results(StageTables):
             f"{self.n_steps} steps, {state}>"
         )
 
+    @property
+    def units(self) -> str:
+        """The system of units of all numbers: 'SI', 'kN', 'mm' or 'none' (any consistent ones; also of older files)."""
+        return str(self._attributes.get("units", "none"))
+
+    def units_of(self, path: str) -> str:
+        """The unit of a dataset, 'Pa', or its dimension where the units are not known; '' in older files."""
+        return str(plain(self._source.read(lambda file: file[path].attrs.get("units", ""))))
+
     def _repr_html_(self) -> str:
         """What a notebook shows: facts, and the blocks of the last frame."""
         state = "complete" if self.complete else self.exit_reason
@@ -113,7 +122,12 @@ class Results(StageTables):
         if self.n_frames:
             now = self.frames[-1]
             moved = np.hypot(*now.displacement.T)[now.active]
-            largest = f"{moved.max():.4g} (last frame)" if len(moved) else ""
+            from .units import Units
+
+            shown = Units.parse(None, self)
+            most = float(moved.max(initial=0.0))
+            largest = (f"{shown.text(most, 'length')}" if shown.length else f"{most:.4g}") + " (last frame)"
+            largest = largest if len(moved) else ""
             drawing = drawing_of_blocks(now.vertices, self.vertex_offset, now.active)
         stages = " → ".join(stage.name for stage in self.stages) if self.has_stages else ""
         facts = [("file", self.path), ("state", state), ("blocks", self.n_blocks), ("steps", self.n_steps)]

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: MIT
-"""Results in other units than those of their file.
+"""Units of results, and what is shown of them.
 
-A results file holds numbers in any consistent units and does not say which. `--units` states those of the file,
-`--show` those of the picture.
+A results file states the system of its units (`&model units`), or that they are any consistent ones. With a system,
+values are shown in engineering multiples: mm or m, kPa or MPa, kN or MN. `--units` states the units of a file that
+does not, `--show` those of the picture.
 """
 
 from __future__ import annotations
@@ -18,6 +19,29 @@ from .materials import JointStrength, densities_and_weights
 from .results import Results
 
 __all__ = ["ConvertedResults", "Units", "check_units", "in_units"]
+
+#: Length, time and force of the systems of `&model units`.
+SYSTEMS = {"SI": ("m", "s", "N"), "kN": ("m", "s", "kN"), "mm": ("mm", "s", "N")}
+#: Multiples that are shown: name, size in SI, smallest value in SI that is shown in it. As in src/model/units.f90.
+MULTIPLES: dict[str, tuple[tuple[str, float, float], ...]] = {
+    "length": (("m", 1.0, 0.1), ("mm", 1e-3, 0.0)),
+    "area": (("m²", 1.0, 1e-2), ("mm²", 1e-6, 0.0)),
+    "time": (("s", 1.0, 0.0),),
+    "density": (("kg/m³", 1.0, 0.0),),
+    "weight": (("kN/m³", 1e3, 0.0),),
+    "stress": (("MPa", 1e6, 1e6), ("kPa", 1e3, 0.0)),
+    "stiffness": (("MPa/m", 1e6, 1e6), ("kPa/m", 1e3, 0.0)),
+    "force": (("MN", 1e6, 1e6), ("kN", 1e3, 0.0)),
+    "energy": (("MJ", 1e6, 1e6), ("kJ", 1e3, 1.0), ("J", 1.0, 0.0)),
+    "speed": (("m/s", 1.0, 0.1), ("mm/s", 1e-3, 0.0)),
+    "acceleration": (("m/s²", 1.0, 0.0),),
+}
+#: Powers of length, time and force of these quantities; forces and energies are shown for a metre of thickness.
+DIMENSIONS = {
+    "length": (1, 0, 0), "area": (2, 0, 0), "time": (0, 1, 0), "density": (-4, 2, 1), "weight": (-3, 0, 1),
+    "stress": (-2, 0, 1), "stiffness": (-3, 0, 1), "force": (-1, 0, 1), "energy": (0, 0, 1), "speed": (1, -1, 0),
+    "acceleration": (1, -2, 0),
+}  # fmt: skip
 
 LENGTHS = {"mm": 1e-3, "cm": 1e-2, "dm": 0.1, "m": 1.0, "km": 1e3, "in": 0.0254, "ft": 0.3048}
 TIMES = {"ms": 1e-3, "s": 1.0, "min": 60.0, "h": 3600.0, "d": 86400.0}
@@ -77,15 +101,19 @@ class Units:
     length: str = ""
     time: str = ""
     force: str = ""
+    multiples: bool = False  #: show values in the multiples of engineers
 
     @classmethod
-    def parse(cls, text: str | Units | None) -> Units:
-        """From 'm,s,N'; 'SI' is the same."""
+    def parse(cls, text: str | Units | None, results: Results | None = None) -> Units:
+        """From 'm,s,N'; 'SI' is the same. Without a text those that the results state."""
         if isinstance(text, Units):
             return text
+        stated = SYSTEMS.get(results.units if results is not None else "none")
+        parts = ["m", "s", "N"] if text and text.upper() == "SI" else [part.strip() for part in (text or "").split(",")]
+        if stated and (not text or tuple(parts) == stated):
+            return cls(*stated, multiples=True)
         if not text:
             return cls()
-        parts = ["m", "s", "N"] if text.upper() == "SI" else [part.strip() for part in text.split(",")]
         if len(parts) != 3 or not all(parts):
             raise InputError(f"units {text!r}: expected length, time, force, such as 'm,s,kN'")
         return cls(*parts)
@@ -104,8 +132,28 @@ class Units:
             "stress": PASCALS.get((force, length), f"{force}/{length}²"),
             "energy": "J" if (force, length) == ("N", "m") else f"{force} {length}" if known else "force × length",
             "rad": "rad",
+            "area": f"{length}²",
+            "weight": f"{force}/{length}³",
+            "stiffness": f"{PASCALS.get((force, length), f'{force}/{length}²')}/{length}",
         }
         return names.get(dimension, "")
+
+    def multiple(self, dimension: str, largest: float) -> tuple[float, str]:
+        """The factor on the numbers of the file, and the unit, in which values up to the largest one are shown."""
+        known = MULTIPLES.get(dimension) if self.multiples else None
+        sizes = _sizes(self)
+        if known is None or sizes is None:
+            return 1.0, self.of(dimension)
+        in_si = _product(sizes, DIMENSIONS[dimension])
+        found = abs(largest) * in_si
+        chosen = [row for row in known if not np.isfinite(found) or found >= row[2] * (1 - 1e-12)]
+        name, size, _ = (chosen or known[-1:])[0]
+        return _ratio(in_si, size), name
+
+    def text(self, value: float, dimension: str, digits: int = 4) -> str:
+        """'5.3 mm'."""
+        factor, unit = self.multiple(dimension, value)
+        return f"{factor * value:.{digits}g} {unit}".rstrip()
 
     def label(self, text: str, dimension: str) -> str:
         """'text [unit]'."""
@@ -117,6 +165,16 @@ def _sizes(units: Units) -> tuple[float, float, float] | None:
     """Length, time and force in m, s, N; None where a name is unknown."""
     found = (LENGTHS.get(units.length), TIMES.get(units.time), FORCES.get(units.force))
     return None if None in found else found  # type: ignore[return-value]
+
+
+def _product(factors: tuple[float, float, float], powers: tuple[int, int, int]) -> float:
+    """A product of powers."""
+    return float(np.prod([f**p for f, p in zip(factors, powers, strict=True)]))
+
+
+def _ratio(a: float, b: float) -> float:
+    """a / b, exact where both are powers of ten."""
+    return float(f"{a / b:.12g}")
 
 
 class ConvertedResults(Results):
@@ -132,6 +190,11 @@ class ConvertedResults(Results):
 
     def _table(self, path: str, start: int, stop: int, *rest: int) -> npt.NDArray[Any]:
         return self._converted(path, super()._table(path, start, stop, *rest))
+
+    @property
+    def units(self) -> str:
+        """None of the systems: the numbers are not those of the file."""
+        return "none"
 
     def joint_strengths(self) -> dict[int, JointStrength]:
         length, _, force = self._factors
@@ -150,7 +213,7 @@ class ConvertedResults(Results):
         powers = POWERS.get(path)
         if powers is None:
             return values
-        factor = float(np.prod([f**p for f, p in zip(self._factors, powers, strict=True)]))
+        factor = _product(self._factors, powers)
         values = values * factor
         if path == "frames/velocity":
             values[..., :2] *= self._factors[0]
@@ -178,6 +241,14 @@ def check_units(results: Results, units: str | Units) -> None:
     No check where names of units are unknown or the analysis file that the results hold cannot be read.
     """
     given = Units.parse(units)
+    stated = Units.parse(None, results)
+    if stated.length and (given.length, given.time, given.force) != (stated.length, stated.time, stated.force):
+        names = ",".join((given.length, given.time, given.force))
+        raise InputError(
+            f"--units {names}: the file states other units, {results.units} ({stated.length}, {stated.time}, "
+            f"{stated.force}); --show {names} converts to these",
+            results.path,
+        )
     sizes = _sizes(given)
     materials = _densities_and_weights(results)
     if sizes is None or not materials:

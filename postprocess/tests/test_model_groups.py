@@ -206,7 +206,7 @@ def random_model(seed: int) -> rockdda.Model:
             strength.pop("brittle", None)
             strength |= {"law": "residual", "residual_friction": 5.0, "slip_length": number(1e-3, 1e-2)}
         if rng.random() < 0.5:
-            strength |= {"cohesion": number(1e3, 1e5)} | maybe(tension=number(1, 1e3))
+            strength |= {"cohesion": number(1e3, 1e5)} | maybe(tension=number(200, 1e3))
         model.add_joint_material(friction=number(5, 60), name=name, **strength)
 
     def reference(names):

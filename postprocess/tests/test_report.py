@@ -52,7 +52,7 @@ def test_the_page_has_all_parts_and_needs_nothing_else(dug, tmp_path):  # noqa: 
     for shown in ("rock", "friction [°]", "digging, face near", "excavate middle", "pressure 1e+04", "SHA-256"):
         assert shown in text
     assert "not kept" not in text
-    assert "E [Pa]" in text
+    assert "E [MPa]" in text
     assert "has 6 blocks of rock, with joints of joint" in text
     assert "was not checked" in text  # half the time step
     assert "&amp;stage" in text  # the input

@@ -34,7 +34,7 @@ contains
       type(json_type) :: json
       type(facts_type) :: facts
       integer :: i, n_errors
-      if (exit_code == 0 .and. is_model_run(kinds)) call describe_model(input, facts)
+      if (exit_code == 0 .and. is_model_run(kinds)) call describe_model(input, line%json, facts)
       if (line%json) then
          call begin_json(json, line, trim(merge('done ', 'error', exit_code == 0)), exit_code)
          call json%open('[', 'files')

@@ -3,6 +3,7 @@
 module rockdda_app_facts
    use rockdda_base_kinds, only : wp
    use rockdda_base_strings, only : to_string
+   use rockdda_model_units, only : unit_system_type
    use rockdda_app_json, only : json_type
    implicit none
    private
@@ -13,7 +14,7 @@ module rockdda_app_facts
    type :: fact_type
       character(len=:), allocatable :: name
       integer :: type = 0
-      character(len=:), allocatable :: text
+      character(len=:), allocatable :: text      !! or the dimension of a real
       integer :: whole = 0
       real(wp) :: number = 0
       logical :: flag = .false.
@@ -22,6 +23,7 @@ module rockdda_app_facts
    type :: facts_type
       character(len=:), allocatable :: title       !! the file
       integer :: n = 0
+      type(unit_system_type) :: system           !! units in which the text shows reals; JSON has the numbers
       type(fact_type), allocatable, private :: items(:)
    contains
       generic :: add => add_text, add_integer, add_real, add_logical
@@ -67,11 +69,14 @@ contains
    end subroutine add_integer
 
    !> Add a real.
-   subroutine add_real(self, name, value)
+   subroutine add_real(self, name, value, dimension)
       class(facts_type), intent(inout) :: self
       character(len=*), intent(in) :: name
       real(wp), intent(in) :: value
+      character(len=*), intent(in), optional :: dimension    !! as options have it, 'stress/length'; a pure number
       call self%next(name, is_real)
+      self%items(self%n)%text = ''
+      if (present(dimension)) self%items(self%n)%text = dimension
       self%items(self%n)%number = value
    end subroutine add_real
 
@@ -97,7 +102,7 @@ contains
          select case (self%items(i)%type)
          case (is_text); text = text//self%items(i)%text
          case (is_integer); text = text//to_string(self%items(i)%whole)
-         case (is_real); text = text//to_string(self%items(i)%number, 10)
+         case (is_real); text = text//self%system%shown(self%items(i)%number, self%items(i)%text, 10)
          case default; text = text//trim(merge('yes', 'no ', self%items(i)%flag))
          end select
       end do

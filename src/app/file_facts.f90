@@ -7,6 +7,7 @@ module rockdda_app_file_facts
    use rockdda_base_strings, only : to_string
    use rockdda_model_analysis_input, only : dialect
    use rockdda_model_options, only : dda_windows
+   use rockdda_model_units, only : unit_system
    use rockdda_geometry_polygons, only : polygon_area
    use rockdda_io_checkpoint, only : results_path
    use rockdda_io_checkpoint_info, only : checkpoint_info_type, read_checkpoint_info
@@ -170,7 +171,9 @@ contains
       type(facts_type), intent(inout) :: facts
       associate (info => content%results)
          call facts%add('kind', 'results file')
+         facts%system = unit_system(info%units)
          call facts%add('title', info%title)
+         call facts%add('units', facts%system%description())
          call facts%add('format_version', info%format_version)
          call facts%add('program_version', info%program_version)
          call facts%add('created', info%created)
@@ -186,10 +189,10 @@ contains
          if (allocated(info%measured_number)) call add_numbers(facts, info%measured_number)
          call facts%add('steps', int(info%n_steps))
          call facts%add('last_step', info%last_step)
-         call facts%add('last_time', info%last_time)
+         call facts%add('last_time', info%last_time, 'time')
          call facts%add('frames', int(info%n_frames))
-         call facts%add('first_frame_time', info%first_frame)
-         call facts%add('last_frame_time', info%last_frame)
+         call facts%add('first_frame_time', info%first_frame, 'time')
+         call facts%add('last_frame_time', info%last_frame, 'time')
       end associate
    end subroutine describe_results
 
@@ -220,9 +223,9 @@ contains
       call facts%add('contacts', info%n_contacts)
       call facts%add('solver', info%solver)
       call facts%add('step', info%step)
-      call facts%add('time', info%time)
+      call facts%add('time', info%time, 'time')
       if (info%n_steps < huge(1)) call facts%add('last_step_of_run', info%n_steps)
-      if (info%t_end < huge(1.0_wp)) call facts%add('end_time_of_run', info%t_end)
+      if (info%t_end < huge(1.0_wp)) call facts%add('end_time_of_run', info%t_end, 'time')
       call facts%add('frames', info%facts%rows%frames)
       call facts%add('sha256', info%digest)
       call facts%add('sha256_of_geometry', info%input_digests(1))

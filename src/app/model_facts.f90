@@ -4,6 +4,7 @@ module rockdda_app_model_facts
    use rockdda_base_kinds, only : wp
    use rockdda_base_strings, only : counted, to_string
    use rockdda_model_contact_numbers, only : mean_edge
+   use rockdda_model_units, only : unit_system
    use rockdda_model_survey, only : survey_type, survey_model, unit_weight_of, joint_strength
    use rockdda_run_input, only : model_input_type
    use rockdda_app_facts, only : facts_type
@@ -17,26 +18,30 @@ module rockdda_app_model_facts
 contains
 
    !> Find the facts of a model that was read without errors.
-   subroutine describe_model(input, facts)
+   subroutine describe_model(input, plain, facts)
       type(model_input_type), intent(in) :: input
+      logical, intent(in) :: plain              !! numbers as they are in texts, too
       type(facts_type), intent(inout) :: facts
       type(survey_type) :: survey
       if (input%blocks%n_blocks == 0) return
       survey = survey_model(input%blocks, input%parameters)
       associate (s => survey)
          facts%title = input%model_file
+         facts%system = unit_system(input%parameters%units)
          call facts%add('title', input%parameters%title)
+         call facts%add('units', facts%system%description())
+         if (plain) facts%system = unit_system('none')
          call facts%add('blocks', input%blocks%n_blocks)
-         call facts%add('width', s%x_max - s%x_min)
-         call facts%add('height', s%y_max - s%y_min)
-         call facts%add('area', s%area)
-         call facts%add('smallest_block_area', s%smallest_area)
+         call facts%add('width', s%x_max - s%x_min, 'length')
+         call facts%add('height', s%y_max - s%y_min, 'length')
+         call facts%add('area', s%area, 'length^2')
+         call facts%add('smallest_block_area', s%smallest_area, 'length^2')
          call facts%add('smallest_block', 'block '//to_string(s%smallest_block)//' at '//place(s%smallest_place))
-         call facts%add('mean_block_area', s%mean_area)
-         call facts%add('largest_block_area', s%largest_area)
-         call facts%add('shortest_edge', s%shortest_edge)
-         call facts%add('mean_edge', s%mean_edge)
-         call facts%add('smallest_angle', s%smallest_angle)
+         call facts%add('mean_block_area', s%mean_area, 'length^2')
+         call facts%add('largest_block_area', s%largest_area, 'length^2')
+         call facts%add('shortest_edge', s%shortest_edge, 'length')
+         call facts%add('mean_edge', s%mean_edge, 'length')
+         call facts%add('smallest_angle', s%smallest_angle, 'deg')
          call facts%add('smallest_angle_of', 'block '//to_string(s%angle_block)//' at '//place(s%angle_place))
          call facts%add('fixed_points', input%blocks%fixed%n)
          call facts%add('loading_points', input%blocks%loading%n)
@@ -54,28 +59,29 @@ contains
       type(facts_type), intent(inout) :: facts
       character(len=:), allocatable :: text
       integer :: i
-      associate (p => input%parameters)
+      associate (p => input%parameters, u => facts%system)
          do i = 1, size(p%block_materials)
             associate (m => p%block_materials(i))
                text = name_of(m%name)//counted(survey%blocks_of(i), 'block')//', unit weight '// &
-                      to_string(unit_weight_of(p, i), digits)//', E '//to_string(m%youngs_modulus, digits)
+                      u%shown(unit_weight_of(p, i), 'force/length^2')//', E '//u%shown(m%youngs_modulus, 'stress')
                if (unit_weight_of(p, i) > 0) text = text//', E over the stress at the base '// &
                   to_string(m%youngs_modulus/max(survey%base_stress, tiny(1.0_wp)), 2)
                if (any(abs([m%stress, m%stress_gradient]) > 0)) text = text//', s11 s22 at the base '// &
-                  to_string(m%stress(1) + m%stress_gradient(1)*survey%y_min, digits)//' '// &
-                  to_string(m%stress(2) + m%stress_gradient(2)*survey%y_min, digits)
+                  u%shown(m%stress(1) + m%stress_gradient(1)*survey%y_min, 'stress')//' '// &
+                  u%shown(m%stress(2) + m%stress_gradient(2)*survey%y_min, 'stress')
                if (survey%blocks_of(i) > 0 .or. len(name_of(m%name)) > 0) &
                   call facts%add('block_material_'//to_string(i), text)
             end associate
          end do
-         call facts%add('stress_at_the_base', survey%base_stress)
+         call facts%add('stress_at_the_base', survey%base_stress, 'stress')
          do i = 1, size(p%joint_materials)
             associate (m => p%joint_materials(i))
-               text = name_of(m%name)//'length '//to_string(survey%joint_length(i), digits)//', friction '// &
-                      to_string(m%friction_angle, digits)//' deg, cohesion '//to_string(m%cohesion, digits)// &
-                      ', tension '//to_string(m%tension, digits)//'; shear strength under the stress at half depth '// &
-                      to_string(joint_strength(m, 0.5_wp*survey%base_stress), digits)//', at the base '// &
-                      to_string(joint_strength(m, survey%base_stress), digits)
+               text = name_of(m%name)//'length '//u%shown(survey%joint_length(i), 'length')//', friction '// &
+                      u%shown(m%friction_angle, 'deg')//trim(merge('    ', ' deg', u%is_known()))// &
+                      ', cohesion '//u%shown(m%cohesion, 'stress')// &
+                      ', tension '//u%shown(m%tension, 'stress')//'; shear strength under the stress at half depth '// &
+                      u%shown(joint_strength(m, 0.5_wp*survey%base_stress), 'stress')//', at the base '// &
+                      u%shown(joint_strength(m, survey%base_stress), 'stress')
                if (survey%joint_length(i) > 0 .or. len(name_of(m%name)) > 0) &
                   call facts%add('joint_material_'//to_string(i), text)
             end associate
@@ -90,19 +96,19 @@ contains
       associate (p => input%parameters)
          call facts%add('plane', trim(merge('strain', 'stress', p%plane_strain)))
          call facts%add('formulation', trim(merge('length', 'vertex', p%by_length)))
-         call facts%add('w0', p%w0)
+         call facts%add('w0', p%w0, 'length')
          call facts%add('displacement_ratio', p%displacement_ratio)
-         call facts%add('displacement_of_a_step', p%displacement_ratio*p%w0)
-         call facts%add('time_step', p%dt_max)
-         call facts%add('smallest_time_step', p%dt_min)
-         call facts%add('contact_stiffness', p%normal_stiffness)
+         call facts%add('displacement_of_a_step', p%displacement_ratio*p%w0, 'length')
+         call facts%add('time_step', p%dt_max, 'time')
+         call facts%add('smallest_time_step', p%dt_min, 'time')
+         call facts%add('contact_stiffness', p%normal_stiffness, 'force/length')
          call facts%add('joint_stiffness', p%normal_stiffness/mean_edge(input%blocks)* &
-                        merge(1.0_wp, 2.0_wp, p%by_length))
-         call facts%add('contact_search_distance', p%search_distance)
+                        merge(1.0_wp, 2.0_wp, p%by_length), 'stress/length')
+         call facts%add('contact_search_distance', p%search_distance, 'length')
          call facts%add('k01', p%k01)
          call facts%add('stages', size(p%stages))
          if (p%n_steps < huge(1)) call facts%add('steps', p%n_steps)
-         if (p%t_end < huge(1.0_wp)) call facts%add('end_time', p%t_end)
+         if (p%t_end < huge(1.0_wp)) call facts%add('end_time', p%t_end, 'time')
       end associate
    end subroutine describe_numbers
 

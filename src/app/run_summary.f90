@@ -7,6 +7,7 @@ module rockdda_app_run_summary
    use rockdda_base_strings, only : counted, to_string
    use rockdda_model_state, only : energy_names, n_energies
    use rockdda_model_stage_options, only : stage_name
+   use rockdda_model_units, only : unit_system_type, unit_system
    use rockdda_stepping_control, only : cut_names, n_cut_reasons
    use rockdda_io_timestamp, only : wall_seconds
    use rockdda_run_outcome, only : done_share, share_after_strikes
@@ -35,13 +36,15 @@ contains
       integer :: i, n_steps, n_frames
       real(wp) :: time
       logical :: found
+      type(unit_system_type) :: system
+      system = unit_system(run%sim%parameters%units)
       call run%find_kept_part(n_steps, n_frames, time, found)
       status = 'done'
       if (exit_code == error_code%stopped) status = 'stopped'
       if (allocated(error)) status = 'error'
       if (.not. line%json) then
          call print_line(status//': '//counted(run%sim%state%step, 'step')//' to time '// &
-                  to_string(run%sim%state%time, 10)//kept_text(run, n_steps, time)//', '// &
+                  system%shown(run%sim%state%time, 'time', 10)//kept_text(run, n_steps, time)//', '// &
                   counted(run%sim%blocks%n_blocks, 'block')//', contacts '// &
                   to_string(run%sim%record%contacts(1))//' open '//to_string(run%sim%record%contacts(2))// &
                   ' sliding '//to_string(run%sim%record%contacts(3))//' locked'//new_line('a')// &
@@ -55,6 +58,7 @@ contains
       call json%put('checkpoint', run%checkpoint_file)
       call json%put('log', run%log_file)
       call json%put('title', run%sim%parameters%title)
+      call json%put('units', trim(run%sim%parameters%units))
       call json%put('solver', run%sim%parameters%solver_method)
       call json%put('blocks', run%sim%blocks%n_blocks)
       call json%put('first_step', run%first_step)
@@ -106,9 +110,11 @@ contains
       integer, intent(in) :: n_steps
       real(wp), intent(in) :: time
       character(len=:), allocatable :: text
+      type(unit_system_type) :: system
       text = ''
+      system = unit_system(run%sim%parameters%units)
       if (n_steps >= run%sim%state%step) return
-      text = ' (the results hold '//to_string(n_steps)//', to '//to_string(time, 10)//')'
+      text = ' (the results hold '//to_string(n_steps)//', to '//system%shown(time, 'time', 10)//')'
    end function kept_text
 
    !> The output file and its frames.

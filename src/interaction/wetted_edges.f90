@@ -9,6 +9,7 @@ module rockdda_interaction_wetted_edges
    use rockdda_model_options, only : water_type
    use rockdda_model_parameters, only : parameters_type
    use rockdda_model_regions, only : blocks_of_region, count_words, material_number, same_name, word_of
+   use rockdda_model_units, only : unit_system_type, unit_system
    use rockdda_model_water_check, only : title_of
    use rockdda_interaction_water_edges, only : edge_stretch_type, find_stretches
    use rockdda_interaction_water_pressure, only : water_pressure_type, water_scratch_type, new_water_pressure, rise_of
@@ -50,7 +51,8 @@ contains
       allocate (wets(n, size(stretches)))
       do g = 1, n
          wets(g, :) = pack(all_wets(g, :), any(all_wets, dim=1))
-         call report(stretches, wets(g, :), pressure(g), blocks, parameters%water(g), g, messages)
+         call report(stretches, wets(g, :), pressure(g), blocks, parameters%water(g), g, &
+                     unit_system(parameters%units), messages)
          call report_beyond(stretches, wets(g, :), pressure(g), blocks, parameters, g, messages)
       end do
    end subroutine find_wetted_edges
@@ -113,13 +115,14 @@ contains
    end function named_joints
 
    !> A note on what a group wets at the start, or the warning that it wets nothing at any time.
-   subroutine report(stretches, wets, pressure, blocks, group, g, messages)
+   subroutine report(stretches, wets, pressure, blocks, group, g, system, messages)
       type(edge_stretch_type), intent(in) :: stretches(:)
       logical, intent(in) :: wets(:)                 !! (stretches)
       type(water_pressure_type), intent(in) :: pressure
       type(block_system_type), intent(in) :: blocks
       type(water_type), intent(in) :: group
       integer, intent(in) :: g
+      type(unit_system_type), intent(in) :: system
       type(diagnostics_type), intent(inout) :: messages
       type(water_scratch_type) :: scratch
       real(wp) :: rises(2), largest, here(2)
@@ -151,7 +154,7 @@ contains
       else
          call messages%add(severity%note, title_of(group, g)//': '//counted(wet(1), 'piece')// &
                            ' of edges under water at the start, largest pressure '// &
-                           to_string(largest, 6), group%origin)
+                           system%shown(largest, 'stress', 6), group%origin)
       end if
    end subroutine report
 

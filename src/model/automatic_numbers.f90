@@ -11,6 +11,7 @@ module rockdda_model_automatic_numbers
       springs_of_joint
    use rockdda_model_options, only : run_options_type, is_set
    use rockdda_model_parameters, only : parameters_type
+   use rockdda_model_units, only : unit_system_type, unit_system
    implicit none
    private
    public :: choose_numbers
@@ -31,13 +32,16 @@ contains
       type(parameters_type), intent(inout) :: parameters   !! with materials, w0 and all that the options give
       type(diagnostics_type), intent(inout) :: messages
       real(wp) :: edge
+      type(unit_system_type) :: u
+      u = unit_system(parameters%units)
       edge = max(mean_edge(blocks), tiny(1.0_wp))
       if (.not. is_set(options%displacement_ratio)) then
          parameters%displacement_ratio = advised_ratio(edge, parameters%w0)
          call messages%add(severity%note, 'displacement ratio (g2) is automatic: '// &
             to_string(parameters%displacement_ratio, 4)//', the smaller of 0.01 and 0.02 mean edges of '// &
-            to_string(edge, 4)//' over w0 = '//to_string(parameters%w0, 4)// &
-            ': a block moves by at most '//to_string(parameters%displacement_ratio*parameters%w0, 4)//' in a step')
+            u%shown(edge, 'length')//' over w0 = '//u%shown(parameters%w0, 'length')// &
+            ': a block moves by at most '//u%shown(parameters%displacement_ratio*parameters%w0, 'length')// &
+            ' in a step')
       end if
       if (.not. is_set(options%stiffness)) call choose_stiffness(blocks, options, edge, parameters, messages)
       if (.not. is_set(options%dt_max)) call choose_step(blocks, options, edge, parameters, messages)
@@ -54,7 +58,9 @@ contains
       character(len=:), allocatable :: reason
       logical, allocatable :: used(:)
       real(wp) :: e_max, k_n
+      type(unit_system_type) :: u
       integer :: i
+      u = unit_system(parameters%units)
       allocate (used(size(parameters%joint_materials)))
       used = [(any(blocks%edge_joint == i), i=1, size(used))]
       e_max = maxval(parameters%block_materials(blocks%block_material)%youngs_modulus)
@@ -65,13 +71,15 @@ contains
       end if
       if (k_n > 0 .and. parameters%by_length) then
          parameters%normal_stiffness = k_n*edge
-         reason = 'the largest normal stiffness of the joints, '//to_string(k_n, 4)//', times the mean edge of '// &
-                  to_string(edge, 4)//'; it holds fixed points, joints have their own'
+         reason = 'the largest normal stiffness of the joints, '// &
+                  u%shown(k_n, 'stress/length')//', times the mean edge of '//u%shown(edge, 'length')// &
+                  '; it holds fixed points, joints have their own'
       else if (parameters%by_length) then
          parameters%normal_stiffness = automatic_over_e*e_max
-         reason = 'twice the largest E of the blocks, so that a joint of the mean length '//to_string(edge, 4)// &
-                  ' without normal_stiffness has '//to_string(parameters%normal_stiffness/edge, 4)// &
-                  ' per length and closes by half of what the block behind it is compressed'
+         reason = 'twice the largest E of the blocks, so that a joint of the mean length '//u%shown(edge, 'length')// &
+                  ' without normal_stiffness has '//u%shown(parameters%normal_stiffness/edge, 'stress/length')// &
+                  trim(merge('           ', ' per length', u%is_known()))// &
+                  ' and closes by half of what the block behind it is compressed'
       else
          parameters%normal_stiffness = automatic_over_e/springs_of_joint(.false.)*e_max
          reason = 'the largest E of the blocks, at both ends of a joint, so that it closes by half of what the '// &
@@ -79,12 +87,13 @@ contains
       end if
       if (.not. is_sensible(parameters%normal_stiffness)) then
          call messages%add(severity%error, 'contact stiffness (g0) cannot be automatic: it would be '// &
-                           to_string(parameters%normal_stiffness, 4)//', '//reason//'; check Young''s moduli', &
+                           u%shown(parameters%normal_stiffness, 'force/length')//', '//reason// &
+                           '; check Young''s moduli', &
                            options%model_origin)
          return
       end if
       call messages%add(severity%note, 'contact stiffness (g0) is automatic: '// &
-                        to_string(parameters%normal_stiffness, 4)//', '//reason)
+                        u%shown(parameters%normal_stiffness, 'force/length')//', '//reason)
    end subroutine choose_stiffness
 
    !> Largest time step: from the time in which a block swings on its joints, and the time in which it falls by
@@ -97,7 +106,9 @@ contains
       type(diagnostics_type), intent(inout) :: messages
       character(len=:), allocatable :: reason
       real(wp) :: density, k_n, acceleration, fall, area, mass, a
+      type(unit_system_type) :: u
       integer :: i
+      u = unit_system(parameters%units)
       area = 0
       mass = 0
       acceleration = 0
@@ -113,8 +124,8 @@ contains
       density = mass/area
       k_n = stiffest_joint(blocks, edge, parameters)
       parameters%dt_max = advised_step(edge, density, k_n)
-      reason = '10 times the time sqrt(density L/k_n) in which a block of the mean edge L = '//to_string(edge, 4)// &
-               ' swings on joints of k_n = '//to_string(k_n, 4)
+      reason = '10 times the time sqrt(density L/k_n) in which a block of the mean edge L = '// &
+               u%shown(edge, 'length')//' swings on joints of k_n = '//u%shown(k_n, 'stress/length')
       if (all_static(parameters)) then
          parameters%dt_max = static_factor*parameters%dt_max
          reason = to_string(nint(static_factor))//' (static) times '//reason
@@ -123,16 +134,16 @@ contains
          fall = share_of_fall*sqrt(2*edge/acceleration)
          if (fall < parameters%dt_max .and. .not. all_static(parameters)) then
             parameters%dt_max = fall
-            reason = '1 % of the time in which a block falls by the mean edge '//to_string(edge, 4)
+            reason = '1 % of the time in which a block falls by the mean edge '//u%shown(edge, 'length')
          end if
       end if
       if (.not. is_sensible(parameters%dt_max)) then
          call messages%add(severity%error, 'time step (dt_max) cannot be automatic: it would be '// &
-                           to_string(parameters%dt_max, 4)//', '//reason//'; check Young''s moduli and densities', &
+                           u%shown(parameters%dt_max, 'time')//', '//reason//'; check Young''s moduli and densities', &
                            options%model_origin)
          return
       end if
-      call messages%add(severity%note, 'time step (dt_max) is automatic: '//to_string(parameters%dt_max, 4)//', '// &
+      call messages%add(severity%note, 'time step (dt_max) is automatic: '//u%shown(parameters%dt_max, 'time')//', '// &
                         reason)
    end subroutine choose_step
 

@@ -33,6 +33,9 @@ contains
       call table%locate(o%analysis_origin)
       call table%add(option('title', 'title of the results; that of &run wins', &
                             default_text='stem of the file'), o%model_title)
+      call table%add(option('units', 'units of all numbers: SI (m, kg, s, N, Pa), kN (m, t, s, kN, kPa), '// &
+                            'mm (mm, t, s, N, MPa), or none: any consistent ones, which nothing checks', &
+                            choices='SI|kN|mm|none', default_text='SI', see='file-formats.md#units'), o%units)
    end subroutine describe_model
 
    !> &block_material

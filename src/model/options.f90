@@ -172,6 +172,7 @@ module rockdda_model_options
       character(len=:), allocatable :: geometry   !! path of the geometry or block file, relative to that of the options
       character(len=:), allocatable :: analysis   !! path of an analysis file; empty or not allocated: none
       character(len=:), allocatable :: model_title
+      character(len=:), allocatable :: units      !! 'si' | 'kn' | 'mm' | 'none'; not given: SI in a labelled file
       type(block_material_type), allocatable :: block_materials(:) !! groups that describe or change block materials
       type(point_table_type), allocatable :: fixed_points(:), loading_points(:)
       ! &run

@@ -12,6 +12,7 @@ module rockdda_model_parameters
 
    type :: parameters_type
       character(len=:), allocatable :: title
+      character(len=4) :: units = 'none'      !! system of units of all numbers (rockdda_model_units)
       ! extent of the run
       integer :: n_steps = 0
       real(wp) :: t_end = huge(1.0_wp)

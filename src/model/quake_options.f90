@@ -6,6 +6,7 @@ module rockdda_model_quake_options
    use rockdda_base_strings, only : lower_case, to_string
    use rockdda_model_options, only : quake_type, is_set
    use rockdda_model_option, only : option_visitor_type, option_type, option
+   use rockdda_model_units, only : unit_system_type, unit_system
    implicit none
    private
    public :: describe_quakes, settle_quakes, form_of, acts_as
@@ -46,8 +47,8 @@ contains
       call table%add(option('column', 'name (in the header) or number of the column of the accelerations', &
                             applies='format csv', default_text='2', or_number=.true.), quake%column)
       call table%add(option('scale', 'factor of the values of the file, also of their unit', &
-                            default_text='from the unit that the file names, for metres and seconds (g: 9.81), '// &
-                            'else 1'), quake%scale)
+                            default_text='from the unit that the file names to that of the model (g: 9.81 in '// &
+                            'metres and seconds), else 1'), quake%scale)
       call table%add(option('direction', 'direction of the motion', choices='x|y', default_word='x'), quake%direction)
       call table%add(option('apply', 'base_acceleration: the load -m a on all blocks, whose motion is then that '// &
                             'relative to the base; base_motion: fixed points and boundaries that hold move by '// &
@@ -71,11 +72,14 @@ contains
    end function acts_as
 
    !> Format and factor of all records.
-   subroutine settle_quakes(quakes, has_quiet, messages)
+   subroutine settle_quakes(quakes, units, has_quiet, messages)
       type(quake_type), intent(inout) :: quakes(:)
+      character(len=*), intent(in) :: units    !! system of units of the model
       logical, intent(in) :: has_quiet         !! there are viscous boundaries
       type(diagnostics_type), intent(inout) :: messages
+      type(unit_system_type) :: system
       integer :: i
+      system = unit_system(trim(units))
       do i = 1, size(quakes)
          associate (quake => quakes(i), title => '&quake '//to_string(i))
             if (allocated(quake%file)) quake%form = form_of(quake%form, quake%file)
@@ -83,15 +87,21 @@ contains
                if (len(quake%column) > 0) call messages%add(severity%error, title//": column belongs to format "// &
                   "'csv': a file of PEER has one component", quake%origin)
             end if
+            if (acts_as(quake, 'viscous_base') .and. .not. has_quiet) call messages%add(severity%error, title// &
+               ": apply = 'viscous_base' needs a &boundary of kind 'viscous'", quake%origin)
             if (quake%unit > 0 .and. .not. is_set(quake%scale)) then
-               quake%scale = quake%unit
+               quake%scale = quake%unit/system%in_si(1.0_wp, 'length/time^2')
+               if (system%is_known()) then
+                  call messages%add(severity%note, title//': the record is in units of '//to_string(quake%unit)// &
+                                    ' m/s2: it is multiplied by '//to_string(quake%scale)//' to be in '// &
+                                    system%unit_of('length/time^2'), quake%origin)
+                  cycle
+               end if
                call messages%add(severity%note, title//': the record is in units of '//to_string(quake%unit)// &
                                  ' m/s2, by which it is multiplied (give scale where the model is not in metres '// &
                                  'and seconds)', quake%origin)
             end if
             if (.not. is_set(quake%scale)) quake%scale = 1
-            if (acts_as(quake, 'viscous_base') .and. .not. has_quiet) call messages%add(severity%error, title// &
-               ": apply = 'viscous_base' needs a &boundary of kind 'viscous'", quake%origin)
          end associate
       end do
    end subroutine settle_quakes

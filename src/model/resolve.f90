@@ -59,8 +59,9 @@ contains
       parameters%stages = settings%stages
       parameters%changes = settings%changes
       parameters%boundaries = settings%boundaries
+      parameters%units = units_of(options)
       parameters%quakes = settings%quakes
-      call settle_quakes(parameters%quakes, any([(parameters%boundaries(i)%kind == 'viscous', &
+      call settle_quakes(parameters%quakes, parameters%units, any([(parameters%boundaries(i)%kind == 'viscous', &
                                                   i=1, size(parameters%boundaries))]), messages)
       call note_stages(options, parameters, messages)
       if (options%labelled) call choose_base_stage(parameters, messages)
@@ -139,6 +140,15 @@ contains
          if (size(analysis%loading_tables) == blocks%loading%n) parameters%loading_tables = analysis%loading_tables
       end if
    end subroutine take_analysis
+
+   !> The system of units of the input: SI in a labelled file that does not say it, none in others.
+   pure function units_of(options) result(units)
+      type(run_options_type), intent(in) :: options
+      character(len=4) :: units
+      units = trim(merge('SI  ', 'none', options%labelled))
+      if (.not. allocated(options%units)) return
+      if (len_trim(options%units) > 0) units = options%units
+   end function units_of
 
    !> Options whose default is another one in a labelled file: plane strain, and dynamic steps of second order.
    pure subroutine take_labelled_defaults(settings, second_order)

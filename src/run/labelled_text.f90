@@ -28,6 +28,7 @@ contains
       options%model_title = input%parameters%title
       options%title = ''
       options%analysis = ''
+      options%units = trim(input%parameters%units)
       if (allocated(options%base%file)) options%base%file = beside(input%config_file, options%base%file)
       if (.not. input%labelled .and. has_base_motion(options%base, options%quakes) .and. &
           .not. is_given(options%base%stage)) then

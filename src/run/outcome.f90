@@ -5,6 +5,7 @@ module rockdda_run_outcome
    use rockdda_base_strings, only : counted, to_string
    use rockdda_model_options, only : is_set
    use rockdda_model_parameters, only : parameters_type
+   use rockdda_model_units, only : unit_system_type, unit_system
    use rockdda_model_boundary_options, only : is_quiet
    use rockdda_model_stage_options, only : stage_name, stage_k01, has_base_motion
    use rockdda_stepping_control, only : step_control_type, n_cut_reasons
@@ -339,13 +340,15 @@ contains
    function reactions_text(sim) result(text)
       type(simulation_type), intent(in) :: sim
       character(len=:), allocatable :: text
+      type(unit_system_type) :: system
       integer :: g
       text = ''
+      system = unit_system(sim%parameters%units)
       do g = 1, size(sim%record%boundary_force, 2)
          if (g > 1) text = text//new_line('a')
          text = text//'# boundary '//to_string(g)//' ('//sim%parameters%boundaries(g)%kind// &
-                '): force on the blocks ('//to_string(sim%record%boundary_force(1, g), 10)//', '// &
-                to_string(sim%record%boundary_force(2, g), 10)//')'
+                '): force on the blocks ('//system%shown(sim%record%boundary_force(1, g), 'force', 10)//', '// &
+                system%shown(sim%record%boundary_force(2, g), 'force', 10)//')'
       end do
    end function reactions_text
 

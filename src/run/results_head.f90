@@ -57,6 +57,7 @@ contains
       type(results_header_type), intent(inout) :: header
       header%flush_interval = min(longest_flush_interval, checkpoint_every)
       header%single = sim%parameters%single_frames
+      header%units = sim%parameters%units
       header%n_boundaries = size(sim%parameters%boundaries)
       header%stage_names = stage_names(sim%parameters%stages, sim%parameters%ends_with_stages)
    end subroutine describe_run

@@ -96,7 +96,7 @@ class LabelledFile(ProgramTest):
         found = self.messages(
             "&model geometry = 'block.dc', titlx = 'x' /\n"
             "&block_material number = 2, name = 'Rock', density = -1, young = 5e9, poisson = 0.2 /\n"
-            "&block_material number = 3, name = 'rock', density = 1, poisson = 0.2 /\n"
+            "&block_material number = 3, name = 'rock', density = 2000, poisson = 0.2 /\n"
             "&joint_material number = 2, name = 'bedding', friction = 30, law = 'velocity' /\n"
             "&joint_law material = 'beddingg', damping_ratio = 0.1 /\n"
             "&region name = 'roof', material = 'rok' /\n"
@@ -150,7 +150,7 @@ class LabelledFile(ProgramTest):
         self.assertIn("expected a labelled file (.nml with &model)", outcome.err)
 
     def test_numbers_that_no_unit_explains(self):
-        text = LABELLED.replace("9.81", "0")
+        text = LABELLED.replace("9.81", "0").replace("title", "units = 'none', title")
         for changed, expected in (
             (text.replace("5e9", "1e-308"), "contact stiffness (g0) cannot be automatic: it would be "),
             (
@@ -207,18 +207,20 @@ class LabelledFile(ProgramTest):
         reasons = [m["message"] for m in outcome.json["messages"] if "is automatic" in m["message"]]
         self.assertEqual(len(reasons), 3)
         text = self.run_program("check", "slope.nml").out
-        self.assertIn("  stress at the base      49050\n", text)
+        self.assertIn("  stress at the base      49.05 kPa\n", text)
         # a legacy pair is described, too
         self.assertEqual(self.run_program("check", "block.dc", "block.df", "--json").json["model"]["blocks"], 2)
 
     def test_units_that_cannot_be(self):
+        """Where the units are not said: warnings."""
+        text = LABELLED.replace("title", "units = 'none', title")
         for old, new, expected in [
             ("friction = 30", "friction = 0.52", "is it in radians?"),
             ("young = 5e9", "young = 5e3", "is E in the unit of stress that fits the weights?"),
             ("density = 2500", "density = 2500, unit_weight = 2500", "is not its density times the gravity"),
         ]:
             with self.subTest(new):
-                self.labelled(LABELLED.replace(old, new))
+                self.labelled(text.replace(old, new))
                 err = self.run_program("check", "slope.nml").err
                 self.assertIn(expected, err)
                 line = 1 + LABELLED[: LABELLED.index(old)].count("\n")

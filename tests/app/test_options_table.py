@@ -20,6 +20,8 @@ TABLE = {
         "stage_options",
         "water_options",
         "quake_options",
+        "units",  # dimensions
+        "possible_values",  # bounds of options by name
     )
 }
 # words in quotes that are no names of options there: energies, kinds of value and of boundaries, a group of the
@@ -37,6 +39,12 @@ OTHERS = {
     ("option_documents.f90", "number"),
     ("checkpoint_model.f90", "parameters"),
     ("boundary_check.f90", "traction"),
+    ("option_reader.f90", "units"),
+    ("option_reader.f90", "table"),
+    ("option_reader.f90", "water"),
+    ("parameter_text.f90", "units"),
+    ("parameter_text.f90", "stress"),
+    ("checkpoint_model.f90", "units"),
 }
 
 

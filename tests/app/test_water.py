@@ -94,7 +94,7 @@ class Messages(WaterTest):
         for group, words in (
             ("name = 'a'", "&water 1 'a': give one of table and pressure_file"),
             ("table = 0,1", "&water 1: table needs the unit_weight of the water"),
-            ("table = 0,1, 0,2, unit_weight = 1", "&water 1: table: x must increase from point to point"),
+            ("table = 0,1, 0,2, unit_weight = 9810", "&water 1: table: x must increase from point to point"),
             ("pressure_file = 'p.csv'", "&water 1: pressure_file: the points make no triangle"),
         ):
             with self.subTest(group):

@@ -59,11 +59,19 @@ PlotFieldName = Annotated[
 FrameNumber = Annotated[int, typer.Option("--frame", help="Number of the frame; negative: from the end.")]
 UnitNames = Annotated[
     str | None,
-    typer.Option("--units", help="Units that the file is in: length, time, force, as m,s,N or SI.", show_default=False),
+    typer.Option(
+        "--units",
+        help="Units of a file that does not state them: length, time, force, as m,s,N or SI.",
+        show_default=False,
+    ),
 ]
 ShownUnits = Annotated[
     str | None,
-    typer.Option("--show", help="Units to convert to, as m,s,kN; needs --units.", show_default=False),
+    typer.Option(
+        "--show",
+        help="Units to convert to, as m,s,kN; where the file does not state its own, with --units.",
+        show_default=False,
+    ),
 ]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="No progress, no summary.")]
 Json = Annotated[bool, typer.Option("--json", help="Summary on standard output as JSON.")]
@@ -116,9 +124,11 @@ def open_results(path: Path, frame: int | None = None, field: str | None = None,
 
 def in_shown_units(results: Results, units: str | None, show: str | None) -> tuple[Results, str | None]:
     """The results in the units of --show, and the names of their units; InputError for units that cannot be."""
-    from ..units import check_units, in_units
+    from ..units import SYSTEMS, check_units, in_units
 
     if units is None:
+        if show is not None and results.units in SYSTEMS:
+            return in_units(results, ",".join(SYSTEMS[results.units]), show), show
         if show is not None:
             raise InputError("--show converts from the units of the file: state them, too, as in --units m,s,N")
         return results, None

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from ..units import Units
 
 FloatArray = npt.NDArray[np.float64]
+Shown = dict[str, tuple[float, str]]  # factor and unit of fields
 PREFIX = "joint_"  # of the names that joint fields have in the page
 STATE = "joint_state"
 #: Columns of the rows of joints: edge (its first vertex), both ends as shares of the edge, then these.
@@ -24,18 +25,33 @@ COLUMNS = ("state", *JOINT_FIELDS)
 ENOUGH = 1e-6  # of the largest pressure: points off a straight line by less are left out
 
 
-def joint_entries(results: Results, units: Units) -> list[dict[str, Any]]:
+def shown_joints(results: Results, units: Units) -> Shown:
+    """Factor and unit of each field of joints, by its largest value in the last frame."""
+    if not results.has_joints:
+        return {}
+    points = results.joints(-1)
+    found = {}
+    for name, field in JOINT_FIELDS.items():
+        values = np.abs(points[name].to_numpy(dtype=float))
+        found[PREFIX + name] = units.multiple(field.dimension, float(np.nanmax(values, initial=0.0)))
+    return found
+
+
+def joint_entries(results: Results, shown: Shown) -> list[dict[str, Any]]:
     """The fields of joints that the page offers; none for files of version 1."""
     if not results.has_joints:
         return []
     entries = [{"name": STATE, "label": "state of joints", "map": "states", "joint": 0}]
     for column, (name, field) in enumerate(JOINT_FIELDS.items(), start=1):
-        entries.append({"name": PREFIX + name, "label": units.label(field.label, field.dimension), "joint": column})
+        unit = shown[PREFIX + name][1]
+        label = f"{field.label} [{unit}]" if unit else field.label
+        entries.append({"name": PREFIX + name, "label": label, "joint": column})
     return entries
 
 
-def joint_rows(frame: Frame) -> FloatArray:
-    """(n, 9) edge, share of its begin, share of its end, and the COLUMNS of every point along the joints."""
+def joint_rows(frame: Frame, shown: Shown | None = None) -> FloatArray:
+    """(n, 9) edge, share of its begin, share of its end, and the COLUMNS of every point along the joints, times the
+    factors of `shown`."""
     results = frame.results
     points = results.joints(frame.index)
     edge = points["edge"].to_numpy()
@@ -47,7 +63,8 @@ def joint_rows(frame: Frame) -> FloatArray:
     shares = [
         np.einsum("ij,ij->i", points[[f"x{end}", f"y{end}"]].to_numpy() - start, along) / square for end in (1, 2)
     ]
-    return np.column_stack([edge, *shares, points[list(COLUMNS)].to_numpy(dtype=float)])
+    factors = [1.0 if shown is None or PREFIX + name not in shown else shown[PREFIX + name][0] for name in COLUMNS]
+    return np.column_stack([edge, *shares, points[list(COLUMNS)].to_numpy(dtype=float) * factors])
 
 
 def joint_range(rows: FloatArray, name: str) -> tuple[float, float, float, float]:

@@ -21,12 +21,12 @@ from ..plot.style import (
     SEQUENTIAL,
     STATES,
     colour_range,
-    field_label,
+    field_words,
     limits_of,
     usual_range,
 )
 from ..units import Units
-from .overlays import boundary_rows, has_water, joint_entries, joint_ranges, joint_rows, water_of
+from .overlays import Shown, boundary_rows, has_water, joint_entries, joint_ranges, joint_rows, shown_joints, water_of
 
 if TYPE_CHECKING:
     from ..results import Frame, Results
@@ -60,9 +60,29 @@ def colour_maps() -> dict[str, str]:
     }
 
 
-def describe(results: Results, fields: Sequence[str], units: Units, *, joints: bool = True) -> dict[str, Any]:
-    """The data of the page beside the frames; `fields` without their values, and those of joints where wanted."""
+def shown_fields(results: Results, fields: Sequence[str], units: Units, *, joints: bool = True) -> Shown:
+    """Factor and unit in which each field is shown, by its largest value in the last frame; 'bolts' is that of forces,
+    'length' that of places."""
+    now = results.frames[-1]
+    found = shown_joints(results, units) if joints else {}
+    for name in fields:
+        values = np.abs(now.field(name)[now.active])
+        found[name] = units.multiple(field_words(name)[1], float(values.max(initial=0.0)))
+    found["bolts"] = units.multiple("force", float(np.abs(now.bolt_force).max(initial=0.0)))
+    found["length"] = units.multiple("length", float(np.abs(results.vertices).max()))
+    return found
+
+
+def describe(
+    results: Results, fields: Sequence[str], units: Units, *, joints: bool = True, shown: Shown | None = None
+) -> dict[str, Any]:
+    """The data of the page beside the frames; `fields` without their values, and those of joints where wanted.
+
+    The values come in the units of `shown`, those of `shown_fields`.
+    """
+    shown = shown_fields(results, fields, units, joints=joints) if shown is None else shown
     now = results.frames[-1].vertices
+    place = units.multiple("length", 1.0)
     corners = np.concatenate([results.vertices, now])
     return {
         "blocks": results.n_blocks,
@@ -76,21 +96,29 @@ def describe(results: Results, fields: Sequence[str], units: Units, *, joints: b
         "stageNames": results.stage_names if results.has_stages else [],
         "hasWater": has_water(results),
         "bolts": results.bolt_ends.reshape(-1, 4).tolist(),
-        "boltLabel": units.label("axial force", "force"),
+        "boltLabel": _with_unit("axial force", shown["bolts"][1]),
         "maps": colour_maps(),
         "unit": f" {units.time}" if units.time else "",
+        "place": {"factor": place[0], "unit": f" {place[1]}", "area": units.multiple("area", 1.0)}
+        if units.length
+        else None,
         "fields": [
-            {"name": name, "label": _plain(field_label(name, units))}
+            {"name": name, "label": _plain(_with_unit(field_words(name)[0], shown[name][1]))}
             | ({"map": "materials"} if name == "material" else {})
             for name in fields
         ]
-        + (joint_entries(results, units) if joints else []),
+        + (joint_entries(results, shown) if joints else []),
     }
 
 
-def bolt_rows(frame: Frame) -> npt.NDArray[Any]:
+def _with_unit(text: str, unit: str) -> str:
+    """'text [unit]'."""
+    return f"{text} [{unit}]" if unit else text
+
+
+def bolt_rows(frame: Frame, shown: Shown) -> npt.NDArray[Any]:
     """(n, 5) x1 y1 x2 y2 force of the bolts of a frame."""
-    return np.column_stack([frame.bolt_ends.reshape(-1, 4), frame.bolt_force])
+    return np.column_stack([frame.bolt_ends.reshape(-1, 4), shown["bolts"][0] * frame.bolt_force])
 
 
 def _plain(label: str) -> str:
@@ -130,19 +158,20 @@ def film_page(
 
     Displacements keep 1/32,767 of the largest one, values of fields 1/65,535 of their range.
     """
-    setup = describe(results, fields, units, joints=joints)
+    shown = shown_fields(results, fields, units, joints=joints)
+    setup = describe(results, fields, units, joints=joints, shown=shown)
     moves = np.empty((len(frames), results.n_vertices, 2), dtype=np.float32)
     values = {name: np.empty((len(frames), results.n_blocks), dtype=np.float32) for name in fields}
     for k, index in enumerate(frames):
         now = results.frames[index]
         moves[k] = now.shown_displacement
         for name in fields:
-            values[name][k] = now.field(name)
+            values[name][k] = shown[name][0] * now.field(name)
         if progress is not None:
             progress(k + 1, len(frames))
     unit = float(np.abs(moves).max()) / 32767 or 1.0
     if len(results.bolt_ends):
-        bolts = [bolt_rows(results.frames[index]) for index in frames]
+        bolts = [bolt_rows(results.frames[index], shown) for index in frames]
         setup["boltData"] = pack(np.array(bolts), "f4")
     setup |= {"live": False, "state": "", "moves": {"unit": unit, "data": pack(np.rint(moves / unit), "i2")}}
     corners = (results.vertices + moves).reshape(-1, 2)
@@ -153,7 +182,7 @@ def film_page(
     if setup["hasWater"]:
         setup["water"] = [water_of(results, results.frames[index]) for index in frames]
     if joints and results.has_joints:
-        rows = [joint_rows(results.frames[index]) for index in frames]
+        rows = [joint_rows(results.frames[index], shown) for index in frames]
         setup["joints"] = {
             "offset": np.cumsum([0, *map(len, rows)]).tolist(),
             "data": pack(np.concatenate(rows), "f4"),

@@ -22,6 +22,9 @@ class PairViewer:
 
     def __init__(self, first: Results, second: Results, field: str, units: str | Units | None = None) -> None:
         self.sides = {"a": Viewer(first, field, units, paired=True), "b": Viewer(second, field, units, paired=True)}
+        self.sides["b"].shown = self.sides["a"].shown | {
+            name: row for name, row in self.sides["b"].shown.items() if name not in self.sides["a"].shown
+        }
         self.token = secrets.token_urlsafe(24)
 
     def answer(self, path: str) -> tuple[str, bytes]:

@@ -17,9 +17,9 @@ import numpy as np
 from ..errors import InputError, OutputError, how_to_install
 from ..frames import field_name
 from ..interrupts import HeldInterrupts
-from ..plot.block_maps import MANY, add_bolts, add_colour_bar, add_fixed_points, add_outline, moment
+from ..plot.block_maps import MANY, add_bolts, add_colour_bar, add_fixed_points, add_outline, moment, name_map
 from ..plot.boundary_marks import add_boundaries
-from ..plot.style import MATERIALS, field_label, limits_of, size_of, style, without_splinters
+from ..plot.style import MATERIALS, field_words, limits_of, size_of, style, without_splinters
 from ..plot.water_levels import add_water_tables
 from ..text import plain_text
 from ..units import Units
@@ -66,7 +66,7 @@ def animate(
     for the frame.
     """
     path = Path(output)
-    units = Units.parse(units)
+    units = Units.parse(units, results)
     if path.suffix.lower() not in ENDINGS:
         raise InputError(f"a film ends in {', '.join(ENDINGS)}, not in {path.suffix or 'nothing'!r}", path)
     field, fields = field_name(field), [field_name(name) for name in fields or SHOWN_FIELDS]
@@ -188,8 +188,7 @@ def _scene(
     axes.set_xlim(low[0] - margin, high[0] + margin)
     axes.set_ylim(low[1] - margin, high[1] + margin)
     axes.set_aspect("equal")
-    axes.set_xlabel(units.label("x", "length"))
-    axes.set_ylabel(units.label("y", "length"))
+    name_map(axes, units)
     many = results.n_blocks > MANY
     drawn = PolyCollection([], edgecolors="face" if many else "#333333", linewidths=0.1 if many else 0.5)
     drawn.set_in_layout(False)
@@ -200,7 +199,7 @@ def _scene(
         shown_values = without_splinters(np.array(values), results.block_area, np.array(there))
         bottom, top, colour_map = limits_of(field, shown_values, limits)
         drawn.set(cmap=colour_map, clim=(bottom, top), array=np.zeros(results.n_blocks))
-        add_colour_bar(axes, drawn, field_label(field, units), np.array(values)[np.array(there)])
+        add_colour_bar(axes, drawn, units, *field_words(field), np.array(values)[np.array(there)])
     if outline:
         add_outline(axes, results.vertices, results.vertex_offset)
     add_fixed_points(axes, results)

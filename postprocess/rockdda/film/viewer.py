@@ -18,7 +18,7 @@ from ..frames import FIELDS, Frame, field_name
 from ..results import Results
 from ..units import Units
 from .overlays import has_water, joint_entries, joint_range, joint_rows, water_of, widest
-from .page import SHOWN_FIELDS, bolt_rows, colour_range, describe, page, usual_range
+from .page import SHOWN_FIELDS, bolt_rows, colour_range, describe, page, shown_fields, usual_range
 
 __all__ = ["Viewer", "block_history"]
 
@@ -37,9 +37,10 @@ class Viewer:
         paired: bool = False,
     ) -> None:
         self.results, self.paired = results, paired
-        self.units = Units.parse(units)
+        self.units = Units.parse(units, results)
         self.fields = list(dict.fromkeys([field_name(field), *SHOWN_FIELDS]))
-        self.joint_fields = [entry["name"] for entry in joint_entries(results, self.units)]
+        self.shown = shown_fields(results, self.fields, self.units) if results.n_frames else {}
+        self.joint_fields = [entry["name"] for entry in joint_entries(results, self.shown)] if self.shown else []
         self._lock = threading.Lock()
         self._joints: dict[int, dict[str, tuple[float, float, float, float]]] = {}
         self._limits: dict[str, dict[int, tuple[float, float, float, float]]] = {}
@@ -58,15 +59,15 @@ class Viewer:
             if len(parts) == 2 and parts[0] == "displacement":
                 return self._floats(self._frame(parts[1]).shown_displacement)
             if len(parts) == 3 and parts[0] == "field" and parts[1] in FIELDS:
-                return self._floats(self._frame(parts[2]).field(parts[1]))
+                return self._floats(self._factor(parts[1]) * self._frame(parts[2]).field(parts[1]))
             if len(parts) == 2 and parts[0] == "limits" and parts[1] in self.joint_fields:
                 return "application/json", json.dumps(self._joint_range(parts[1])).encode()
             if len(parts) == 2 and parts[0] == "joints" and self.joint_fields:
-                return self._floats(joint_rows(self._frame(parts[1])))
+                return self._floats(joint_rows(self._frame(parts[1]), self.shown))
             if len(parts) == 2 and parts[0] == "water" and has_water(self.results):
                 return "application/json", json.dumps(water_of(self.results, self._frame(parts[1]))).encode()
             if len(parts) == 2 and parts[0] == "bolts":
-                return self._floats(bolt_rows(self._frame(parts[1])))
+                return self._floats(bolt_rows(self._frame(parts[1]), self.shown))
             if len(parts) == 2 and parts[0] == "block":
                 return "application/json", json.dumps(self._block(int(parts[1]))).encode()
         raise KeyError(path)
@@ -95,8 +96,15 @@ class Viewer:
             raise InputError("there are no frames yet", self.results.path)
         title = self.results.title or self.results.name
         return page(
-            title, describe(self.results, self.fields, self.units) | state | {"live": True, "paired": self.paired}
+            title,
+            describe(self.results, self.fields, self.units, shown=self.shown)
+            | state
+            | {"live": True, "paired": self.paired},
         )
+
+    def _factor(self, name: str) -> float:
+        """By which the numbers of a field are multiplied."""
+        return self.shown[name][0] if name in self.shown else 1.0
 
     def _range(self, name: str) -> tuple[float, float, float, float]:
         """Smallest and largest value of a field, in some frames of a long run, else in all; then the usual range."""
@@ -105,7 +113,7 @@ class Viewer:
         for k in np.unique(np.linspace(0, n - 1, min(n, MOST_SAMPLED)).round().astype(int)):
             if int(k) not in known:
                 now = self.results.frames[int(k)]
-                values = now.field(name)[now.active]
+                values = self._factor(name) * now.field(name)[now.active]
                 usual = usual_range(values, self.results.block_area[now.active])
                 known[int(k)] = (float(values.min()), float(values.max()), *usual)
         low, high, usual_low, usual_high = zip(*known.values(), strict=True)
@@ -118,7 +126,7 @@ class Viewer:
         chosen = np.unique(np.linspace(0, n - 1, min(n, MOST_JOINTS)).round().astype(int))
         for k in chosen.tolist():
             if k not in self._joints:
-                rows = joint_rows(self.results.frames[k])
+                rows = joint_rows(self.results.frames[k], self.shown)
                 self._joints[k] = {field: joint_range(rows, field) for field in self.joint_fields}
         return widest([self._joints[k][name] for k in chosen.tolist()], name)
 
@@ -127,7 +135,11 @@ class Viewer:
         if not 0 <= block < self.results.n_blocks:
             raise KeyError(block)
         now = _BlockInTime(self.results, block)
-        return {name: np.asarray(now.field(name), dtype=float).tolist() for name in self.fields if name != "block"}
+        return {
+            name: (self._factor(name) * np.asarray(now.field(name), dtype=float)).tolist()
+            for name in self.fields
+            if name != "block"
+        }
 
 
 class _BlockInTime(Frame):

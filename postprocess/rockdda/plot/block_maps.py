@@ -23,8 +23,9 @@ from .style import (
     SEQUENTIAL,
     STATES,
     TENSION,
-    field_label,
+    field_words,
     limits_of,
+    name_axis,
     new_axes,
     nice_ticks,
     set_limits,
@@ -119,11 +120,17 @@ def frame_axes(
     _, axes = new_axes(axes, size_of(float(width), float(height)))
     set_limits(axes, low - margin, high + margin)
     axes.set_aspect("equal")
-    axes.set_xlabel(units.label("x", "length"))
-    axes.set_ylabel(units.label("y", "length"))
+    name_map(axes, units)
     parts = [plain_text(results.title), f"{moment(frame, units)}"]
     axes.set_title(", ".join(part for part in parts if part) if title is None else title)
     return axes
+
+
+def name_map(axes: Axes, units: Units) -> None:
+    """Labels of both axes of a map, whose limits are there, in one unit."""
+    largest = max(abs(limit) for limit in (*axes.get_xlim(), *axes.get_ylim()))
+    for axis, text in ((axes.xaxis, "x"), (axes.yaxis, "y")):
+        name_axis(axis, units, text, "length", largest)
 
 
 def moment(frame: Frame, units: Units, digits: str = ".4g") -> str:
@@ -169,16 +176,18 @@ def _enlarged(axes: Axes, scale: float) -> None:
         axes.set_title(f"{axes.get_title(loc='left')}, displacements × {scale:g}")
 
 
-def add_colour_bar(axes: Axes, mappable: Collection, label: str, values: npt.NDArray[Any] | None = None) -> None:
+def add_colour_bar(
+    axes: Axes, mappable: Collection, units: Units, text: str, dimension: str, values: npt.NDArray[Any] | None = None
+) -> None:
     """Add a colour bar at the right of the axes, with a tip where some of the values lie beyond its end."""
     figure = axes.get_figure()
     assert figure is not None
     beside = axes.inset_axes((1.02, 0.0, 0.022, 1.0))  # as high as the picture, whatever its shape
     bar = figure.colorbar(mappable, cax=beside, extend=_beyond(mappable, values))
     bar.outline.set_linewidth(0.4)  # type: ignore[operator]
-    if _length(label) <= _height(axes):
-        bar.set_label(label)
-    else:
+    name_axis(bar.ax.yaxis, units, text, dimension)
+    label = bar.ax.get_ylabel()
+    if _length(label) > _height(axes):
         # of a flat model: along the bar it would be cut, or squeeze the picture
         bar.set_label(textwrap.fill(label, LETTERS), rotation=0, ha="left", va="center")
     nice_ticks(bar.ax.yaxis)
@@ -234,7 +243,7 @@ def blocks(
     `scale` enlarges the displacements, `limits` are the ends of the colour scale (by default those of the values;
     symmetric, with white at zero, when both signs occur).
     """
-    now, units = results.frames[frame], Units.parse(units)
+    now, units = results.frames[frame], Units.parse(units, results)
     field = None if field is None else field_name(field)
     shown = _moved(now, scale)
     with style():
@@ -251,7 +260,7 @@ def blocks(
             drawn = add_blocks(axes, shown, offset, array=values, cmap=colour_map or chosen)
             drawn.set_clim(low, high)
             if colour_bar:
-                add_colour_bar(axes, drawn, field_label(field, units), values[now.active])
+                add_colour_bar(axes, drawn, units, *field_words(field), values[now.active])
         if outline and now.index != 0:
             add_start(axes, results, shown)
         add_bolts(axes, _shown_bolts(now, scale))
@@ -299,7 +308,7 @@ def stress_crosses(
     from matplotlib.collections import LineCollection
     from matplotlib.lines import Line2D
 
-    now, units = results.frames[frame], Units.parse(units)
+    now, units = results.frames[frame], Units.parse(units, results)
     principal, angle = (values[now.active] for values in now.principal_stress())
     sizes = np.abs(principal)
     reference = float(np.percentile(sizes.max(axis=1), 95)) or 1.0
@@ -324,7 +333,7 @@ def stress_crosses(
         handles = [Line2D([], [], color=colour, lw=1.6) for colour in (COMPRESSION, TENSION)]
         axes.legend(handles, ["compression", "tension"], loc="upper left", bbox_to_anchor=(1.01, 1))
         value = _short_factor(reference)
-        _scale_bar(axes, 2 * half * value, f"{_short(value)} {units.of('stress')}")
+        _scale_bar(axes, 2 * half * value, _with_unit(value, units, "stress"))
     return axes
 
 
@@ -344,7 +353,7 @@ def contact_forces(
     from matplotlib.collections import LineCollection
     from matplotlib.lines import Line2D
 
-    now, units = results.frames[frame], Units.parse(units)
+    now, units = results.frames[frame], Units.parse(units, results)
     contacts = now.contacts
     force = np.hypot(*contacts.force.T) if len(contacts) else np.zeros(0)
     largest = float(force.max()) if len(force) and force.max() > 0 else 1.0
@@ -380,7 +389,7 @@ def contact_forces(
             value = _short_factor(reference)
             share_of = value / reference
             length, width = 2 * longest * (0.1 + 0.9 * share_of), size * (0.3 + 1.9 * share_of)
-            _scale_bar(axes, length, f"{_short(value)} {units.of('force')}", width)
+            _scale_bar(axes, length, _with_unit(value, units, "force"), width)
     return axes
 
 
@@ -398,7 +407,7 @@ def displacements(
 
     `scale` is the factor on their length; by default 1, or so that the longest is a tenth of the model.
     """
-    now, units = results.frames[frame], Units.parse(units)
+    now, units = results.frames[frame], Units.parse(units, results)
     there = now.active
     start_of = np.where(np.isnan(now.shown_vertices), np.nan, results.vertices)  # vertices of blocks that are there
     vector = now.displacement[there]
@@ -416,13 +425,19 @@ def displacements(
             cmap=f"{SEQUENTIAL}_r", width=0.0028,             headwidth=4.5, headlength=5, headaxislength=4.5, zorder=3,
         )  # fmt: skip
         arrows.set_clim(*(limits or (0.0, largest or 1.0)))
-        add_colour_bar(axes, arrows, field_label("displacement", units))
+        add_colour_bar(axes, arrows, units, *field_words("displacement"))
         add_bolts(axes, results.bolt_ends)
         add_fixed_points(axes, results)
         add_boundaries(axes, results, start_of, now.time)
         if scale != 1:
             axes.set_title(f"{axes.get_title(loc='left')}, arrows × {scale:g}")
     return axes
+
+
+def _with_unit(value: float, units: Units, dimension: str) -> str:
+    """Two digits and the unit."""
+    factor, unit = units.multiple(dimension, value)
+    return f"{factor * value:.3g} {unit}" if units.multiples else f"{_short(value)} {unit}"
 
 
 def _short(value: float) -> str:

@@ -13,7 +13,7 @@ from ..errors import InputError
 from ..frames import field_name
 from ..text import plain_text
 from ..units import Units
-from .style import PALETTE, PAPER_WIDTH, STATES, field_label, new_axes, nice_ticks, style
+from .style import PALETTE, PAPER_WIDTH, STATES, field_words, name_axis, new_axes, nice_ticks, style
 
 if TYPE_CHECKING:
     import pandas
@@ -130,7 +130,7 @@ def history(
     Columns must be of one kind, since they share an axis; `measured_displacement` stands for all columns that begin so.
     `stage`: of this stage only, from its beginning.
     """
-    units = Units.parse(units)
+    units = Units.parse(units, results)
     table = _rows(results, stage)
     start = stage is None or results.stage(stage).index == 0  # later stages may begin to count displacements anew
     wanted = [columns] if isinstance(columns, str) else list(columns or default_columns(results))
@@ -156,7 +156,7 @@ def history(
         _time_axis(axes, units, float(time[-1]), float(time[0]))
         _mark_stages(axes, results, stage)
         what = {_readable(name).split(",")[0].removesuffix(" x").removesuffix(" y") for name in chosen}
-        axes.set_ylabel(units.label(what.pop() if len(what) == 1 else "value", kinds.pop()))
+        name_axis(axes.yaxis, units, what.pop() if len(what) == 1 else "value", kinds.pop())
         nice_ticks(axes.yaxis)
         _legend(axes)
         axes.set_title(_title(results, stage, title))
@@ -230,7 +230,7 @@ def profile(
     title: str | None = None,
 ) -> Axes:
     """A field along a line x1 y1 x2 y2 (by default horizontal at half the height) through the start geometry."""
-    field, units = field_name(field), Units.parse(units)
+    field, units = field_name(field), Units.parse(units, results)
     if line is None:
         low, high = results.vertices.min(axis=0), results.vertices.max(axis=0)
         # not quite the middle: where that is a joint, the line would run between the blocks
@@ -246,8 +246,8 @@ def profile(
             gaps = np.flatnonzero(np.diff(distance)[1::2] > 1e-9 * distance[-1]) * 2 + 2
             axes.plot(np.insert(distance, gaps, np.nan), np.insert(values, gaps, np.nan), label=label, **_line_style(k))
         x1, y1, x2, y2 = line
-        axes.set_xlabel(units.label(f"distance from ({x1:.4g}, {y1:.4g}) towards ({x2:.4g}, {y2:.4g})", "length"))
-        axes.set_ylabel(field_label(field, units))
+        name_axis(axes.xaxis, units, f"distance from ({x1:.4g}, {y1:.4g}) towards ({x2:.4g}, {y2:.4g})", "length")
+        name_axis(axes.yaxis, units, *field_words(field))
         axes.grid(color="#E4E4E4", lw=0.5)
         nice_ticks(axes.yaxis)
         _legend(axes)
@@ -271,7 +271,7 @@ def energy(
     """
     import matplotlib.pyplot as plt
 
-    units = Units.parse(units)
+    units = Units.parse(units, results)
     _need_energies(results)
     table = _rows(results, stage)
     names = [name for name in results.energy_names if name not in CHECKS]
@@ -291,7 +291,7 @@ def energy(
             label = name.replace("_", " ") + (" (≈ 0)" if none else "")
             kind["linewidth"] = 0.7 if none else 1.3
             panels[0].plot(time, values, label=label, **_line_style(i) | kind)
-        panels[0].set_ylabel(units.label("energy", "energy"))
+        name_axis(panels[0].yaxis, units, "energy", "energy")
         panels[0].axhline(0, color="#777777", lw=0.5, zorder=1)
         nice_ticks(panels[0].yaxis)
         _legend(panels[0])
@@ -328,7 +328,7 @@ def iterations(
     from matplotlib.ticker import MaxNLocator
     from matplotlib.transforms import ScaledTranslation
 
-    units = Units.parse(units)
+    units = Units.parse(units, results)
     table = _rows(results, stage)
     step = table.index.to_numpy()
     with style():

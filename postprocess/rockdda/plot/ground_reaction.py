@@ -12,7 +12,7 @@ from ..errors import InputError
 from ..namelist import parse_groups
 from ..text import plain_text
 from ..units import Units
-from .style import PALETTE, PAPER_WIDTH, new_axes, nice_ticks, style
+from .style import PALETTE, PAPER_WIDTH, name_axis, new_axes, nice_ticks, style
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -109,7 +109,7 @@ def ground_reaction(
     `stage` names the excavation (by default the first one); dots mark the ends of stages. Points on excavated blocks
     are left out.
     """
-    units = Units.parse(units)
+    units = Units.parse(units, results)
     share, convergence, ends = ground_reaction_data(results, stage)
     with style():
         _, axes = new_axes(axes, (PAPER_WIDTH, 2.9))
@@ -120,10 +120,10 @@ def ground_reaction(
             colour = PALETTE[i % len(PALETTE)]
             axes.plot(convergence[:, i], share, color=colour, label=f"point {number}")
             axes.plot(convergence[ends, i], share[ends], "o", color=colour, markersize=3.5)
-        axes.set_xlabel(units.label("convergence", "length"))
         axes.set_ylabel("relaxation")
         axes.set_ylim(0, 1.05)
         axes.set_xlim(left=min(0.0, float(convergence.min())))
+        name_axis(axes.xaxis, units, "convergence", "length")
         nice_ticks(axes.xaxis)
         axes.legend(loc="upper left", bbox_to_anchor=(1.01, 1))
         axes.set_title(plain_text(results.title) if title is None else title)

@@ -56,7 +56,7 @@ def joints(
     from matplotlib.lines import Line2D
 
     joint_field_name(field)
-    now, units = results.frames[frame], Units.parse(units)
+    now, units = results.frames[frame], Units.parse(units, results)
     points = results.joints(frame)
     values = points[field].to_numpy(dtype=float)
     without = np.isnan(values) | ((points["state"].to_numpy() == OPEN) & (field != "opening"))
@@ -90,7 +90,7 @@ def joints(
                 points["x"][dots], points["y"][dots], c=values[dots], cmap=colour_map, vmin=low, vmax=high,
                 s=(1.5 * width) ** 2, linewidths=0, zorder=3.3,
             )  # fmt: skip
-        add_colour_bar(axes, drawn, units.label(JOINT_FIELDS[field].label, JOINT_FIELDS[field].dimension))
+        add_colour_bar(axes, drawn, units, JOINT_FIELDS[field].label, JOINT_FIELDS[field].dimension)
         if (without & line).any():
             handle = Line2D([], [], color=STATES["open"], lw=0.4 * width)
             name = "open, or without strength" if field == "mobilised" else "open"

@@ -26,8 +26,9 @@ from .search_maps import factor, mechanism
 from .style import (
     PAPER_WIDTH,
     clip_to_window,
-    field_label,
+    field_words,
     limits_of,
+    name_axis,
     nice_ticks,
     style,
     window_axes,
@@ -65,7 +66,7 @@ def small_multiples(
 
     if not runs:
         raise InputError("small multiples need at least one run")
-    units = Units.parse(units)
+    units = Units.parse(units, runs[0])
     names = list(labels) if labels is not None else [plain_text(run.name) for run in runs]
     if len(names) != len(runs):
         raise InputError(f"{len(runs)} runs, but {len(names)} labels")
@@ -106,7 +107,7 @@ def small_multiples(
         if field != "material":
             bar = figure.colorbar(drawn[0].collections[0], ax=grid, shrink=0.8, aspect=30, pad=0.01)
             bar.outline.set_linewidth(0.4)  # type: ignore[operator]
-            bar.set_label(field_label(field, units))
+            name_axis(bar.ax.yaxis, units, *field_words(field))
             nice_ticks(bar.ax.yaxis)
     return np.array(drawn)
 

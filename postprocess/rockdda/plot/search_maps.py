@@ -13,7 +13,7 @@ from ..errors import InputError
 from ..text import plain_text
 from ..units import Units
 from .block_maps import add_blocks, add_bolts, add_boundaries, add_fixed_points, add_outline, frame_axes
-from .style import PAPER_WIDTH, new_axes, nice_ticks, style
+from .style import PAPER_WIDTH, name_axis, new_axes, nice_ticks, style
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -47,7 +47,7 @@ def mechanism(
     """
     from matplotlib.patches import Patch
 
-    found, units = read_search(results), Units.parse(units)
+    found, units = read_search(results), Units.parse(units, results)
     now, settled = results.frames[frame], results.frames[0]
     motion = dict(zip(found.mechanism.blocks, found.mechanism.kinds, strict=True))
     colours = [MOTIONS[motion[i]] if i in motion else "#F0F1F2" for i in range(results.n_blocks)]
@@ -128,7 +128,7 @@ def draw_trials(
     title: str | None = None,
 ) -> Axes:
     """As `factor`, of a search that need not have a results file."""
-    units = Units.parse(units)
+    units = Units.parse(units, found.results)
     values = np.array([trial.value for trial in found.trials])
     stable = np.array([trial.stable for trial in found.trials])
     largest = max((trial.displacement for trial in found.trials), default=0.0) or 1.0
@@ -150,7 +150,7 @@ def draw_trials(
         axes.margins(x=0.08, y=0.12)
         unit = UNITS.get(found.search, "")
         axes.set_xlabel(AXIS[found.search] + (f" [{unit}]" if unit else ""))
-        axes.set_ylabel(units.label("largest displacement", "length"))
+        name_axis(axes.yaxis, units, "largest displacement", "length")
         axes.grid(color="#EFEFEF", lw=0.5)
         nice_ticks(axes.xaxis)
         axes.legend(loc="upper left", bbox_to_anchor=(1.01, 1.03))

@@ -96,16 +96,36 @@ def style() -> Iterator[None]:
         mpl.interactive(interactive)  # notebooks turn this on when the first figure is made
 
 
-def field_label(name: str, units: Units) -> str:
-    """Label of a field for a colour bar or an axis."""
+def field_words(name: str) -> tuple[str, str]:
+    """Text and dimension of a field for a colour bar or an axis."""
     text = FIELDS[name].label.split(" [")[0]
-    return units.label(SYMBOLS.get(text, text), DIMENSIONS.get(name, ""))
+    return SYMBOLS.get(text, text), DIMENSIONS.get(name, "")
+
+
+def name_axis(axis: Axis, units: Units, text: str, dimension: str, largest: float | None = None) -> None:
+    """Label of an axis whose values and limits are there, with the unit in which its numbers are shown."""
+    most = float(np.max(np.abs(axis.get_view_interval()))) if largest is None else largest
+    factor, unit = units.multiple(dimension, most)
+    axis.set_label_text(f"{text} [{unit}]" if unit else text)
+    if factor != 1:
+        _multiply_ticks(axis, factor)
+
+
+def _multiply_ticks(axis: Axis, factor: float) -> None:
+    """Numbers at the ticks times a power of ten, by which the unit of the label is smaller."""
+    from matplotlib.ticker import FuncFormatter, NullFormatter
+
+    axis.set_minor_formatter(NullFormatter())
+    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value * factor:.6g}".replace("-", "−")))
 
 
 def nice_ticks(axis: Axis, most: int = 5) -> None:
-    """Few round ticks; a common power of ten is taken out."""
-    from matplotlib.ticker import MaxNLocator, ScalarFormatter
+    """Few round ticks; a common power of ten is taken out where no unit does it."""
+    from matplotlib.ticker import FuncFormatter, MaxNLocator, ScalarFormatter
 
+    if isinstance(axis.get_major_formatter(), FuncFormatter):
+        axis.set_major_locator(MaxNLocator(most, steps=[1, 2, 2.5, 5, 10]))
+        return
     formatter = ScalarFormatter(useMathText=True)
     formatter.set_powerlimits((-3, 4))
     axis.set_major_locator(MaxNLocator(most, steps=[1, 2, 2.5, 5, 10]))

@@ -38,7 +38,7 @@ def water(
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
-    now, units = results.frames[frame], Units.parse(units)
+    now, units = results.frames[frame], Units.parse(units, results)
     diagrams = pressure_diagrams(results, frame)
     largest = max((float(value.max()) for _, value, _ in diagrams), default=0.0)
     widest = 0.08 * size * float(np.ptp(results.vertices, axis=0).max())
@@ -65,7 +65,7 @@ def water(
         add_fixed_points(axes, results)
         add_boundaries(axes, results, now.shown_vertices, now.time)
         handles = [Line2D([], [], color=TABLE, lw=1.1, ls=(0, (6, 2))), Patch(facecolor=WATER, alpha=0.55)]
-        unit = units.of("stress")
-        labels = ["water table", f"pressure, largest {largest:.4g}" + (f" {unit}" if units.length else "")]
+        most = units.text(largest, "stress") if units.length else f"{largest:.4g}"
+        labels = ["water table", f"pressure, largest {most}"]
         axes.legend(handles, labels, loc="upper left", bbox_to_anchor=(1.01, 1))
     return axes

@@ -11,7 +11,7 @@ from ..errors import RockddaError, how_to_install
 from ..frames import field_name
 from ..units import Units
 from .block_maps import moment
-from .style import SEQUENTIAL, field_label, limits_of
+from .style import SEQUENTIAL, field_words, limits_of
 
 if TYPE_CHECKING:
     from ..results import Results
@@ -40,15 +40,18 @@ def interactive(
     With `show=False` the plotter is returned without a window.
     """
     pyvista = _pyvista()
-    units = Units.parse(units)
+    units = Units.parse(units, results)
     field = field_name(field)
     frames = results.frames
     start = frames[frame].index
     mesh = polygons_mesh(results, start)
-    mesh.cell_data[field] = frames[start].field(field)
+    found = np.concatenate([frames[k].field(field) for k in (0, start, -1)])
+    words, dimension = field_words(field)
+    factor, unit = units.multiple(dimension, float(np.abs(found).max()))
+    mesh.cell_data[field] = factor * frames[start].field(field)
     plotter = pyvista.Plotter(off_screen=not show, title=f"RockDDA: {results.title}")
-    label = field_label(field, units).replace("$", "").replace("\\", "")
-    low, high, _ = limits_of(field, np.concatenate([frames[k].field(field) for k in (0, start, -1)]), None)
+    label = (f"{words} [{unit}]" if unit else words).replace("$", "").replace("\\", "")
+    low, high, _ = limits_of(field, factor * found, None)
     plotter.add_mesh(
         mesh,
         scalars=field,
@@ -62,7 +65,7 @@ def interactive(
     def turn(value: float) -> None:
         now = frames[round(value)]
         mesh.points[:, :2] = results.vertices + now.shown_displacement
-        mesh.cell_data[field] = now.field(field)
+        mesh.cell_data[field] = factor * now.field(field)
         plotter.add_text(moment(now, units), name="time", font_size=10)
 
     def picked(cell: Any) -> None:

@@ -38,6 +38,10 @@ JOINT_COLUMNS = {
     "friction": "friction [°]", "cohesion": "cohesion", "tension": "tensile strength",
     "normal_stiffness": "normal stiffness", "shear_stiffness": "shear stiffness",
 }  # fmt: skip
+MATERIAL_DIMENSIONS = {
+    "density": "density", "unit_weight": "weight", "young": "stress", "cohesion": "stress", "tension": "stress",
+    "normal_stiffness": "stiffness", "shear_stiffness": "stiffness",
+}  # fmt: skip
 #: Bounds of the checks: shares of the largest energy, the mean edge, the mean force, the largest displacement.
 ENERGY, GEOMETRY, OVERLAP, UNBALANCED, STEP = 1e-6, 1e-2, 1e-2, 1e-5, 5e-2
 #: Options that name files beside the input.
@@ -105,7 +109,8 @@ def in_words(results: Results, units: Units) -> str:
     (_, blocks), (_, joints) = material_tables(results)
     low, high = results.vertices.min(axis=0), results.vertices.max(axis=0)
     of, by = (_names([row[0] for row in rows]) for rows in (blocks, joints))
-    size = f"{high[0] - low[0]:.4g} × {high[1] - low[1]:.4g} {units.of('length')}"
+    factor, unit = units.multiple("length", float((high - low).max()))
+    size = f"{factor * (high[0] - low[0]):.4g} × {factor * (high[1] - low[1]):.4g} {unit}"
     plane = chosen(groups, "material", "plane") or ("strain" if "model" in groups else "stress")
     vertex = chosen(groups, "contact", "formulation") == "vertex" or (
         chosen(groups, "contact", "preset") and not chosen(groups, "contact", "formulation")
@@ -155,8 +160,25 @@ def material_tables(results: Results, units: Units | None = None) -> tuple[Table
     for kind, materials in found.items():
         for group in groups.get(kind, []):
             materials.setdefault(group.get("number"), {}).update(group)
-    unit = _material_units(units or Units())
+    units = units or Units()
+    unit = _material_units(units)
+    for materials in found.values() if units.multiples else ():
+        unit |= _in_multiples(materials, units)
     return _table(found["block_material"], BLOCK_COLUMNS, unit), _table(found["joint_material"], JOINT_COLUMNS, unit)
+
+
+def _in_multiples(materials: Mapping[Any, dict[str, Any]], units: Units) -> dict[str, str]:
+    """Replace the values of materials by those in multiples; the unit of each column."""
+    found = {}
+    for name, dimension in MATERIAL_DIMENSIONS.items():
+        values = [row[name] for row in materials.values() if isinstance(row.get(name), int | float)]
+        if not values:
+            continue
+        factor, found[name] = units.multiple(dimension, max(map(abs, values)))
+        for row in materials.values():
+            if isinstance(row.get(name), int | float):
+                row[name] = factor * row[name]
+    return found
 
 
 def _material_units(units: Units) -> dict[str, str]:
@@ -189,15 +211,15 @@ def _table(materials: Mapping[Any, Mapping[str, Any]], columns: Mapping[str, str
 def boundary_table(results: Results, units: Units) -> Table:
     """Boundaries with their values, and the forces on the blocks at the end of the run."""
     groups, kinds, force = groups_of(results).get("boundary", []), results.boundary_kinds, results.boundary_force
+    factor, unit = units.multiple("force", float(np.abs(force[-1]).max(initial=0.0)) if len(force) else 1.0)
     rows = []
     for i, kind in enumerate(kinds):
         group = groups[i] if len(groups) == len(kinds) else {}
         values = "; ".join(f"{name} {number(value)}" for name, value in group.items() if name not in ("along", "kind"))
         points = np.array(group.get("along", []), dtype=float).reshape(-1, 2)
         where = " → ".join(f"({x:.4g}, {y:.4g})" for x, y in (points if len(points) <= 3 else points[[0, -1]]))
-        last = [number(component) for component in force[-1, i]] if len(force) else ["–", "–"]
+        last = [number(factor * component) for component in force[-1, i]] if len(force) else ["–", "–"]
         rows.append([str(i + 1), kind, where + (" …" if len(points) > 3 else ""), values, *last])
-    unit = units.of("force")
     return ["", "kind", "along", "values", f"force x [{unit}]", f"force y [{unit}]"], rows
 
 
@@ -205,7 +227,8 @@ def stage_table(results: Results, units: Units) -> Table:
     """Stages: what they do, their steps, and the state at their ends."""
     groups = groups_of(results).get("stage", [])
     trial = bool(stages_before(results))
-    rows = []
+    rows: list[list[Any]] = []
+    largest: list[float] = []
     for stage in results.stages:
         group = groups[stage.index] if stage.index < len(groups) else {}
         does = "; ".join(f"{name} {number(value)}" for name, value in group.items() if name != "name")
@@ -214,11 +237,15 @@ def stage_table(results: Results, units: Units) -> Table:
         if stage.frames:
             now = results.at_stage(stage.index)
             moved = np.hypot(*now.displacement[now.active].T)
-            row += [str(int(now.active.sum())), number(moved.max()) if len(moved) else "–"]
+            largest.append(float(moved.max(initial=0.0)))
+            row += [str(int(now.active.sum())), float(moved.max()) if len(moved) else "–"]
         else:
             row += ["–", "–"]
         rows.append([*row, "–" if np.isnan(stage.unbalanced) else f"{stage.unbalanced:.1e}"])
-    moved_label = f"largest displacement [{units.of('length')}]"
+    factor, unit = units.multiple("length", max(largest, default=0.0))
+    for row in rows:
+        row[5] = number(factor * row[5]) if isinstance(row[5], float) else row[5]
+    moved_label = f"largest displacement [{unit}]"
     return ["", "stage", "what it does", "steps", "blocks there", moved_label, "unbalanced force"], rows
 
 
@@ -234,15 +261,26 @@ def joint_table(results: Results, units: Units) -> Table:
     force = np.hypot(table["force_x"], table["force_y"])
     loaded = table[table["largest_mobilised"].notna() & (force >= LEAST_FORCE * force.max())]
     ranked = loaded.sort_values("largest_mobilised", ascending=False).head(RANKED)
-    length, stress = units.of("length"), units.of("stress")
+    shown = {
+        name: units.multiple(dimension, float(np.abs(ranked[list(columns)].to_numpy()).max(initial=0.0)))
+        for name, dimension, columns in (
+            ("length", "length", ("length",)), ("stress", "stress", ("normal_stress", "shear_stress")),
+            ("slip", "length", ("slip",)), ("opening", "length", ("largest_opening",)),
+        )
+    }  # fmt: skip
+    stress = shown["stress"][1]
     columns = [
-        "blocks", f"length [{length}]", f"normal stress [{stress}]", f"shear stress [{stress}]", f"slip [{length}]",
-        f"opening [{length}]", "mobilised",
+        "blocks", f"length [{shown['length'][1]}]", f"normal stress [{stress}]", f"shear stress [{stress}]",
+        f"slip [{shown['slip'][1]}]", f"opening [{shown['opening'][1]}]", "mobilised",
     ]  # fmt: skip
     rows = []
     for row in ranked.to_dict("records"):
-        values = [number(row[name]) for name in ("length", "normal_stress", "shear_stress", "slip")]
-        opening = number(row["largest_opening"]) if row["largest_opening"] > 0 else "closed"
+        values = [
+            number(shown[kind][0] * row[name])
+            for name, kind in (("length", "length"), ("normal_stress", "stress"), ("shear_stress", "stress"),
+                               ("slip", "slip"))
+        ]  # fmt: skip
+        opening = number(shown["opening"][0] * row["largest_opening"]) if row["largest_opening"] > 0 else "closed"
         blocks = f"{row['first'] + 1}, {row['second'] + 1}"
         rows.append([blocks, *values, opening, f"{row['largest_mobilised']:.3f}"])
     return columns, rows
@@ -258,17 +296,16 @@ def in_short(results: Results, units: Units) -> list[tuple[str, str]]:
         i = int(there[np.argmax(moved[there])])
         x, y = results.block_centroid[i]
         place = f"block {i + 1}, at the start at ({x:.4g}, {y:.4g})"
-        facts.append(("largest displacement", f"{moved[i]:.4g} {units.of('length')} ({place})"))
+        facts.append(("largest displacement", f"{units.text(moved[i], 'length')} ({place})"))
         principal = now.principal_stress()[0][there]
-        unit = units.of("stress")
-        facts.append(("largest compression in a block", f"{max(-principal[:, 1].min(), 0.0):.4g} {unit}"))
-        facts.append(("largest tension in a block", f"{max(principal[:, 0].max(), 0.0):.4g} {unit}"))
+        facts.append(("largest compression in a block", units.text(max(-principal[:, 1].min(), 0.0), "stress")))
+        facts.append(("largest tension in a block", units.text(max(principal[:, 0].max(), 0.0), "stress")))
         most, when = _largest_of_frames(results)
         if most > 1.01 * moved[i]:
-            words = f"{most:.4g} {units.of('length')} (frame at time {when:.4g})"
+            words = f"{units.text(most, 'length')} (frame at time {when:.4g})"
             facts.insert(1, ("largest displacement of all frames", words))
         if speed := np.hypot(*now.velocity[there, :2].T).max():  # steps of statics begin at rest
-            facts.append(("largest speed", f"{speed:.4g} {units.of('speed')}"))
+            facts.append(("largest speed", units.text(speed, "speed")))
     gone = results.n_blocks - len(there)
     facts.append(("blocks", f"{len(there)} of {results.n_blocks} are there" if gone else f"{results.n_blocks}"))
     if results.has_joints:
@@ -281,7 +318,7 @@ def in_short(results: Results, units: Units) -> list[tuple[str, str]]:
                 ("joints by length", ", ".join(f"{100 * s:.1f} % {n}" for s, n in zip(shares, names, strict=True)))
             )
     if len(now.bolt_force):
-        facts.append(("largest force of a bolt", f"{now.bolt_force.max():.4g} {units.of('force')}"))
+        facts.append(("largest force of a bolt", units.text(now.bolt_force.max(), "force")))
     for name, value in search_table(results):
         facts.append((name, value))
     return facts

@@ -95,7 +95,7 @@ def report(
     half = run_half_step(results) if check_step else None
     if beside is not None:
         half = compare_ends(results, beside)
-    text = _page(results, Units.parse(units), title or results.title or results.name, half, progress)
+    text = _page(results, Units.parse(units, results), title or results.title or results.name, half, progress)
     if path.suffix.lower() == ".pdf":
         with complete_file(path) as part:
             pdf_of(part, text=text)
@@ -200,7 +200,8 @@ def _pictures(results: Results, units: Units) -> dict[str, tuple[Callable[[], An
 
 def _model_part(results: Results, units: Units, drawn: dict[str, str]) -> list[str]:
     areas = results.block_area
-    rows = [("areas of blocks", f"{areas.min():.3g} to {areas.max():.3g} {units.of('length')}²")]
+    factor, unit = units.multiple("area", float(areas.max()))
+    rows = [("areas of blocks", f"{factor * areas.min():.3g} to {factor * areas.max():.3g} {unit}")]
     groups = facts.groups_of(results)
     for name, words in (
         ("load", "loads"),
@@ -221,6 +222,8 @@ def _model_part(results: Results, units: Units, drawn: dict[str, str]) -> list[s
     given = "Values as in the input; consistent units" + (
         f" of {units.length}, {units.time}, {units.force}" if units.length else ""
     )
+    if units.multiples:
+        given = f"The input is in {units.length}, {units.time}, {units.force}; values with a unit here are in that one"
     parts = [
         "<h2>Model</h2>",
         _lead(facts.in_words(results, units)),
@@ -266,16 +269,16 @@ def _end_part(results: Results, units: Units, drawn: dict[str, str]) -> list[str
     if len(now.bolt_force):
         order = np.argsort(-np.abs(now.bolt_force))[:MOST_ROWS]
         strength = results.bolt_properties[:, 2]
+        factor, force = units.multiple("force", float(now.bolt_force.max()))
         rows = [
             [
                 str(i + 1),
-                facts.number(now.bolt_force[i]),
-                facts.number(strength[i]) if strength[i] else "unlimited",
+                facts.number(factor * now.bolt_force[i]),
+                facts.number(factor * strength[i]) if strength[i] else "unlimited",
                 f"{100 * now.bolt_force[i] / strength[i]:.0f} %" if strength[i] else "–",
             ]
             for i in order
         ]
-        force = units.of("force")
         parts += ["<h3>Bolts</h3>", _table(["bolt", f"axial force [{force}]", f"strength [{force}]", "used"], rows)]
     return parts
 
@@ -285,12 +288,13 @@ def _search_part(results: Results, units: Units, drawn: dict[str, str]) -> list[
     if "mechanism" not in drawn:
         return []
     found = read_search(results)
+    factor, unit = units.multiple("length", max((t.displacement for t in found.trials if t.stable), default=1.0))
     rows = [
         [facts.number(t.value), "stable" if t.stable else "fails", str(t.steps), facts.number(t.unbalanced),
-         facts.number(t.displacement)]
+         facts.number(factor * t.displacement)]
         for t in sorted(found.trials, key=lambda trial: trial.value)
     ]  # fmt: skip
-    columns = ["value", "verdict", "steps", "unbalanced force", f"displacement [{units.of('length')}]"]
+    columns = ["value", "verdict", "steps", "unbalanced force", f"displacement [{unit}]"]
     return ["<h2>Critical factor</h2>", _lead(str(found)), drawn["mechanism"], drawn["factor"],
             _table(columns, rows)]  # fmt: skip
 

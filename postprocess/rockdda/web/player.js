@@ -125,6 +125,10 @@ let view = null; // scale in pixels per length, and the place at the middle of t
 
 // ---- numbers ---------------------------------------------------------------------------------------------------
 
+function lengthText(value) { // in metres, where the units are known
+  return setup.place ? text(value * setup.place.factor) + setup.place.unit : text(value);
+}
+
 function text(value) {
   if (value === 0) return "0";
   const size = Math.abs(value);
@@ -542,7 +546,7 @@ function drawMeasure() {
   pen.beginPath(); pen.moveTo(x1, y1); pen.lineTo(x2, y2); pen.stroke();
   const [dx, dy] = [now[1][0] - now[0][0], now[1][1] - now[0][1]], distance = Math.hypot(dx, dy);
   const change = distance - Math.hypot(before[1][0] - before[0][0], before[1][1] - before[0][1]);
-  const rows = [`${text(distance)}  (${change >= 0 ? "+" : ""}${text(change)} since the start)`, `Δx ${text(dx)}, Δy ${text(dy)}, ${(Math.atan2(dy, dx) * 180 / Math.PI).toFixed(1)}°`];
+  const rows = [`${lengthText(distance)}  (${change >= 0 ? "+" : ""}${lengthText(change)} since the start)`, `Δx ${lengthText(dx)}, Δy ${lengthText(dy)}, ${(Math.atan2(dy, dx) * 180 / Math.PI).toFixed(1)}°`];
   pen.font = SCALE_FONT; pen.textAlign = "left"; pen.textBaseline = "middle";
   const wide = Math.max(...rows.map((row) => pen.measureText(row).width)) + 12;
   const x = Math.min(Math.max((x1 + x2) / 2 + 10, 4), canvas.clientWidth - wide - 4), y = Math.min(Math.max((y1 + y2) / 2 - 40, 4), canvas.clientHeight - 44);
@@ -735,7 +739,7 @@ function showHistory(history) { // the panel of the picked block; blocks count f
   $("picked").hidden = false;
   $("name").textContent = `block ${picked + 1}`;
   const rows = setup.fields.filter((f) => history[f.name]).map((f) => [f.label, text(history[f.name][frame])]);
-  rows.push(["area at the start", text(setup.areas[picked])]);
+  rows.push(["area at the start" + (setup.place ? ` [${setup.place.area[1]}]` : ""), text(setup.areas[picked] * (setup.place ? setup.place.area[0] : 1))]);
   $("values").replaceChildren(...rows.map(([name, value]) => {
     const row = document.createElement("tr");
     for (const content of [name, value]) row.appendChild(document.createElement("td")).textContent = content;
@@ -915,7 +919,7 @@ function connect() {
 function hover([px, py]) {
   const block = blockAt(px, py), row = jointAt(px, py);
   const x = view.x + (px - canvas.clientWidth / 2) / view.scale, y = view.y - (py - canvas.clientHeight / 2) / view.scale;
-  $("tip").textContent = `x ${text(x)}, y ${text(y)}` + (row >= 0 ? jointText(row) : block >= 0 ? ` · block ${block + 1}` + (ofBlocks(field) ? `: ${text(values[block])}` : "") : "") + boltAt(px, py);
+  $("tip").textContent = `x ${lengthText(x)}, y ${lengthText(y)}` + (row >= 0 ? jointText(row) : block >= 0 ? ` · block ${block + 1}` + (ofBlocks(field) ? `: ${text(values[block])}` : "") : "") + boltAt(px, py);
 }
 
 function boltAt(px, py) { // number from 1 and force of the nearest bolt within some pixels

@@ -7,7 +7,9 @@ module rockdda_io_option_reader
    use rockdda_base_diagnostics, only : diagnostics_type, origin_type, severity
    use rockdda_model_option, only : option_visitor_type, option_type, list_rule, choice, n_choices
    use rockdda_model_options, only : unset_real, unset_integer, is_set
+   use rockdda_model_possible_values, only : known_values_type
    use rockdda_model_quake_options, only : form_of
+   use rockdda_model_units, only : unit_system
    use rockdda_io_csv_table, only : read_csv_table
    use rockdda_io_name_hints, only : group_hint, name_hint, name_length
    use rockdda_io_namelist_parser, only : namelist_type, entry_type
@@ -35,6 +37,8 @@ module rockdda_io_option_reader
       integer, allocatable, private :: offset(:)       !! entries before each group
       logical, allocatable, private :: known_entry(:)
       integer, private :: found(2) = 0                 !! group and entry of the last row visited, 0: not given
+      character(len=:), allocatable, private :: group  !! name of the present one
+      type(known_values_type), private :: known        !! units of the numbers, and what they can be
    contains
       procedure :: start
       procedure :: report_unknown
@@ -55,6 +59,7 @@ module rockdda_io_option_reader
       procedure :: locate => read_locate
       procedure, private :: next
       procedure, private :: demand_bounds
+      procedure, private :: demand_possible
    end type option_reader_type
 
    !> What stands in the geometry file, and not in the options.
@@ -112,9 +117,12 @@ contains
       character(len=*), intent(in) :: name, meaning
       logical, intent(in), optional :: is_list
       integer :: i
+      self%group = name
+      call self%known%begin_group()
       self%members = pack([(i, i=1, self%namelist%n)], [(self%namelist%groups(i)%name == name, i=1, self%namelist%n)])
       self%known_group(self%members) = .true.
       self%element = self%members
+      if (name == 'model' .and. size(self%members) > 0) self%known%system = unit_system('SI')
       associate (unused_1 => meaning, unused_2 => present(is_list))
       end associate
    end subroutine read_begin
@@ -132,6 +140,7 @@ contains
       integer, intent(in) :: i
       type(origin_type), intent(inout) :: origin
       self%element = [self%members(i)]
+      call self%known%begin_group()
       origin = self%namelist%origin(self%namelist%groups(self%members(i))%place)
    end subroutine read_element
 
@@ -189,6 +198,7 @@ contains
          call get_real(self%namelist, entry, found, self%messages)
          if (.not. is_set(found)) cycle
          call self%demand_bounds(row, entry, found)
+         call self%demand_possible(row, entry, [found])
          given = found
          if (present(origin)) origin = self%namelist%origin(entry%place)
       end do
@@ -275,6 +285,8 @@ contains
                call demand(self%namelist, entry, len_trim(given) > 0, 'must not be empty', self%messages)
          else
             call get_choice(self%namelist, entry, words, given, self%messages, row%old_choice, row%remark)
+            if (self%group == 'model' .and. row%name == 'units' .and. allocated(given)) &
+               self%known%system = unit_system(given)
          end if
       end do
    end subroutine read_word
@@ -293,6 +305,7 @@ contains
          if (.not. allocated(values)) cycle
          given = values
          call demand_rule(self, row, entry, reshape(values, [size(values), 1]))
+         call self%demand_possible(row, entry, values)
       end do
       if (cursor%first .and. present(otherwise)) given = otherwise
    end subroutine read_reals
@@ -341,6 +354,7 @@ contains
          if (n > 0) all_rows(:, 1:n) = given
          all_rows(:, n + 1:) = reshape(values, [m, size(values)/m])
          call demand_rule(self, row, entry, all_rows(:, n + 1:))
+         call self%demand_possible(row, entry, values)
          call move_alloc(all_rows, given)
       end do
       associate (unused => present(used))
@@ -413,6 +427,29 @@ contains
              merge(value < row%most, value <= row%most, row%below)
       if (.not. fits) call demand(self%namelist, entry, .false., bounds_text(row), self%messages)
    end subroutine demand_bounds
+
+   !> Report a value that cannot be in the units of the file. Of several numbers with one unit the largest is judged;
+   !> of the velocity of blocks, whose last number is a rate of rotation, the others.
+   subroutine demand_possible(self, row, entry, values)
+      class(option_reader_type), intent(inout) :: self
+      type(option_type), intent(in) :: row
+      type(entry_type), intent(in) :: entry
+      real(wp), intent(in) :: values(:)
+      character(len=:), allocatable :: problem
+      integer :: n, k
+      logical :: scaled
+      if (.not. self%known%system%is_known() .or. size(values) == 0) return
+      n = size(values)
+      if (row%columns == 'vx, vy, vr') n = 2
+      k = maxloc(abs(values(1:n)), dim=1)
+      if (values(k) < row%least .or. values(k) > row%most) return   ! reported as such
+      associate (group => self%namelist%groups(self%found(1)))
+         scaled = any([(group%entries(n)%name == 'table', n=1, group%n)]) .and. self%group /= 'water'
+      end associate
+      call self%known%problem_of(self%group, row%name, row%unit, values(k), scaled, problem)
+      if (len(problem) > 0) call self%messages%add(severity%error, entry%name//': '//problem, &
+                                                   self%namelist%origin(entry%values(min(k, entry%n))%place))
+   end subroutine demand_possible
 
    !> "must be at least 0 and less than 90 degrees", and a remark.
    pure function bounds_text(row) result(text)

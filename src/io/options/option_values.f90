@@ -126,8 +126,8 @@ contains
       end if
       list = ''
       do i = 1, size(choices)
-         if (word == trim(choices(i))) then
-            value = word
+         if (word == lower_case(trim(choices(i)))) then
+            value = trim(choices(i))
             return
          end if
          if (i > 1) list = list//', '

@@ -15,6 +15,7 @@ module rockdda_io_parameter_text
    use rockdda_model_quake_options, only : describe_quakes
    use rockdda_model_water_options, only : describe_water
    use rockdda_model_parameters, only : parameters_type
+   use rockdda_model_units, only : unit_system_type, unit_system
    implicit none
    private
    public :: parameters_text
@@ -27,6 +28,7 @@ module rockdda_io_parameter_text
       character(len=:), allocatable :: group
       logical :: in_list = .false.
       logical :: has_options = .false.
+      type(unit_system_type) :: system
    contains
       procedure :: begin => text_begin
       procedure :: start_element => text_element
@@ -64,16 +66,19 @@ contains
       defaults%preset = p%peer_contacts
       call describe_settings(defaults, o, p)
       table%has_options = present(options)
+      table%system = unit_system(p%units)
       table%text = ''
+      call table%line('units', table%system%description())
       call describe_settings(table, o, p)
       do i = 1, size(p%block_materials)
          associate (m => p%block_materials(i))
             label = 'block material '//to_string(i)
             if (allocated(m%name)) label = trim(label//' '//m%name)
-            call table%line(label, 'density '//number(m%density)//', weight '// &
-                            number(m%weight)//', E '//number(m%youngs_modulus)//', nu '//number(m%poisson_ratio)// &
-                            ', stress '//numbers(m%stress)//', its gradient with y '//numbers(m%stress_gradient)// &
-                            ', velocity '//numbers(m%velocity))
+            call table%line(label, 'density '//shown(m%density, 'mass/length^2')//', weight '// &
+                            shown(m%weight, 'force/length^2')//', E '//shown(m%youngs_modulus, 'stress')//', nu '// &
+                            number(m%poisson_ratio)//', stress '//numbers(m%stress)//of('stress')// &
+                            ', its gradient with y '//numbers(m%stress_gradient)//of('stress/length')// &
+                            ', velocity '//numbers(m%velocity)//of('length/time'))
          end associate
       end do
       call describe_lists(table, p%line_loads, p%joint_materials, p%stages)
@@ -84,6 +89,25 @@ contains
       call put_time_tables(table, 'fixed point', 't, x, y', p%fixed_tables)
       call put_time_tables(table, 'loading point', 't, fx, fy', p%loading_tables)
       text = table%text
+
+   contains
+
+      !> A value with its unit.
+      function shown(value, dimension)
+         real(wp), intent(in) :: value
+         character(len=*), intent(in) :: dimension
+         character(len=:), allocatable :: shown
+         shown = table%system%shown(value, dimension, 10)
+      end function shown
+
+      !> The unit of numbers as they stand there.
+      function of(dimension)
+         character(len=*), intent(in) :: dimension
+         character(len=:), allocatable :: of
+         of = ''
+         if (table%system%is_known()) of = ' '//table%system%unit_of(dimension)
+      end function of
+
    end function parameters_text
 
    !> Write the tables of points; points with equal tables one after another share an entry.
@@ -178,7 +202,7 @@ contains
       if (present(used)) value = used
       if (.not. (row%above .and. value <= row%least) .and. value >= row%least .and. &
           abs(value) < 0.5_wp*huge(value)) then
-         call self%put(row, number(value), present(used))
+         call self%put(row, self%system%shown(value, row%unit, 10), present(used))
       else
          call self%put(row, '', present(used))
       end if
@@ -262,7 +286,7 @@ contains
       type(option_type), intent(in) :: row
       real(wp), intent(inout) :: given(:)
       real(wp), intent(in), optional :: otherwise(:)
-      call self%put(row, numbers(given), .true.)
+      call self%put(row, numbers(given)//unit_text(self, row), .true.)
       associate (unused => present(otherwise))
       end associate
    end subroutine text_reals
@@ -330,9 +354,16 @@ contains
       character(len=*), intent(in) :: quantity
       real(wp), intent(inout) :: value
       character(len=*), intent(in), optional :: name
+      character(len=:), allocatable :: dimension
       ! a bound that there is not
       if (.not. value < huge(1.0_wp)) return
-      call self%line(quantity, number(value))
+      select case (quantity)
+      case ('angle tolerance [rad]'); dimension = ''
+      case ('longest step with accuracy'); dimension = 'time'
+      case ('contact stiffness, shear', 'stiffness of fixed points'); dimension = 'force/length'
+      case default; dimension = 'length'
+      end select
+      call self%line(quantity, self%system%shown(value, dimension, 10))
       associate (unused => present(name))
       end associate
    end subroutine text_used
@@ -343,11 +374,21 @@ contains
       type(option_type), intent(in) :: row
       real(wp), allocatable, intent(in) :: rows(:, :)
       if (allocated(rows)) then
-         call self%put(row, rows_text(row%columns, rows), .true.)
+         call self%put(row, rows_text(row%columns, rows)//unit_text(self, row), .true.)
       else
          call self%put(row, '', .true.)
       end if
    end subroutine put_rows
+
+   !> The unit of the numbers of a row as they stand there, ' m'; nothing where it is not known.
+   pure function unit_text(self, row) result(text)
+      class(parameter_text_type), intent(in) :: self
+      type(option_type), intent(in) :: row
+      character(len=:), allocatable :: text
+      text = ''
+      if (self%system%is_known() .and. len(row%unit) > 0 .and. index(row%unit, ',') == 0) &
+         text = ' '//self%system%unit_of(row%unit)
+   end function unit_text
 
    !> "4000 rows from t = 0 to 19.995, largest value 2.1"
    pure function record_text(rows) result(text)

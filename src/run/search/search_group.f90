@@ -4,6 +4,7 @@ module rockdda_run_search_group
    use rockdda_base_error, only : error_type
    use rockdda_base_kinds, only : wp
    use rockdda_io_hdf5_adapter, only : hdf5_file_type
+   use rockdda_io_results_units, only : write_units
    use rockdda_run_factor_search, only : factor_search_type
    use rockdda_run_mechanism, only : kind_of
    use rockdda_run_search_options, only : search_names
@@ -51,6 +52,7 @@ contains
       call put_integers('steps', search%trials%steps)
       call put_integers('blocks', trial%mechanism%blocks - 1)
       call put_integers('block_kind', trial%mechanism%kinds)
+      if (.not. allocated(error)) call write_units(file, search%settled%parameters%units, error, group='search')
       if (allocated(error)) then
          call file%abandon()
       else

@@ -3,6 +3,7 @@
 module rockdda_run_search_notes
    use rockdda_base_kinds, only : wp
    use rockdda_base_strings, only : to_string
+   use rockdda_model_units, only : unit_system_type, unit_system
    use rockdda_stepping_simulation, only : simulation_type
    use rockdda_run_search_options, only : search_options_type, search_kind, search_names
    use rockdda_run_search_path, only : search_path_type, search_state_type, search_end
@@ -25,7 +26,9 @@ contains
       type(search_path_type), intent(in) :: path
       character(len=:), allocatable :: text
       integer :: i, first
+      type(unit_system_type) :: system
       text = ''
+      system = unit_system(settled%parameters%units)
       first = 0
       do i = 1, size(trials)
          if (.not. trials(i)%stable) cycle
@@ -37,7 +40,8 @@ contains
       end do
       if (first == 0) return
       text = 'the trial of '//to_string(trials(first)%value, 6)//' came to rest only after a motion of '// &
-             to_string(trials(first)%displacement, 3)//': something may have failed below the factor and stopped; '// &
+             system%shown(trials(first)%displacement, 'length', 3)// &
+             ': something may have failed below the factor and stopped; '// &
              'look at it with --to '//to_string(trials(first)%value, 6)//' and a model in which it cannot stop'
    end function describe_motion
 

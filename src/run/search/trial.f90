@@ -6,6 +6,7 @@ module rockdda_run_trial
    use rockdda_base_interruption, only : interruption_type
    use rockdda_base_strings, only : to_string
    use rockdda_model_parameters, only : parameters_type
+   use rockdda_model_units, only : unit_system_type, unit_system
    use rockdda_stepping_simulation, only : simulation_type
    use rockdda_io_timestamp, only : wall_seconds
    use rockdda_run_mechanism, only : mechanism_type, find_mechanism
@@ -134,7 +135,9 @@ contains
       type(progress_type) :: waiting
       type(trial_pace_type) :: pace
       integer :: outcome
+      type(unit_system_type) :: system
       interrupted = .false.
+      system = unit_system(run%sim%parameters%units)
       outcome = verdict%open
       call judgement%begin(run%sim)
       trial%steps = 0
@@ -155,7 +158,8 @@ contains
          trial%unbalanced = run%sim%record%unbalanced
          trial%displacement = maxval(judgement%moved)
          call observer%progress(to_string(trial%value, 6)//', step '//to_string(trial%steps)//', unbalanced '// &
-                                to_string(trial%unbalanced, 2)//', moved '//to_string(trial%displacement, 2))
+                                to_string(trial%unbalanced, 2)//', moved '// &
+                                system%shown(trial%displacement, 'length', 2))
          interrupted = observer%is_requested()
          if (interrupted) return
          if (waiting%stalls(trial%unbalanced, options%max_steps)) exit

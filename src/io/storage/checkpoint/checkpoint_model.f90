@@ -16,6 +16,7 @@ module rockdda_io_checkpoint_model
    use rockdda_model_quake_options, only : describe_quakes
    use rockdda_model_water_options, only : describe_water
    use rockdda_model_parameters, only : parameters_type
+   use rockdda_model_units, only : unit_system_names
    use rockdda_io_archive, only : archive_type
    use rockdda_io_parameter_exchange, only : parameter_exchange_type
    use rockdda_base_value_check, only : value_check_type
@@ -80,6 +81,7 @@ contains
       call describe_lists(table, parameters%line_loads, parameters%joint_materials, parameters%stages)
       call describe_changes(table, parameters%changes)
       call archive%item('ends_with_stages', parameters%ends_with_stages)
+      call exchange_units(archive, parameters)
       call archive%fixed('weight_direction', parameters%weight_direction)
       call exchange_reductions(archive, parameters)
       call describe_regions(table, parameters%regions, parameters%subdivisions)
@@ -89,6 +91,18 @@ contains
       call exchange_tables(archive, 'fixed_table', parameters%fixed_tables)
       call exchange_tables(archive, 'loading_table', parameters%loading_tables)
    end subroutine exchange_parameters
+
+   !> Name of the system of units.
+   subroutine exchange_units(archive, parameters)
+      type(archive_type), intent(inout) :: archive
+      type(parameters_type), intent(inout) :: parameters
+      character(len=:), allocatable :: units
+      units = trim(parameters%units)
+      call archive%item('units', units)
+      if (archive%saving .or. allocated(archive%error)) return
+      if (all(units /= unit_system_names)) call archive%refuse('units', 'holds an unknown name')
+      if (.not. allocated(archive%error)) parameters%units = units
+   end subroutine exchange_units
 
    !> By what the strength of joint materials is divided.
    subroutine exchange_reductions(archive, parameters)

@@ -20,6 +20,7 @@ module rockdda_io_results
    use rockdda_io_results_header, only : results_header_type, results_rows_type, results_format_version, n_tables, &
       n_totals
    use rockdda_io_results_model, only : write_run
+   use rockdda_io_results_units, only : write_units
    use rockdda_io_series, only : series_type
    implicit none
    private
@@ -103,6 +104,7 @@ contains
          if (.not. allocated(error)) call self%series(i)%create(self%file, error)
       end do
       if (.not. allocated(error)) call self%file%set_attribute('history/energy', 'columns', energy_names, error)
+      if (.not. allocated(error)) call write_units(self%file, header%units, error)
       call self%series(s_offset)%add([0], 1)
       if (allocated(error)) call self%discard()
    end subroutine create

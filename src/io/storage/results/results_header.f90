@@ -15,6 +15,7 @@ module rockdda_io_results_header
    !> Header: origin and options of the file.
    type :: results_header_type
       character(len=:), allocatable :: title
+      character(len=4) :: units = 'none'                 !! system of units; not kept in checkpoints
       character(len=:), allocatable :: program_version
       character(len=:), allocatable :: created           !! UTC, as 2026-01-31T12:00:00Z
       character(len=:), allocatable :: geometry, analysis, config  !! the input files as read; '' without one

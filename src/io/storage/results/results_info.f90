@@ -15,6 +15,7 @@ module rockdda_io_results_info
 
    type :: results_info_type
       character(len=:), allocatable :: title, program_version, created, exit_reason
+      character(len=4) :: units = 'none'           !! system of units; older files do not have it
       integer :: format_version = 0
       logical :: complete = .false.
       integer(i8) :: n_blocks = 0, n_vertices = 0, n_steps = 0, n_frames = 0, n_contact_rows = 0
@@ -106,6 +107,7 @@ contains
       type(hdf5_file_type), intent(in) :: file
       type(results_info_type), intent(inout) :: info
       type(error_type), allocatable, intent(out) :: error
+      character(len=:), allocatable :: units
       integer :: complete
       call file%get_attribute('/', 'title', info%title, error)
       if (.not. allocated(error)) call file%get_attribute('/', 'program_version', info%program_version, error)
@@ -113,6 +115,10 @@ contains
       if (.not. allocated(error)) call file%get_attribute('/', 'complete', complete, error)
       if (.not. allocated(error)) call file%get_attribute('/', 'exit_reason', info%exit_reason, error)
       if (.not. allocated(error)) info%complete = complete /= 0
+      if (allocated(error)) return
+      if (.not. file%has_attribute('/', 'units')) return
+      call file%get_attribute('/', 'units', units, error)
+      if (.not. allocated(error)) info%units = units
    end subroutine read_attributes
 
    !> How much the file holds.

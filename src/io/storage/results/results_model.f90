@@ -52,6 +52,7 @@ contains
       if (.not. allocated(error)) call file%set_attribute('/', 'program_version', header%program_version, error)
       if (.not. allocated(error)) call file%set_attribute('/', 'title', header%title, error)
       if (.not. allocated(error)) call file%set_attribute('/', 'created', header%created, error)
+      if (.not. allocated(error)) call file%set_attribute('/', 'units', trim(header%units), error)
       if (.not. allocated(error)) call file%set_attribute('/', 'complete', 0, error)
       if (.not. allocated(error)) call file%set_attribute('/', 'exit_reason', 'running', error)
       do i = 1, size(groups)

@@ -1,0 +1,207 @@
+! SPDX-License-Identifier: MIT
+!> What values of options can be when their units are known: bounds in SI so wide that rock, soils, masonry, concrete,
+!> wood, foam and steel are inside, and so narrow that a value in another unit mostly is not. docs/file-formats.md has
+!> the reasons of each.
+module rockdda_model_possible_values
+   use rockdda_base_kinds, only : wp, pi
+   use rockdda_base_strings, only : to_string
+   use rockdda_model_units, only : unit_system_type
+   implicit none
+   private
+   public :: known_values_type
+
+   !> Earth's gravity, and accelerations above which a model stands in a centrifuge [m/s2].
+   real(wp), parameter :: earth = 9.81_wp, centrifuge = 15.0_wp
+   !> Friction angles between these are radians, 3 to 90 degrees; smaller ones are next to no friction [deg].
+   real(wp), parameter :: radians(2) = [0.05_wp, 0.5_wp*pi]
+   !> Young's modulus over density [m2/s2]: the square of the speed of a wave in a bar, 10 m/s in peat and soft foam.
+   real(wp), parameter :: least_speed2 = 100.0_wp
+   !> Numbers that are chosen without measure for what shall not yield.
+   character(len=*), parameter :: stiff_names(4) = [character(len=16) :: 'young', 'stiffness', 'normal_stiffness', &
+                                                    'shear_stiffness']
+
+   !> Bounds of the magnitude of a value that is not 0, and those within which most values lie [SI].
+   type :: bounds_type
+      character(len=18) :: name = ''
+      character(len=14) :: dimension = ''
+      real(wp) :: least = 0, most = 0
+      real(wp) :: usual(2) = 0
+   end type bounds_type
+
+   type(bounds_type), parameter :: bounds(*) = [ &
+      bounds_type('density', 'mass/length^2', 5.0_wp, 25000.0_wp, [400.0_wp, 9000.0_wp]), &
+      bounds_type('young', 'stress', 1.0e4_wp, 1.3e12_wp, [2.0e8_wp, 5.0e11_wp]), &
+      bounds_type('unit_weight', 'force/length^2', 50.0_wp, 1.0e8_wp, [4.0e3_wp, 9.0e4_wp]), &
+      bounds_type('unit_weight', 'stress/length', 50.0_wp, 3.0e5_wp, [4.0e3_wp, 9.0e4_wp]), &
+      bounds_type('gravity', 'length/time^2', 0.05_wp, 5000.0_wp, [9.0_wp, 10.5_wp]), &
+      bounds_type('cohesion', 'stress', 100.0_wp, huge(1.0_wp), [1.0e3_wp, 1.0e8_wp]), &
+      bounds_type('tension', 'stress', 100.0_wp, huge(1.0_wp), [1.0e3_wp, 1.0e8_wp]), &
+      bounds_type('residual_cohesion', 'stress', 100.0_wp, huge(1.0_wp), [1.0e3_wp, 1.0e8_wp]), &
+      bounds_type('residual_tension', 'stress', 100.0_wp, huge(1.0_wp), [1.0e3_wp, 1.0e8_wp]), &
+      bounds_type('jcs', 'stress', 1.0e5_wp, 2.0e9_wp, [1.0e6_wp, 5.0e8_wp]), &
+      bounds_type('normal_stiffness', 'stress/length', 1.0e5_wp, 1.0e16_wp, [1.0e8_wp, 1.0e12_wp]), &
+      bounds_type('shear_stiffness', 'stress/length', 1.0e5_wp, 1.0e16_wp, [1.0e7_wp, 1.0e12_wp]), &
+      bounds_type('slip_length', 'length', 1.0e-8_wp, 100.0_wp, [1.0e-4_wp, 1.0_wp]), &
+      bounds_type('slip_rate', 'length/time', 1.0e-9_wp, 1.0e3_wp, [1.0e-4_wp, 10.0_wp]), &
+      bounds_type('stiffness', 'force/length', 1.0e5_wp, 1.0e18_wp, [1.0e7_wp, 1.0e13_wp]), &
+      bounds_type('stress', 'stress', 100.0_wp, 2.0e9_wp, [1.0e3_wp, 2.0e8_wp]), &
+      bounds_type('traction', 'stress', 100.0_wp, 2.0e9_wp, [1.0e3_wp, 2.0e8_wp]), &
+      bounds_type('pressure', 'stress', 100.0_wp, 2.0e9_wp, [1.0e3_wp, 2.0e8_wp]), &
+      bounds_type('surcharge', 'stress', 100.0_wp, 2.0e9_wp, [1.0e3_wp, 2.0e8_wp]), &
+      bounds_type('stress_gradient', 'stress/length', 50.0_wp, 1.0e8_wp, [4.0e3_wp, 9.0e4_wp]), &
+      bounds_type('gradient', 'stress/length', 50.0_wp, 1.0e8_wp, [4.0e3_wp, 9.0e4_wp]), &
+      bounds_type('force_start', 'force/length', 0.0_wp, 1.0e12_wp, [1.0e3_wp, 1.0e8_wp]), &
+      bounds_type('force_end', 'force/length', 0.0_wp, 1.0e12_wp, [1.0e3_wp, 1.0e8_wp]), &
+      bounds_type('velocity', 'length/time', 0.0_wp, 1.0e3_wp, [1.0e-3_wp, 50.0_wp])]
+
+   !> Units in which people give such values, by the size in SI.
+   type :: habit_type
+      character(len=14) :: dimension = ''
+      character(len=34) :: name = ''
+      real(wp) :: size = 1
+   end type habit_type
+
+   type(habit_type), parameter :: habits(*) = [ &
+      habit_type('mass/length^2', 'kg/m3', 1.0_wp), habit_type('mass/length^2', 't/m3', 1.0e3_wp), &
+      habit_type('mass/length^2', 't/mm3', 1.0e12_wp), habit_type('mass/length^2', 'kg/mm3', 1.0e9_wp), &
+      habit_type('mass/length^2', 'N/m3, a unit weight', 1/earth), &
+      habit_type('mass/length^2', 'kN/m3, a unit weight', 1.0e3_wp/earth), &
+      habit_type('stress', 'Pa', 1.0_wp), habit_type('stress', 'MPa', 1.0e6_wp), &
+      habit_type('stress', 'kPa', 1.0e3_wp), habit_type('stress', 'GPa', 1.0e9_wp), &
+      habit_type('force/length^2', 'N/m3', 1.0_wp), habit_type('force/length^2', 'kN/m3', 1.0e3_wp), &
+      habit_type('force/length^2', 'MN/m3', 1.0e6_wp), habit_type('force/length^2', 'N/mm3', 1.0e9_wp), &
+      habit_type('force/length^2', 'kg/m3, a density', earth), &
+      habit_type('stress/length', 'Pa/m (N/m3)', 1.0_wp), habit_type('stress/length', 'kPa/m (kN/m3)', 1.0e3_wp), &
+      habit_type('stress/length', 'MPa/m', 1.0e6_wp), habit_type('stress/length', 'N/mm3', 1.0e9_wp), &
+      habit_type('stress/length', 'kg/m3, a density', earth), &
+      habit_type('length/time^2', 'm/s2', 1.0_wp), habit_type('length/time^2', 'mm/s2', 1.0e-3_wp), &
+      habit_type('length/time^2', 'cm/s2', 1.0e-2_wp), habit_type('length/time^2', 'g', earth), &
+      habit_type('length', 'm', 1.0_wp), habit_type('length', 'mm', 1.0e-3_wp), &
+      habit_type('length/time', 'm/s', 1.0_wp), habit_type('length/time', 'mm/s', 1.0e-3_wp), &
+      habit_type('force/length', 'N/m', 1.0_wp), habit_type('force/length', 'kN/m', 1.0e3_wp), &
+      habit_type('force/length', 'MN/m', 1.0e6_wp)]
+
+   !> The system of units, and what was read so far that others are compared with.
+   type :: known_values_type
+      type(unit_system_type) :: system
+      real(wp), private :: gravity = earth              !! [m/s2]
+      real(wp), private :: density = 0                  !! of the material, [kg/m3]; 0: not given
+   contains
+      procedure :: begin_group
+      procedure :: problem_of
+   end type known_values_type
+
+contains
+
+   !> Forget the material before.
+   pure subroutine begin_group(self)
+      class(known_values_type), intent(inout) :: self
+      self%density = 0
+   end subroutine begin_group
+
+   !> What is wrong with the value of an option: '' or 'cannot be ...'. A force that a table of factors multiplies
+   !> (scaled) may be small.
+   subroutine problem_of(self, group, name, dimension, value, scaled, text)
+      class(known_values_type), intent(inout) :: self
+      character(len=*), intent(in) :: group, name, dimension
+      real(wp), intent(in) :: value                     !! of several numbers the one of the largest magnitude
+      logical, intent(in) :: scaled
+      character(len=:), allocatable, intent(out) :: text
+      type(bounds_type) :: b
+      character(len=:), allocatable :: cause
+      real(wp) :: si, ratio
+      integer :: i
+      text = ''
+      if (.not. self%system%is_known() .or. .not. abs(value) > 0) return
+      if (dimension == 'deg') then
+         call judge_angle(name, value, text)
+         return
+      end if
+      b%name = ''
+      do i = 1, size(bounds)
+         if (bounds(i)%name == name .and. bounds(i)%dimension == dimension) b = bounds(i)
+      end do
+      if (len_trim(b%name) == 0) return
+      si = abs(self%system%in_si(value, dimension))
+      if (name == 'unit_weight' .and. dimension == 'stress/length') then
+         b%dimension = 'force/length^2'
+         if (group == 'water') b = bounds_type(name, b%dimension, 5.0e3_wp, 3.0e4_wp, [9.0e3_wp, 1.2e4_wp])
+         if (self%gravity > centrifuge) b%most = b%most*self%gravity/earth
+      end if
+      if (scaled) b%least = 0
+      if (name == 'gravity') self%gravity = si
+      if (name == 'density') self%density = si
+      if (si < b%least .or. si > b%most) then
+         cause = cause_text(value, b, self%system)
+         ! blocks and joints that shall be rigid
+         if (si > b%most .and. len(cause) == 0 .and. any(name == stiff_names)) return
+         text = value_text(self%system, value, b%dimension)//' cannot be, '//range_text(self%system, b)//cause
+      else if (name == 'young' .and. self%density > 0) then
+         ratio = si/self%density
+         if (ratio < least_speed2) text = value_text(self%system, value, dimension)// &
+            ' cannot be with this density: a wave would run at '//to_string(sqrt(ratio), 2)//' m/s, in soft soils '// &
+            'and foam at 10 or more, in rock at 1000 to 6000'//cause_text(value, b, self%system)
+      else if (name == 'unit_weight' .and. dimension == 'force/length^2' .and. self%density > 0) then
+         ratio = si/self%density
+         if (ratio < 0.05_wp .or. ratio > 5000) text = value_text(self%system, value, dimension)//' cannot be with '// &
+            'this density: it would be that of a gravity of '//to_string(ratio, 3)//' m/s2, not 9.81'// &
+            cause_text(value, b, self%system)
+      end if
+      if (len(text) > 0) text = text//". (units = 'none' of &model takes any consistent values)"
+   end subroutine problem_of
+
+   !> A friction angle in radians.
+   pure subroutine judge_angle(name, value, text)
+      character(len=*), intent(in) :: name
+      real(wp), intent(in) :: value
+      character(len=:), allocatable, intent(inout) :: text
+      if (name /= 'friction' .and. name /= 'residual_friction') return
+      if (value < radians(1) .or. value > radians(2)) return
+      text = to_string(value, 6)//' degrees cannot be: it is in radians, give '//to_string(value*180/pi, 4)// &
+             " degrees. (units = 'none' of &model takes any value)"
+   end subroutine judge_angle
+
+   !> '2.7 kg/m^3'
+   pure function value_text(system, value, dimension) result(text)
+      type(unit_system_type), intent(in) :: system
+      real(wp), intent(in) :: value
+      character(len=*), intent(in) :: dimension
+      character(len=:), allocatable :: text
+      text = to_string(value, 6)//' '//system%unit_of(dimension)
+   end function value_text
+
+   !> 'from 5 to 25000 kg/m^3', in the units of the system.
+   pure function range_text(system, b) result(text)
+      type(unit_system_type), intent(in) :: system
+      type(bounds_type), intent(in) :: b
+      character(len=:), allocatable :: text
+      real(wp) :: unit
+      unit = system%in_si(1.0_wp, b%dimension)
+      text = 'other than 0 it is at least '//to_string(b%least/unit, 3)
+      if (b%most < huge(1.0_wp)) text = 'possible are '//to_string(b%least/unit, 3)//' to '// &
+                                        to_string(b%most/unit, 3)
+      if (.not. b%least > 0) text = 'possible is up to '//to_string(b%most/unit, 3)
+      text = text//' '//system%unit_of(b%dimension)
+   end function range_text
+
+   !> The unit that the value seems to be in, and its value in that of the system; '' where none fits.
+   pure function cause_text(value, b, system) result(text)
+      real(wp), intent(in) :: value
+      type(bounds_type), intent(in) :: b
+      type(unit_system_type), intent(in) :: system
+      character(len=:), allocatable :: text
+      real(wp) :: si
+      integer :: i
+      text = ''
+      do i = 1, size(habits)
+         if (habits(i)%dimension /= b%dimension) cycle
+         si = abs(value)*habits(i)%size
+         if (si < b%usual(1) .or. si > b%usual(2)) cycle
+         text = ': it seems to be in '//trim(habits(i)%name)//", but units = '"//trim(system%name)//"' has "// &
+                system%unit_of(b%dimension)//', where it is '// &
+                to_string(sign(si, value)/system%in_si(1.0_wp, b%dimension), 4)
+         return
+      end do
+   end function cause_text
+
+end module rockdda_model_possible_values
