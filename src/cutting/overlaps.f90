@@ -30,7 +30,7 @@ module rockdda_cutting_overlaps
       integer, allocatable :: along(:)          !! (n) numbers of the parts: those of overlapping lines along them
       integer, allocatable :: from(:), to(:)    !! (lines) places in `along` of the parts over which the line extends
       type(meeting_list_type) :: meetings       !! of the parts, when they have been found
-      integer, allocatable :: part(:)           !! (pieces) part of each piece between nodes, in ascending order; likewise
+      integer, allocatable :: part(:)           !! (pieces) part of each piece, in ascending order; likewise
    contains
       procedure :: pairs
       procedure, private :: split, add_part
