@@ -26,7 +26,8 @@ module rockdda_run_model_run
    use rockdda_run_hdf5_lock, only : lock_hdf5, unlock_hdf5
    use rockdda_run_input, only : model_input_type
    use rockdda_run_outcome, only : short_run_warning, weak_start_warning, skipped_stages_warning, &
-      time_error_warning, strikes_warning, overlaps_warning, unrested_warning, block_watch_type
+      time_error_warning, strikes_warning, overlaps_warning, unrested_warning, lost_text, &
+      block_watch_type
    use rockdda_run_output_choice, only : choose_output
    use rockdda_run_request, only : run_request_type
    use rockdda_run_thread_choice, only : thread_choice_type
@@ -112,6 +113,8 @@ contains
          if (self%strict .and. .not. allocated(error)) &
             call self%object(self%watch%lodged_warning(self%sim), error)
          if (self%strict .and. .not. allocated(error)) call self%object(unrested_warning(self%sim), error)
+         if (.not. allocated(error) .and. len(lost_text(self%sim)) > 0) &
+            call make_error(error, error_code%computation, lost_text(self%sim))
          return
       end if
       call lock_hdf5()
@@ -246,6 +249,8 @@ contains
       if (.not. allocated(error)) call self%object(self%watch%lodged_warning(self%sim), error)
       if (.not. (allocated(error) .or. self%watch%strain_was_reported)) call self%check_strain(error)
       if (.not. allocated(error)) call self%object(unrested_warning(self%sim), error)
+      if (.not. allocated(error) .and. len(lost_text(self%sim)) > 0) &
+         call make_error(error, error_code%computation, lost_text(self%sim))
       if (allocated(error)) return
       if (self%plan%is_due(self%sim%state%step, self%sim%state%time) .or. self%sim%ends_stage()) &
          call self%run_files_type%save_frame(self%sim, error)

@@ -15,7 +15,7 @@ module rockdda_run_outcome
    private
    public :: done_share, short_run_warning, cuts_text, weak_start_warning, skipped_stages_warning, reactions_text
    public :: time_error_text, time_error_warning, strikes_text, strikes_warning, share_after_strikes
-   public :: accuracy_text, overlaps_warning, unrested_warning, block_watch_type
+   public :: accuracy_text, overlaps_warning, unrested_warning, lost_text, block_watch_type
 
    !> Warn when all steps cover less than this share of the planned time.
    real(wp), parameter :: least_share = 0.8_wp
@@ -131,6 +131,20 @@ contains
                 ' of the mean force, tolerance '//to_string(tolerance)
       end associate
    end function unrested_warning
+
+   !> The error of a static stage in which the model no longer follows the load; '' otherwise.
+   function lost_text(sim) result(text)
+      type(simulation_type), intent(in) :: sim
+      character(len=:), allocatable :: text
+      text = ''
+      associate (watch => sim%control%watch)
+         if (.not. watch%is_lost) return
+         text = "stage '"//stage_name(sim%parameters%stages, sim%control%stage)//"': lost equilibrium at "// &
+                to_string(watch%lost_share, 2)//' of the load table, t = '//to_string(watch%lost_time, 3)// &
+                ': the load rises on and the blocks run away (at t = '//to_string(sim%state%time, 3)// &
+                ' the unbalanced force is '//to_string(sim%record%unbalanced, 3)//' of the mean force)'
+      end associate
+   end function lost_text
 
    !> Warning about blocks that were placed where others lay, after the first step with them; '' otherwise.
    function overlaps_warning(sim) result(text)

@@ -12,6 +12,7 @@ module rockdda_stepping_acceptance
    use rockdda_stepping_ledger, only : ledger_type
    use rockdda_stepping_motion, only : move_blocks, measure_points
    use rockdda_stepping_sleep, only : fall_asleep
+   use rockdda_stepping_stage_rest, only : watch_stage, moves_on
    use rockdda_stepping_trial_step, only : trial_step_type, trial_report_type
    implicit none
    private
@@ -63,7 +64,9 @@ contains
       call step%families%add_forces(step%step_context_type, forces)
       record%unbalanced = forces%unbalanced(step%state)
       call note_sudden_load(step, forces, record%unbalanced)
-      call step%control%judge_balance(step%parameters, record%unbalanced, forces%driven)
+      call watch_stage(step, forces, record%unbalanced, report%displacement)
+      call step%control%judge_balance(step%parameters, record%unbalanced, forces%driven, &
+                                      moves_on(step, record%unbalanced))
       step%control%releases = step%families%held%is_releasing()
       if (step%control%is_static_search(step%parameters)) step%control%slip_share = &
          step%families%contacts%slip_share()

@@ -16,6 +16,7 @@ module rockdda_stepping_control
    use rockdda_model_options, only : stage_type, is_set
    use rockdda_model_parameters, only : parameters_type
    use rockdda_interaction_time_scheme, only : time_scheme_type, shi_scheme, generalized_alpha
+   use rockdda_stepping_stage_watch, only : stage_watch_type
    use rockdda_stepping_strikes, only : strikes_type
    use rockdda_stepping_accuracy, only : accuracy_type, step_to_row
    use rockdda_stepping_time_error, only : time_error_type
@@ -81,6 +82,7 @@ module rockdda_stepping_control
       real(wp) :: motion_start = 0          !! time at which base motion begins; huge: not yet
       integer :: balanced = 0               !! last steps in a row that were in equilibrium
       integer :: steps = 0                  !! of the present stage
+      type(stage_watch_type) :: watch       !! what shows that the stage does not come to rest
       real(wp) :: unbalanced = 0            !! of the last accepted step
       real(wp) :: slip_share = 0            !! of friction in the work of the contacts in that step
       logical :: idle = .false.             !! that step was solved without an iteration: what it left was small enough
@@ -419,7 +421,7 @@ contains
       if (allocated(stage%on_failure)) goes_on = stage%on_failure == 'continue'
    end function goes_on
 
-   !> Has the present stage, which has not ended, had all its steps without coming to equilibrium?
+   !> Has the present stage, which has not ended, had all its steps without coming to equilibrium, or does it run away?
    pure logical function has_failed(self, parameters, step)
       class(step_control_type), intent(in) :: self
       type(parameters_type), intent(in) :: parameters
@@ -428,7 +430,8 @@ contains
       if (self%stage > size(parameters%stages)) return
       associate (stage => parameters%stages(self%stage))
          if (.not. seeks_equilibrium(stage)) return
-         has_failed = self%balanced < confirming_steps .and. step - self%first_step >= stage%max_steps
+         has_failed = self%balanced < confirming_steps .and. (step - self%first_step >= stage%max_steps .or. &
+                      self%watch%runs_away .and. .not. goes_on(stage))
       end associate
    end function has_failed
 
@@ -460,17 +463,19 @@ contains
    end function following_stage
 
    !> Count the steps in a row that end in equilibrium.
-   pure subroutine judge_balance(self, parameters, unbalanced, is_driven)
+   pure subroutine judge_balance(self, parameters, unbalanced, is_driven, moves_on)
       class(step_control_type), intent(inout) :: self
       type(parameters_type), intent(in) :: parameters
       real(wp), intent(in) :: unbalanced   !! at the end of the step
       logical, intent(in) :: is_driven     !! supports move, or forces are still being released
+      logical, intent(in) :: moves_on      !! small forces have moved the blocks: another step confirms the rest
       self%unbalanced = unbalanced
       self%steps = self%steps + 1
       if (self%stage > size(parameters%stages)) return
       associate (stage => parameters%stages(self%stage))
          if (.not. seeks_equilibrium(stage)) return
          self%balanced = merge(self%balanced + 1, 0, unbalanced <= stage%tolerance .and. .not. is_driven)
+         if (moves_on) self%balanced = min(self%balanced, confirming_steps - 1)
       end associate
    end subroutine judge_balance
 

@@ -56,9 +56,10 @@ contains
 
    !> The error of a stage that has had all its steps: its name, how far it is from equilibrium, and the blocks that are
    !> pushed most.
-   subroutine report_no_equilibrium(parameters, stage, state, forces, unbalanced, stiffest, error)
+   subroutine report_no_equilibrium(parameters, stage, steps, state, forces, unbalanced, stiffest, error)
       type(parameters_type), intent(in) :: parameters
       integer, intent(in) :: stage
+      integer, intent(in) :: steps              !! of the stage
       type(block_state_type), intent(in) :: state
       type(block_forces_type), intent(in) :: forces
       real(wp), intent(in) :: unbalanced
@@ -70,7 +71,7 @@ contains
       integer :: i, k, n
       associate (options => parameters%stages(stage))
          text = "stage '"//stage_name(parameters%stages, stage)//"' did not come to equilibrium in "// &
-                counted(options%max_steps, 'step')//': the unbalanced force is '//to_string(unbalanced, 3)// &
+                counted(steps, 'step')//': the unbalanced force is '//to_string(unbalanced, 3)// &
                 ' of the mean force, tolerance '//to_string(options%tolerance)
          if (unbalanced <= options%tolerance) text = text//'; so it must be in '//to_string(confirming_steps)// &
             ' steps in a row'
@@ -90,13 +91,16 @@ contains
             share(k) = 0
          end do
          if (n > most_listed) text = text//', ...'
+         if (steps < options%max_steps) text = text//new_line('a')//'  they run away: the unbalanced force has not '// &
+            'fallen to half in a tenth of max_steps = '//to_string(options%max_steps)
       end associate
       ! positions are as wrong as their rounding, forces by that times the stiffness
       rounding = stiffest*epsilon(1.0_wp)*maxval(abs(state%vertices))/max(forces%mean_magnitude(state), tiny(1.0_wp))
       if (rounding > 0.1_wp*parameters%stages(stage)%tolerance) text = text//new_line('a')// &
          '  the contacts are so stiff that the rounding of positions makes '//to_string(rounding, 2)// &
          ' of the mean force: take a smaller stiffness, or a larger tolerance'
-      text = text//new_line('a')//"  give more max_steps, or on_failure = 'continue' to go on with the next stage"
+      if (steps >= parameters%stages(stage)%max_steps) text = text//new_line('a')// &
+         "  give more max_steps, or on_failure = 'continue' to go on with the next stage"
       call make_error(error, error_code%computation, text)
    end subroutine report_no_equilibrium
 

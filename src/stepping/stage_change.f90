@@ -37,8 +37,8 @@ contains
       if (step%control%has_failed(step%parameters, step%state%step)) then
          if (.not. allocated(forces%magnitude)) call forces%clear(step%blocks%n_blocks)
          stiffest = maxval([0.0_wp, step%contacts%k_n(1:step%contacts%n)])
-         call report_no_equilibrium(step%parameters, step%control%stage, step%state, forces, unbalanced, stiffest, &
-                                    error)
+         call report_no_equilibrium(step%parameters, step%control%stage, step%control%steps, step%state, forces, &
+                                    unbalanced, stiffest, error)
          return
       end if
       call begin_stages(step, construction, balance)

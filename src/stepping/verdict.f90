@@ -8,19 +8,17 @@
 !>     stable    unbalanced <= tolerance in two steps in a row
 !>     failing   the distance that some block has moved has grown fourfold and its pull has not fallen to half, beyond
 !>               a share of its size and the deformation of the model
-!>
-!> `progress_type` says when it is no use to wait for a verdict any longer.
 module rockdda_stepping_verdict
    use rockdda_base_kinds, only : wp
    use rockdda_base_sorting, only : sorted_order
    use rockdda_model_state, only : radius_of_inertia
-   use rockdda_contact_table, only : contact_state
+   use rockdda_contact_table, only : contact_state, contact_table_type
    use rockdda_model_stage_options, only : confirming_steps
    use rockdda_interaction_block_forces, only : block_forces_type
    use rockdda_stepping_trial_step, only : trial_step_type
    implicit none
    private
-   public :: verdict_type, verdict, progress_type, typical_size
+   public :: verdict_type, verdict, typical_size, deformation_of
 
    type :: verdict_enum
       integer :: open = 0       !! neither yet
@@ -63,19 +61,6 @@ module rockdda_stepping_verdict
       procedure :: deformation_by_now
    end type verdict_type
 
-   !> A tenth of the steps allowed without progress ends the wait: its least unbalanced force is more than this share of
-   !> the least one before, and the rest of the steps would not bring the model to rest either.
-   integer, parameter :: parts = 10
-   real(wp), parameter :: no_progress = 0.5_wp
-
-   type :: progress_type
-      integer :: steps = 0
-      real(wp) :: least = huge(1.0_wp)          !! unbalanced force of this tenth of the steps
-      real(wp) :: least_before = huge(1.0_wp)   !! and of all before
-   contains
-      procedure :: stalls
-   end type progress_type
-
 contains
 
    !> Begin in the present state.
@@ -92,7 +77,7 @@ contains
          self%share = share
          self%begins_at_rest = .false.
       else
-         self%deformation = deformation_of(step)
+         self%deformation = deformation_of(step, step%contacts)
       end if
       if (present(stressed)) self%stressed = stressed
       allocate (self%moved(nb), self%pull(marks_between + 1, nb), source=0.0_wp)
@@ -159,20 +144,6 @@ contains
 
    end function judge
 
-   !> Is it no use to go on, after one step more?
-   logical function stalls(self, unbalanced, max_steps)
-      class(progress_type), intent(inout) :: self
-      real(wp), intent(in) :: unbalanced     !! at the end of the step
-      integer, intent(in) :: max_steps       !! that are allowed
-      stalls = .false.
-      self%steps = self%steps + 1
-      self%least = min(self%least, unbalanced)
-      if (mod(self%steps, max(1, max_steps/parts)) /= 0) return
-      stalls = self%least > no_progress*self%least_before
-      self%least_before = min(self%least, self%least_before)
-      self%least = huge(1.0_wp)
-   end function stalls
-
    !> What the loads that a model carries by now deform it by, on its way to rest: as `deformation_of`, and where there
    !> was no stress before the first step at least the mean of its displacements, weighted with the loads. That is
    !> twice its elastic energy over them (Clapeyron), bending included; the largest displacement is up to some three
@@ -184,7 +155,7 @@ contains
       real(wp) :: deformation
       real(wp) :: twice_energy, carried
       integer :: c, i
-      deformation = deformation_of(step)
+      deformation = deformation_of(step, step%contacts)
       if (self%stressed) return
       twice_energy = 0
       carried = 0
@@ -213,8 +184,9 @@ contains
 
    !> What its loads deform a model by: the mean strain of blocks and joints times its extent. A trial changes the loads
    !> or what carries them by their own order, so that an elastic answer is of this size, or smaller.
-   function deformation_of(step) result(deformation)
+   function deformation_of(step, table) result(deformation)
       class(trial_step_type), intent(in) :: step
+      type(contact_table_type), intent(in) :: table   !! of the last step
       real(wp) :: deformation
       real(wp) :: strain, closing, modulus
       integer :: c, i, n, n_closed
@@ -232,13 +204,11 @@ contains
       end do
       deformation = 0
       if (n == 0) return
-      associate (table => step%contacts)
-         do c = 1, table%n
-            if (table%state(c) == contact_state%open .or. .not. min(table%k_n(c), table%k_s(c)) > 0) cycle
-            closing = closing + hypot(table%normal_force(c)/table%k_n(c), table%shear_force(c)/table%k_s(c))
-            n_closed = n_closed + 1
-         end do
-      end associate
+      do c = 1, table%n
+         if (table%state(c) == contact_state%open .or. .not. min(table%k_n(c), table%k_s(c)) > 0) cycle
+         closing = closing + hypot(table%normal_force(c)/table%k_n(c), table%shear_force(c)/table%k_s(c))
+         n_closed = n_closed + 1
+      end do
       deformation = (strain/n + closing/max(1, n_closed)/typical_size(step))*extent_of(step)
    end function deformation_of
 

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Stages: equilibrium as a measure and as an end, and what a stage does at its start."""
 
+import re
 import unittest
 from pathlib import Path
 
@@ -215,6 +216,72 @@ class Equilibrium(StageTest):
             "tolerance 1e-0?5$",
         )
         self.assertEqual(self.read()["history/stage"][-1], 1)
+
+    def test_a_slender_column_that_ended_at_two_thirds_of_its_deflection_comes_to_rest(self):
+        """Cells that are tied, at 0.6 of the buckling load: deflections grow by 1/(1 - 0.6), at forces of a hundred
+        thousandth of the mean one. Equilibrium to 1e-8 is the truth."""
+        height, n = 10.0, 20
+        points = [(x, -0.25) for x in (-0.2, -0.05, 0.05, 0.2)]
+        cells = [(x, -0.5 + 0.5 * k) for k in range(n + 1) for x in (-0.25, 0.0)]
+        blocks = [
+            f"block {i + 1} 1 4\n"
+            + "\n".join(f"{x + a} {y + b} 1" for a, b in ((0, 0), (0.25, 0), (0.25, 0.5), (0, 0.5)))
+            for i, (x, y) in enumerate(cells)
+        ]
+        nb = len(blocks)
+        head = f"rockdda-blocks 1\ne0 0.0001\nblocks {nb}\nvertices {4 * nb}\nfixed 4\nloading 2\nmeasured 1\nbolts 0\n"
+        fixed = "\n".join(f"{x} {y} {1 if x < 0 else 2}" for x, y in points)
+        loads = f"-0.125 {height} {nb - 1}\n0.125 {height} {nb}"
+        ends = f"fixed_points\n{fixed}\nloading_points\n{loads}\nmeasured_points\n0.01 {height} {nb}\nbolt_list\nend\n"
+        self.write("column.blk", head + "\n".join(blocks) + "\n" + ends)
+        found = []
+        for tolerance in (1e-5, 1e-8):
+            self.write(
+                "column.nml",
+                "&model geometry = 'column.blk' /\n&joint_material number = 1, friction = 30, tie = .true. /\n"
+                "&block_material number = 1, density = 2500, young = 1e9, poisson = 0, unit_weight = 0 /\n"
+                "&loading_point force = 0,12.85,-77106, 1e9,12.85,-77106 /\n&contact stiffness = 2e9 /\n"
+                f"&stage until = 'equilibrium', tolerance = {tolerance}, max_steps = 20000 /\n",
+            )
+            outcome = self.run_program("run", "column.nml", "-o", "column.h5", "--force", "--quiet")
+            self.assertEqual(outcome.code, 0, outcome.err)
+            found.append(self.read("column")["history/measured_displacement"][-1, 0, 0])
+        self.assertAlmostEqual(found[0] / found[1], 1, delta=0.01)
+
+    def test_a_load_that_rose_beyond_what_holds_it_ended_in_silence(self):
+        """A block of 47.1 kN on a level base, 30 degrees: it slides at 27.2 kN, 0.27 of a table that ends at 100 kN."""
+        ground = [(0, 0, 9, 0), (9, 0, 9, 1), (9, 1, 0, 1), (0, 1, 0, 0), (2, 1, 2, 2), (2, 2, 4, 2), (4, 2, 4, 1)]
+        lines = "\n".join(" ".join(map(str, (*line, 1))) for line in ground)
+        self.write("push.dc", f"0.001\n7 4\n0\n0\n2\n1\n0\n0\n{lines}\n1 0.5 1 0.5\n8 0.5 8 0.5\n2.5 1.1\n")
+        model = (
+            "&model geometry = 'push.dc' /\n"
+            "&block_material number = 1, density = 2400, young = 20e9, poisson = 0.25 /\n"
+            "&joint_material number = 1, friction = 30 /\n&load gravity = 9.81 /\n"
+            "&loading_point points = 1, force = 0,0,0, 1,0,0, 2,{},0 /\n&stage until_time = 1, kind = 'static' /\n"
+            "&stage name = 'load', {}, kind = 'static' /\n"
+        )
+        for end in ("until_time = 2", "until = 'equilibrium'"):
+            with self.subTest(end=end):
+                self.write("push.nml", model.format("100e3", end))
+                outcome = self.run_program("run", "push.nml", "--force", "--quiet")
+                self.assertEqual(outcome.code, 3, outcome.err)
+                told = re.search(r"'load': lost equilibrium at (\S+) of the load table, t = (\S+): ", outcome.err)
+                self.assertIsNotNone(told, outcome.err)
+                # the load of a step is that of its end: the answer is as fine as some steps
+                self.assertAlmostEqual(float(told[1]), 0.272, delta=0.03)
+                self.assertAlmostEqual(float(told[2]), 1.272, delta=0.03)
+        self.write("push.nml", model.format("26e3", "until_time = 2"))
+        self.assertEqual(self.run_program("run", "push.nml", "--force", "--quiet").code, 0)
+
+    def test_a_stage_whose_blocks_slide_took_all_its_steps(self):
+        outcome = self.run_program("run", str(MODELS / "incline"), "--config", self.static_incline(), "-o", "out.h5")
+        self.assertEqual(outcome.code, 3, outcome.err)
+        self.assertIn("did not come to equilibrium in ", outcome.err)
+        self.assertLessEqual(len(self.read()["history/step"]), 1000)
+
+    def static_incline(self):
+        self.write("static.nml", "&stage until = 'equilibrium' /\n")
+        return "static.nml"
 
     def test_a_static_stage_that_ended_in_silence_out_of_balance_warns_and_ends_a_strict_run(self):
         slides = "&joint_material number = 1, friction = 10 /\n&joint_material number = 2, friction = 10 /\n"

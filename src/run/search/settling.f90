@@ -10,7 +10,8 @@ module rockdda_run_settling
    use rockdda_model_stage_options, only : stage_name
    use rockdda_stepping_control, only : goes_on
    use rockdda_stepping_simulation, only : simulation_type
-   use rockdda_stepping_verdict, only : verdict_type, verdict, progress_type
+   use rockdda_stepping_stage_watch, only : progress_type
+   use rockdda_stepping_verdict, only : verdict_type, verdict
    use rockdda_run_settled_state, only : is_settled
    use rockdda_run_trial, only : search_observer_type
    implicit none

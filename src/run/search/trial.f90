@@ -14,7 +14,8 @@ module rockdda_run_trial
    use rockdda_run_search_options, only : search_options_type, scale_model
    use rockdda_run_settled_state, only : copy_simulation
    use rockdda_run_trial_pace, only : trial_pace_type
-   use rockdda_stepping_verdict, only : verdict_type, verdict, progress_type, typical_size
+   use rockdda_stepping_stage_watch, only : progress_type
+   use rockdda_stepping_verdict, only : verdict_type, verdict, typical_size
    implicit none
    private
    public :: trial_type, search_observer_type, compute_trial, begin_trial

@@ -106,6 +106,11 @@ contains
       call check%in_range([control%balanced], 0, most_counted, 'balanced')
       call check%in_range(control%cuts, 0, most_counted, 'cuts')
       call check%in_range([control%short_steps], 0, most_counted, 'short_steps')
+      associate (watch => control%watch)
+         call check%is_finite([watch%grown, watch%grown_before, watch%progress%least, watch%progress%least_before, &
+                               watch%way, watch%lags, watch%times, watch%lost_share, watch%lost_time], 'watch')
+         call check%in_range([watch%progress%steps, watch%marks], 0, most_counted, 'watch')
+      end associate
       call check%holds(control%slip_share >= 0 .and. control%slip_share <= 1, 'slip_share')
       call check%in_range([control%trend%steps], 0, steps_of_trend, 'trend_steps')
       call check%holds(control%trend%share >= 0 .and. control%trend%share <= 1, 'trend_share')

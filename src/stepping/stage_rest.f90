@@ -1,0 +1,156 @@
+! SPDX-License-Identifier: MIT
+!> Does a static stage come to rest, does it move on, has it lost its equilibrium?
+!>
+!> While a load rises the model follows it with a lag: what inertia carries in a step, the resultants on the blocks, does
+!> little work beside what the load has risen by. When the model can no longer follow, all that the load rises by is left
+!> to inertia. So both works along the motion of the step are compared, whenever the way of the stage has doubled: what
+!> inertia carries with what the load has risen by since the way was a quarter.
+module rockdda_stepping_stage_rest
+   use rockdda_base_kinds, only : wp
+   use rockdda_interaction_block_forces, only : block_forces_type
+   use rockdda_stepping_stage_watch, only : progress_type, stage_watch_type
+   use rockdda_stepping_trial_step, only : trial_step_type
+   use rockdda_stepping_verdict, only : deformation_of, typical_size
+   implicit none
+   private
+   public :: watch_stage, moves_on
+
+   !> Ways beyond this share of a block's size and so many times what the model deforms by are no deformation.
+   real(wp), parameter :: most_moved = 0.01_wp, most_deformed = 4.0_wp
+   !> Inertia carries more than this share of what the load has risen by: the model does not follow.
+   real(wp), parameter :: much = 0.5_wp
+   !> A step in equilibrium confirms it when it moves the blocks, in the mean, by less than so many tolerances of the
+   !> stage: a force of the tolerance on each of a stack of blocks moves them by some.
+   real(wp), parameter :: little_motion = 10.0_wp
+   !> Halvings of the time in which the load was lost.
+   integer, parameter :: halvings = 40
+
+contains
+
+   !> Follow a static stage by an accepted step whose forces are known; blocks have moved, the time has not.
+   subroutine watch_stage(step, forces, unbalanced, displacement)
+      class(trial_step_type), intent(inout) :: step
+      type(block_forces_type), intent(in) :: forces    !! at the end of the step
+      real(wp), intent(in) :: unbalanced
+      real(wp), intent(in) :: displacement             !! largest of any vertex [length]
+      logical :: stalls
+      if (step%control%steps == 0) step%control%watch = stage_watch_type()
+      step%control%watch%grown = step%control%watch%grown + displacement
+      if (step%control%k01(step%parameters) > 0) return
+      if (forces%driven .or. step%control%watch%marks > 0) call watch_load(step, forces)
+      associate (control => step%control, watch => step%control%watch)
+         if (.not. control%is_static_search(step%parameters)) return
+         if (forces%driven) then
+            watch%progress = progress_type()
+            watch%grown_before = watch%grown
+            return
+         end if
+         stalls = watch%progress%stalls(unbalanced, step%parameters%stages(control%stage)%max_steps)
+         if (watch%progress%least < huge(1.0_wp)) return
+         if (stalls) watch%runs_away = watch%grown - watch%grown_before > beyond_deformation(step)
+         watch%grown_before = watch%grown
+      end associate
+   end subroutine watch_stage
+
+   !> A way that is no deformation [length].
+   real(wp) function beyond_deformation(step) result(way)
+      class(trial_step_type), intent(in) :: step
+      way = max(most_moved*typical_size(step), most_deformed*deformation_of(step, step%families%contacts%table))
+   end function beyond_deformation
+
+   !> Does a static step that ends in equilibrium still move the blocks, beside what they have moved in the stage or what
+   !> the model deforms by, if that is more? What is slender moves far by small forces, and while steps grow the next
+   !> ones will move it further.
+   !> Single loose blocks, which small forces shift for ever, do not count: the mean over the blocks is compared.
+   logical function moves_on(step, unbalanced)
+      class(trial_step_type), intent(in) :: step
+      real(wp), intent(in) :: unbalanced
+      real(wp) :: displacement               ! mean over the blocks that are there [length]
+      integer :: i
+      moves_on = step%control%is_static_search(step%parameters)
+      if (.not. moves_on) return
+      displacement = 0
+      do i = 1, step%blocks%n_blocks
+         if (step%state%active(i)) displacement = displacement + norm2(step%equations%x(1:2, i))
+      end do
+      displacement = displacement/max(1, count(step%state%active))
+      associate (tolerance => step%parameters%stages(step%control%stage)%tolerance)
+         moves_on = .not. unbalanced > tolerance .and. displacement > little_motion*tolerance*step%control%watch%grown
+         if (moves_on) moves_on = displacement > little_motion*tolerance* &
+                                  deformation_of(step, step%families%contacts%table)
+      end associate
+   end function moves_on
+
+   !> Whenever the way has doubled: does the model follow the load?
+   subroutine watch_load(step, forces)
+      class(trial_step_type), intent(inout) :: step
+      type(block_forces_type), intent(in) :: forces
+      real(wp) :: now, rise, excess, first, early, late, middle, last
+      integer :: i
+      associate (watch => step%control%watch)
+         if (watch%is_lost .or. watch%grown < 2*watch%way .or. .not. watch%grown > 0) return
+         if (watch%marks == 0) watch%times = step%state%time
+         watch%way = watch%grown
+         watch%marks = watch%marks + 1
+         watch%times = [watch%times(2:3), step%state%time + step%dt]
+         excess = 0
+         do i = 1, step%blocks%n_blocks
+            if (forces%counts(i, step%state)) excess = excess + dot_product(forces%resultant(:, i), &
+                                                                            step%equations%x(1:3, i))
+         end do
+         now = work_at(watch%times(3))
+         rise = now - work_at(watch%times(1))
+         ! when the load was that which the model carries
+         early = step%control%first_time
+         late = watch%times(3)
+         do i = 1, halvings
+            middle = 0.5_wp*(early + late)
+            if (work_at(middle) < now - excess) then
+               early = middle
+            else
+               late = middle
+            end if
+         end do
+         watch%lags = [watch%lags(2:3), watch%times(3) - early]
+         if (watch%marks < 3 .or. .not. (rise > 0 .and. excess > much*rise)) return
+         if (.not. watch%grown > beyond_deformation(step)) return
+         watch%is_lost = .true.
+         ! since then the lag has grown beyond that of a model that follows, as fast as in the last doubling
+         watch%lost_time = early
+         associate (lags => watch%lags, times => watch%times)
+            if (lags(3) > lags(2)) then
+               last = (lags(3) - lags(2))/(times(3) - times(2))
+               first = (lags(2) - lags(1))/(times(2) - times(1))
+               watch%lost_time = times(3) - (lags(3) - merge(lags(1), 0.0_wp, first < 0.5_wp*last))/last
+               watch%lost_time = max(step%control%first_time, min(watch%lost_time, times(3)))
+            end if
+         end associate
+         first = work_at(step%control%first_time)
+         last = work_at(0.5_wp*huge(1.0_wp))
+         if (abs(last - first) > 0) &
+            watch%lost_share = max(0.0_wp, min(1.0_wp, (work_at(watch%lost_time) - first)/(last - first)))
+      end associate
+
+   contains
+
+      !> Work of the loads of a time along the motion of the step.
+      real(wp) function work_at(time) result(work)
+         real(wp), intent(in) :: time
+         type(block_forces_type) :: loads
+         real(wp) :: present_time
+         integer :: b
+         call loads%clear(step%blocks%n_blocks)
+         present_time = step%state%time
+         step%state%time = time - step%dt
+         call step%families%loads%add_forces(step%step_context_type, loads)
+         call step%families%boundaries%tractions%add_forces(step%step_context_type, loads)
+         step%state%time = present_time
+         work = 0
+         do b = 1, step%blocks%n_blocks
+            work = work + dot_product(loads%resultant(:, b), step%equations%x(1:3, b))
+         end do
+      end function work_at
+
+   end subroutine watch_load
+
+end module rockdda_stepping_stage_rest
