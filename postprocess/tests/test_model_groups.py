@@ -255,7 +255,7 @@ def random_model(seed: int) -> rockdda.Model:
             **({"excavate": ["right side"]} | maybe(relax=number(0, 1)) if i == 1 else {}),
         )  # fmt: skip
         if i == 2:
-            model.add_change("IT'S night", joint_material=reference(joints), friction=number(1, 50))
+            model.add_change("IT'S night", joint_material=reference(joints), friction=number(2, 50))
     if "stage" not in model.options and model.steps is None:
         model.steps = 3
     return model

@@ -19,6 +19,7 @@ from matplotlib.quiver import Quiver
 from places import INPUTS
 from rockdda import plot as pictures
 from rockdda.plot.style import STATES, Units, limits_of, style
+from rockdda.units import Units
 from synthetic import write_wall
 
 
@@ -98,7 +99,7 @@ def test_labels_of_colour_bars_neither_leave_flat_pictures_nor_squeeze_them(wall
         drawn = PolyCollection([[(0, 0), (flat, 0), (flat, 1), (0, 1)]], array=np.array([3.0]))
         axes.add_collection(drawn)
         axes.set(xlim=(0, flat), ylim=(0, 1), aspect="equal")
-        add_colour_bar(axes, drawn, "normal stress of joints [force/length²]")
+        add_colour_bar(axes, drawn, Units(), "normal stress of joints", "stress")
         figure.canvas.draw()
         label = axes.child_axes[0].yaxis.label.get_window_extent()
         inside, outer = axes.get_window_extent(), figure.bbox

@@ -153,7 +153,7 @@ contains
             if (.not. self%block_used(k) .or. .not. abs(m%weight) > 0) cycle
             if (acceleration >= smallest_acceleration .and. acceleration <= largest_acceleration) cycle
             call self%warn('weight '//to_string(m%weight)//' and density '//to_string(m%density)// &
-                           ' of block material '//to_string(k)//' give an acceleration of '//to_string(acceleration, 3)// &
+                  ' of block material '//to_string(k)//' give an acceleration of '//to_string(acceleration, 3)// &
                            ', not 9.81: do their units fit together (N with kg, kN with t)?', .false., m%origin)
          end associate
          return
