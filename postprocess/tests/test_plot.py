@@ -19,7 +19,6 @@ from matplotlib.quiver import Quiver
 from places import INPUTS
 from rockdda import plot as pictures
 from rockdda.plot.style import STATES, Units, limits_of, style
-from rockdda.units import Units
 from synthetic import write_wall
 
 
