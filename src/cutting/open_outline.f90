@@ -140,6 +140,7 @@ contains
       character(len=:), allocatable :: other
       integer :: i, k, best(2), line
       is_left = .true.
+      other = ''
       do
          nearest = huge(nearest)
          best = 0
