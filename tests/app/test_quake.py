@@ -220,6 +220,7 @@ class Quake(ResultsTest):
             ("t,v (cm/s)\n0,1\n1,2\n", "csv", r"record:1:1: error: column 'v \(cm/s\)' is no acceleration"),
             ("t,velocity\n0,1\n1,2\n", "csv", r"record:1:1: error: column 'velocity' is no acceleration"),
             ("t,a (pints)\n0,1\n1,2\n", "csv", r"record:1:1: error: the header names 'pints' as unit of column 'a'"),
+            ("a,t\n0,1\n1,2\n", "csv", r"record:1:1: error: the header names the time in column 2: expected it in the"),
             ("t (h),a\n0,1\n1,2\n", "csv", r"record:1:1: error: the header names 'h' as unit of the times"),
             ("a\nb\n", "at2", r"record:1:1: error: this is no file of PEER"),
             ("a\nNPTS= 3, DT= .01\n1 2\n", "at2", r"record:3:4: error: the file ends after 2 values, NPTS is 3"),

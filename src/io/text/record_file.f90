@@ -224,8 +224,13 @@ contains
       real(wp), intent(inout) :: unit          !! of the values [m/s^2], 0: not named
       type(diagnostics_type), intent(inout) :: messages
       character(len=:), allocatable :: word
+      integer :: k
       seconds = 1
       if (size(header%names) == 0) return
+      do k = 2, size(header%names)
+         if (is_time(header%bare_name(k)) .and. .not. is_time(header%bare_name(1))) call messages%add(severity%error, &
+            'the header names the time in column '//to_string(k)//': expected it in the first one', first_place(tokens))
+      end do
       word = header%unit_of(1)
       if (len(word) > 0) then
          seconds = time_unit(word)
@@ -245,6 +250,12 @@ contains
             ', or scale, the factor of the values', first_place(tokens))
       end if
    end subroutine find_units
+
+   !> Is this the name of a column of times?
+   pure logical function is_time(name)
+      character(len=*), intent(in) :: name
+      is_time = name == 't' .or. name == 'time'
+   end function is_time
 
    !> Where the table begins.
    type(origin_type) function first_place(tokens)
