@@ -97,12 +97,12 @@ contains
    subroutine add_openings(statistics, rock, holes, messages)
       type(statistics_type), intent(in) :: statistics
       type(rock_type), intent(inout) :: rock
-      real(wp), allocatable, intent(out) :: holes(:, :)   !! (2, openings)
+      real(wp), allocatable, intent(out) :: holes(:, :)   !! (2, openings that are empty)
       type(diagnostics_type), intent(inout) :: messages
       integer :: i, k, n
       character(len=:), allocatable :: name
       n = size(statistics%openings)
-      allocate (rock%openings(n), holes(2, n))
+      allocate (rock%openings(n), holes(2, 0))
       do i = 1, n
          associate (origin => statistics%openings(i)%origin)
             name = '&opening '//to_string(i)
@@ -124,7 +124,8 @@ contains
                   call messages%add(severity%error, name//' overlaps &opening '//to_string(k), origin)
                   return
                end do
-               holes(:, i) = inner_point(vertices)
+               if (statistics%openings(i)%is_hole) &
+                  holes = reshape([holes, inner_point(vertices)], [2, size(holes, 2) + 1])
             end associate
          end associate
       end do

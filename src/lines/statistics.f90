@@ -53,6 +53,7 @@ module rockdda_lines_statistics
       integer :: segments = 0                  !! straight pieces of the arch or circle; 0: as fine as 10 degrees
       real(wp), allocatable :: vertices(:, :)  !! (2, n) polygon
       integer :: material = 1                  !! joint material of the wall
+      logical :: is_hole = .true.              !! empty from the start; .false.: stages excavate it
    end type opening_type
 
    type :: region_type

@@ -20,6 +20,39 @@ class Lines(ProgramTest):
         super().setUp()
         self.write("tunnel.dl", TUNNEL)
 
+    def test_an_opening_takes_its_outline_from_a_region(self):
+        window = "&boundary window = 0,0, 10,10 /\n"
+        options = (
+            "&region name = 'Tunnel', polygon = 3,3, 6,3, 6,5, 3,5 /\n&region name = 'shaft', box = 7,7, 8,9 /\n"
+            "&region name = 'well', circle = 2,8,1 /\n&region name = 'ring', outline = 'well', width = 1 /\n"
+        )
+        self.write("rock.nml", options)
+        regions = "&opening outline = 'tunnel' /\n&opening outline = 'shaft' /\n&opening outline = 'well' /\n"
+        drawn = (
+            "&opening shape = 'polygon', vertices = 3,3, 6,3, 6,5, 3,5 /\n"
+            "&opening shape = 'rectangle', width = 1, height = 2, center = 7.5,8 /\n"
+            "&opening shape = 'circle', radius = 1, center = 2,8 /\n"
+        )
+        numbers = {}
+        for name, text in (("rock", regions), ("drawn", drawn)):
+            self.write(f"{name}.dl", window + text)
+            self.assertEqual(self.run_program("lines", f"{name}.dl").code, 0)
+            lines = self.path(f"{name}.dc").read_text().splitlines()
+            numbers[name] = [line for line in lines if line.count(" ") == 4 and "#" not in line]
+        self.assertEqual(numbers["rock"], numbers["drawn"])
+        # what a stage excavates is rock at the start: the rest, and three blocks inside it
+        self.assertEqual(self.run_program("cut", "rock.dc", "--json").json["blocks"], 4)
+        for name, rest, message in (
+            ("tunel", "", "2:1: error: &opening: outline: no &region 'tunel' in rock.nml: its regions are 'Tunnel', "),
+            ("ring", "", "2:1: error: &opening: outline: the region 'ring' of rock.nml is not drawn by one polygon, "),
+            ("well", ", radius = 1", "2:47: error: &opening: 'radius' does not go with 'outline'"),
+        ):
+            with self.subTest(name=name):
+                self.write("bad.dl", window + f"&opening outline = '{name}', file = 'rock.nml'{rest} /\n")
+                outcome = self.run_program("lines", "bad.dl")
+                self.assertEqual(outcome.code, 2)
+                self.assertIn("bad.dl:" + message, outcome.err)
+
     def test_lines_are_cut_into_blocks(self):
         outcome = self.run_program("lines", "tunnel.dl")
         self.assertEqual((outcome.code, outcome.err), (0, ""))

@@ -13,8 +13,9 @@ module rockdda_io_statistics_names
    character(len=*), parameter :: joint_set_names(15) = [character(len=name_length) :: 'inclination', 'dip', &
       'dip_direction', 'spacing', 'trace', 'bridge', 'randomness', 'joint_material', 'offset', 'start', 'stagger', &
       'distribution', 'trace_distribution', 'ends_at', 'avoid_cantilevers']
-   character(len=*), parameter :: opening_names(12) = [character(len=name_length) :: 'shape', 'span', 'wall_height', &
-      'arch_height', 'radius', 'width', 'height', 'vertices', 'center', 'segments', 'joint_material', 'file']
+   character(len=*), parameter :: opening_names(13) = [character(len=name_length) :: 'shape', 'span', 'wall_height', &
+      'arch_height', 'radius', 'width', 'height', 'vertices', 'center', 'segments', 'joint_material', 'file', &
+      'outline']
    character(len=*), parameter :: line_names(2) = [character(len=name_length) :: 'ends', 'joint_material']
    character(len=*), parameter :: fixed_names(2) = [character(len=name_length) :: 'points', 'lines']
    character(len=*), parameter :: loading_names(1) = [character(len=name_length) :: 'points']

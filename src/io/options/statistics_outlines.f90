@@ -10,6 +10,7 @@ module rockdda_io_statistics_outlines
    use rockdda_model_options, only : unset_real, is_set
    use rockdda_io_csv_table, only : read_csv_table
    use rockdda_io_namelist_parser, only : namelist_type, group_type, find_entry
+   use rockdda_io_region_outline, only : read_region_outline
    use rockdda_io_option_values, only : get_real, get_positive, get_integer, get_text, get_file, get_choice, &
       get_reals, demand, index_of
    implicit none
@@ -87,7 +88,7 @@ contains
       type(diagnostics_type), intent(inout) :: messages
       type(opening_type) :: opening
       type(opening_type), allocatable :: more(:)
-      character(len=:), allocatable :: name, file, path
+      character(len=:), allocatable :: name, file, path, region
       real(wp), allocatable :: values(:)
       integer :: i, n
       opening%origin = namelist%origin(group%place)
@@ -112,20 +113,43 @@ contains
             case ('vertices')
                call get_reals(namelist, entry, 2, .true., values, messages)
                if (allocated(values)) opening%vertices = reshape(values, [2, size(values)/2])
-            case ('file')
-               call get_file(namelist, entry, file, path, messages)
-               if (allocated(path)) call read_csv_table(path, ['x', 'y'], opening%vertices, messages, &
-                                                        in_any_order=.true.)
+            case ('outline'); call get_text(namelist, entry, region, messages)
+            case ('file'); call get_file(namelist, entry, file, path, messages)
             end select
          end associate
       end do
-      call check_opening(namelist, group, opening, messages)
+      if (find_entry(group, 'outline') > 0) then
+         opening%is_hole = .false.
+         if (find_entry(group, 'file') == 0) path = options_beside(namelist%source%file)
+         do i = 1, group%n
+            if (any(group%entries(i)%name == [character(len=14) :: 'outline', 'file', 'joint_material', &
+                                              'segments'])) cycle
+            call messages%add(severity%error, "&opening: '"//group%entries(i)%name//"' does not go with 'outline': "// &
+                              'the region has the shape', namelist%origin(group%entries(i)%place))
+         end do
+         if (allocated(region) .and. allocated(path)) call read_region_outline(path, region, opening, messages)
+      else
+         if (allocated(path)) call read_csv_table(path, ['x', 'y'], opening%vertices, messages, in_any_order=.true.)
+         call check_opening(namelist, group, opening, messages)
+      end if
+      if (opening%shape == 0) return
+      if (opening%shape == shape_kind%polygon .and. .not. allocated(opening%vertices)) return
       n = size(statistics%openings)
       allocate (more(n + 1))
       more(1:n) = statistics%openings
       more(n + 1) = opening
       call move_alloc(more, statistics%openings)
    end subroutine read_opening
+
+   !> The options file of the same name as a statistics file.
+   pure function options_beside(file) result(path)
+      character(len=*), intent(in) :: file
+      character(len=:), allocatable :: path
+      integer :: dot
+      dot = index(file, '.', back=.true.)
+      if (dot <= index(file, '/', back=.true.)) dot = len(file) + 1
+      path = file(:dot - 1)//'.nml'
+   end function options_beside
 
    !> Check that an opening has the measures of its shape and no others.
    subroutine check_opening(namelist, group, opening, messages)
