@@ -113,6 +113,23 @@ class Cut(ProgramTest):
 
 
 class Check(ProgramTest):
+    def test_a_word_between_lines_is_one_error_at_its_place(self):
+        self.assertEqual(self.run_program("cut", "block.dc").code, 0)
+        for name, row in (("block.dc", 0), ("block.dc", 3), ("block.df", 2), ("block.blk", 8)):
+            with self.subTest(name=name, row=row):
+                rows = self.path(name).read_text().splitlines()
+                rows.insert(row, "foo")
+                path = "bad" + name[name.index(".") :]
+                self.write(path, "\n".join(rows) + "\n")
+                outcome = self.run_program("check", path)
+                self.assertEqual(outcome.code, 2)
+                self.assertIn(f"{path}:{row + 1}:1: error: ", outcome.err)
+                self.assertIn("found 'foo'", outcome.err)
+                self.assertEqual(outcome.err.count(" error: "), 1, outcome.err)
+        # what follows all numbers is comment
+        self.write("end.dc", self.path("block.dc").read_text() + "foo\n")
+        self.assertEqual(self.run_program("check", "end.dc").code, 0)
+
     def test_good_files(self):
         outcome = self.run_program("check", "block.dc", "block.df")
         self.assertEqual(outcome.code, 0)

@@ -22,6 +22,7 @@ module rockdda_io_row_reader
       real(wp) :: value(longest_row) = 0    !! its numbers
       integer :: token(longest_row) = 0     !! token of each; 0: not a number
       logical :: row_ok = .false.           !! all numbers are valid
+      integer :: unfit = 0                  !! the last row that was reported as another than the expected one
    contains
       procedure :: start
       procedure :: keyword
@@ -110,9 +111,10 @@ contains
                         ' numbers on this line, found '//to_string(n)//hint, tokens%origin(first + min(most, n - 1)))
    end subroutine read_row
 
-   !> Does the next row begin with this word, or without a word with a number? If not, the reason is reported.
+   !> Does the next row begin with this word, or without a word with a number? If not, that is
+   !> reported, once for each row.
    logical function begins_with(self, tokens, word, n, object, messages)
-      class(row_reader_type), intent(in) :: self
+      class(row_reader_type), intent(inout) :: self
       type(token_list_type), intent(in) :: tokens
       character(len=*), intent(in) :: word           !! empty: a number
       integer, intent(in) :: n                       !! numbers of the row
@@ -129,7 +131,8 @@ contains
          ! a word in the place of the first number is reported with the name of the number
          if (len(word) == 0 .and. .not. begins_with) &
             begins_with = tokens%is_not_finite(first) .or. self%first(self%at + 1) - first == n
-         if (begins_with) return
+         if (begins_with .or. self%unfit == self%at) return
+         self%unfit = self%at
          expected = 'a number'
          if (len(word) > 0) expected = "'"//word//"'"
          call messages%add(severity%error, object//': expected '//expected//", found '"//tokens%text(first)//"'", &
