@@ -25,6 +25,16 @@ class NewModels(ProgramTest):
             ran = self.run_program("run", f"my {kind}.nml", "--json")
             self.assertEqual((ran.code, ran.json["warnings"]), (0, 0))
 
+    def test_water_of_the_slope_lowers_its_factor(self):
+        self.run_program("new", "slope", "wet")
+        text = self.path("wet.nml").read_text()
+        dry = re.sub(r"&water .*?/\n", "", text, flags=re.S)
+        self.write("dry.nml", dry.replace(", water = 'none'", "").replace(", water = 'wet season'", ""))
+        wet, dry = (self.run_program("fos", f"{name}.nml", "--json").json["factor"] for name in ("wet", "dry"))
+        # the table stands above the plane that slides: far more than the width of 0.5 % in which a factor is found
+        self.assertLess(wet, 0.9 * dry)
+        self.assertGreater(wet, 1.1)
+
     def test_a_name_may_have_an_ending_and_a_folder(self):
         self.path("deep").mkdir()
         summary = self.run_program("new", "arch", "deep/bridge.nml", "--json").json
