@@ -2,7 +2,7 @@
 !> Report at the end of a run: computed share of the planned time, and reasons for short steps.
 module rockdda_run_outcome
    use rockdda_base_kinds, only : wp
-   use rockdda_base_strings, only : counted, to_string
+   use rockdda_base_strings, only : counted, is_given, to_string
    use rockdda_model_options, only : is_set
    use rockdda_model_parameters, only : parameters_type
    use rockdda_model_units, only : unit_system_type, unit_system
@@ -206,7 +206,7 @@ contains
             if (.not. error > merge(much_turning, much_error, slides_on_base(sim))) return
             text = 'the answer may depend on the time step: '//time_error_text(sim)
             if (slides_on_base(sim)) text = text//', and where friction turns the error is several times as large'
-            text = text//'; compare with half of dt_max'
+            text = text//'; compare with half of dt_max'//undamped_text(sim)
             return
          end if
          if (error > wanted) then
@@ -264,6 +264,39 @@ contains
       if (lacks_damping .and. lacks_rest) text = text//', or begin with a static stage'
       if (lacks_rest .and. .not. lacks_damping) text = '. Begin with a static stage'
    end function advice
+
+   !> The joint materials of the blocks in which nothing takes up vibrations, or the rebound after strikes; '' where all
+   !> have what does, or no contact is closed.
+   pure function undamped_text(sim, strikes) result(text)
+      type(simulation_type), intent(in) :: sim
+      logical, intent(in), optional :: strikes   !! default: vibrations
+      character(len=:), allocatable :: text
+      logical :: rebounds
+      integer :: k, n
+      text = ''
+      n = 0
+      rebounds = .false.
+      if (present(strikes)) rebounds = strikes
+      do k = 1, size(sim%parameters%joint_materials)
+         associate (joint => sim%parameters%joint_materials(k))
+            if (joint%damping_ratio > 0 .or. joint%tie .or. .not. any(sim%blocks%edge_joint == k)) cycle
+            if (rebounds .and. is_set(joint%restitution)) cycle
+            n = n + 1
+            if (n > 1) text = text//', '
+            text = text//to_string(k)
+            if (is_given(joint%name)) text = text//" ('"//trim(joint%name)//"')"
+         end associate
+      end do
+      if (n == 0) return
+      text = '. Joint material'//trim(merge(' ', 's', n == 1))//' '//text//' '//trim(merge('has ', 'have', n == 1))
+      if (rebounds) then
+         text = text//' neither restitution nor damping_ratio: springs and time step decide the rebound; give '// &
+                'restitution, for example'
+      else
+         text = text//' no damping_ratio: springs vibrate, which shorter steps make no better; give '// &
+                'damping_ratio = 0.5, for example'
+      end if
+   end function undamped_text
 
    !> Has the dynamic part moved the blocks by next to nothing? Estimates are then those of rounding.
    pure logical function lies_still(sim)
@@ -347,7 +380,7 @@ contains
       text = ''
       if (.not. strikes_matter(sim) .or. sim%parameters%accuracy > 0 .or. len(time_error_warning(sim)) > 0) return
       text = 'where blocks end may depend on the time step more than the estimated time error says: '// &
-             strikes_text(sim)//'; compare with half of dt_max'
+             strikes_text(sim)//'; compare with half of dt_max'//undamped_text(sim, strikes=.true.)
    end function strikes_warning
 
    !> Forces of the boundaries on the blocks, a line for each.

@@ -170,6 +170,7 @@ class ErrorInTime(ProgramTest):
         # they slide by 10.5 % less than steps of g1/16
         for text in (outcome.out, outcome.err, self.path("long.log").read_text()):
             self.assertEqual(text.count("the answer may depend on the time step: estimated time error 0.1"), 1, text)
+            self.assertEqual(text.count(" no damping_ratio: springs vibrate, which shorter steps make no better"), 1)
         outcome = self.run_program("run", *self.files, "-o", "usual.h5", "--config", "usual.nml", "--json")
         self.assertEqual((outcome.code, outcome.json["warnings"]), (0, 0))
         with h5py.File(self.path("usual.h5"), "r") as file:
@@ -222,6 +223,12 @@ class ErrorInTime(ProgramTest):
         # the strike is counted at the start of its step, a hundredth of the time away
         self.assertAlmostEqual(outcome.json["motion_after_strikes"], after / whole, delta=0.04)
         self.assertIn("where blocks end may depend on the time step", outcome.err)
+        self.assertIn("Joint material 1 has neither restitution nor damping_ratio", outcome.err)
+        damped = self.path("hail.nml").read_text().replace("1e10 /\n&load", "1e10, damping_ratio = 0.5 /\n&load")
+        self.write("damped.nml", damped)
+        damped = self.run_program("run", "damped.nml")
+        self.assertIn("may depend on the time step", damped.err)
+        self.assertNotIn("Joint material", damped.err)
         self.assertIn("# 6 blocks struck others and then moved by up to", self.path("hail.log").read_text())
         self.run_program("run", "hail.nml", "-o", "part.h5", "--steps", "40", "--threads", "2")
         rest = self.run_program("resume", "part.ckpt.h5", "--t-end", "1", "--json").json
