@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 import shapely
-from shapely.geometry import LineString, Polygon
+from shapely.geometry import MultiPolygon, Polygon
 
 from .geometry import Geometry, Ring, Segment
 from .report import Report
@@ -145,32 +145,65 @@ def _rings_of(shape: Any) -> list[Segment]:
 
 def _holes(rock: Any) -> list[Any]:
     """Areas inside the outline of the rock that are no rock."""
-    rings = [Polygon(ring) for part in _parts(rock) for ring in part.interiors]
-    return [part for ring in rings for part in _parts(ring.difference(rock))]
+    parts = _parts(rock)
+    rings = [Polygon(ring) for part in parts for ring in part.interiors]
+    islands: list[list[Any]] = [[] for _ in rings]
+    for ring, part in shapely.STRtree(parts).query(np.array(rings, dtype=object), predicate="contains").T.tolist():
+        islands[ring].append(parts[part])
+    within = zip(rings, islands, strict=True)
+    return [part for ring, inside in within for part in _parts(ring.difference(MultiPolygon(inside)))]
 
 
 def _clip(lines: Lines, rock: Any, opening: Any, shortest: float) -> Lines:
     """The parts of lines in the rock, without those on its outline; what nothing cuts stays as it is."""
     if not lines:
         return []
-    segments: npt.NDArray[Any] = shapely.linestrings(np.array([line for line, _ in lines]).reshape(-1, 2, 2))
-    if rock is not None:
-        shapely.prepare(rock)
-        inside = shapely.contains_properly(rock, segments)
-    else:
-        shapely.prepare(opening)
-        inside = ~shapely.intersects(opening, segments)
-    found: Lines = []
-    for line, is_inside, segment in zip(lines, inside, segments, strict=True):
-        if is_inside:
-            found.append(line)
-            continue
-        left = segment.intersection(rock).difference(rock.boundary) if rock is not None else segment.difference(opening)
-        for part in shapely.get_parts(left):
-            if isinstance(part, LineString) and part.length > shortest:
-                (x1, y1), (x2, y2) = part.coords[0], part.coords[-1]
-                found.append(((x1, y1, x2, y2), line[1]))
-    return found
+    region = opening if rock is None else rock
+    outline = shapely.STRtree(_segments(_rings_of(region)))
+    number, pieces = _pieces(np.array([line for line, _ in lines], dtype=float), outline, shortest)
+    middles = shapely.points((pieces[:, :2] + pieces[:, 2:]) / 2)
+    shapely.prepare(region)
+    left = shapely.contains(region, middles) == (rock is not None)
+    left[outline.query(middles, predicate="dwithin", distance=shortest)[0]] = False
+    kept = zip(number[left].tolist(), pieces[left].tolist(), strict=True)
+    return [((x1, y1, x2, y2), lines[i][1]) for i, (x1, y1, x2, y2) in kept]
+
+
+def _pieces(
+    lines: npt.NDArray[np.float64], outline: shapely.STRtree, shortest: float
+) -> tuple[npt.NDArray[np.intp], npt.NDArray[np.float64]]:
+    """Lines, cut where an outline crosses them or has a corner on them: number of the line and ends of each piece."""
+    line, edge = outline.query(_segments(lines), predicate="dwithin", distance=shortest)
+    start, along = lines[:, :2], lines[:, 2:] - lines[:, :2]
+    length = np.maximum(np.hypot(*along.T), np.finfo(float).tiny)
+    ends = shapely.get_coordinates(outline.geometries[edge]).reshape(-1, 2, 2)
+    step, side = along[line], ends[:, 1] - ends[:, 0]
+    share = [np.zeros(len(lines)), np.ones(len(lines))]
+    point, owner = [start, lines[:, 2:]], [np.arange(len(lines))] * 2
+    for k in range(2):
+        away = ends[:, k] - start[line]
+        here = np.clip(np.einsum("ij,ij->i", away, step) / length[line] ** 2, 0, 1)
+        on = np.hypot(*(away - here[:, None] * step).T) <= shortest
+        share, point, owner = [*share, here[on]], [*point, ends[on, k]], [*owner, line[on]]
+    with np.errstate(divide="ignore", invalid="ignore"):  # parallel edges do not cross: only their corners count
+        here, there = (_cross(ends[:, 0] - start[line], other) / _cross(step, side) for other in (side, step))
+    on = (here > 0) & (here < 1) & (there > 0) & (there < 1)
+    share, point, owner = [*share, here[on]], [*point, (start[line] + here[:, None] * step)[on]], [*owner, line[on]]
+    owners, points = np.concatenate(owner), np.concatenate(point)
+    order = np.lexsort((np.concatenate(share), owners))
+    owners, points = owners[order], points[order]
+    pieces = np.hstack([points[:-1], points[1:]])
+    good = (owners[:-1] == owners[1:]) & (np.hypot(*(points[1:] - points[:-1]).T) > shortest)
+    return owners[:-1][good], pieces[good]
+
+
+def _cross(a: npt.NDArray[np.float64], b: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+    return np.asarray(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])
+
+
+def _segments(lines: Any) -> npt.NDArray[Any]:
+    """Lines of two points."""
+    return np.asarray(shapely.linestrings(np.asarray(lines, dtype=float).reshape(-1, 2, 2)), dtype=object)
 
 
 def _with_materials(edges: list[Segment], sources: list[tuple[Any, int]], shortest: float) -> Lines:
@@ -179,7 +212,7 @@ def _with_materials(edges: list[Segment], sources: list[tuple[Any, int]], shorte
     if len(materials) == 1:
         return [(edge, next(iter(materials))) for edge in edges]
     outlines = _edges(sources)
-    tree = shapely.STRtree(shapely.linestrings(np.array([edge for edge, _ in outlines]).reshape(-1, 2, 2)))
+    tree = shapely.STRtree(_segments([edge for edge, _ in outlines]))
     middles = shapely.points([((x1 + x2) / 2, (y1 + y2) / 2) for x1, y1, x2, y2 in edges])
     number, nearest = tree.query_nearest(middles)
     first = {int(i): int(k) for i, k in sorted(zip(number, nearest, strict=True), reverse=True)}
