@@ -7,7 +7,7 @@ module rockdda_app_facts
    use rockdda_app_json, only : json_type
    implicit none
    private
-   public :: facts_type
+   public :: facts_type, json_type
 
    integer, parameter :: is_text = 1, is_integer = 2, is_real = 3, is_logical = 4
 

@@ -13,11 +13,12 @@ module rockdda_app_file_facts
    use rockdda_io_checkpoint_info, only : checkpoint_info_type, read_checkpoint_info
    use rockdda_io_file_content, only : file_content_type
    use rockdda_io_namelist_file, only : given_group_type, list_given_options
+   use rockdda_io_results_info, only : results_info_type, read_results_info
    use rockdda_io_recognise, only : file_kind, kind_name, ddaml_advice
-   use rockdda_app_facts, only : facts_type
+   use rockdda_app_facts, only : facts_type, json_type
    implicit none
    private
-   public :: describe_file
+   public :: describe_file, displacements_text, put_displacements
 
 contains
 
@@ -193,8 +194,79 @@ contains
          call facts%add('frames', int(info%n_frames))
          call facts%add('first_frame_time', info%first_frame, 'time')
          call facts%add('last_frame_time', info%last_frame, 'time')
+         call add_displacements(facts, info)
       end associate
    end subroutine describe_results
+
+   !> The displacements of measured points in a results file as text; '' without.
+   function displacements_text(path) result(text)
+      character(len=*), intent(in) :: path
+      character(len=:), allocatable :: text
+      type(facts_type) :: facts
+      call read_displacements(path, facts)
+      facts%title = 'displacements of measured points, by stage and since the start'
+      text = ''
+      if (facts%n > 0) text = facts%to_text()
+   end function displacements_text
+
+   !> Write the displacements of measured points in a results file as an object.
+   subroutine put_displacements(path, json)
+      character(len=*), intent(in) :: path
+      type(json_type), intent(inout) :: json
+      type(facts_type) :: facts
+      call read_displacements(path, facts)
+      facts%title = path
+      call facts%to_json(json, 'measured_displacements')
+   end subroutine put_displacements
+
+   !> Find the displacements of measured points in a results file; nothing where it cannot be read.
+   subroutine read_displacements(path, facts)
+      character(len=*), intent(in) :: path
+      type(facts_type), intent(inout) :: facts
+      type(results_info_type) :: info
+      type(error_type), allocatable :: unreadable
+      call read_results_info(path, info, unreadable)
+      if (allocated(unreadable)) return
+      facts%system = unit_system(info%units)
+      call add_displacements(facts, info)
+   end subroutine read_displacements
+
+   !> Add the displacements of measured points, stage by stage.
+   subroutine add_displacements(facts, info)
+      type(facts_type), intent(inout) :: facts
+      type(results_info_type), intent(in) :: info
+      integer, parameter :: most_shown = 20
+      integer :: s, p, n
+      n = 0
+      do s = 1, size(info%stages)
+         associate (stage => info%stages(s))
+            do p = 1, size(stage%change, 2)
+               n = n + 1
+               if (n > most_shown) cycle
+               call facts%add('stage_'//to_string(s)//'_point_'//to_string(number(p)), "'"//stage%name//"': "// &
+                              pair(stage%change(:, p))//'; since the start '//pair(stage%total(:, p)))
+            end do
+         end associate
+      end do
+      if (n > most_shown) call facts%add('displacements_left_out', to_string(n - most_shown)//' more')
+
+   contains
+
+      !> Number of a measured point in the input.
+      pure integer function number(p)
+         integer, intent(in) :: p
+         number = p
+         if (allocated(info%measured_number)) number = info%measured_number(p)
+      end function number
+
+      !> A displacement as text.
+      function pair(d) result(text)
+         real(wp), intent(in) :: d(2)
+         character(len=:), allocatable :: text
+         text = '('//facts%system%shown(d(1), 'length', 4)//', '//facts%system%shown(d(2), 'length', 4)//')'
+      end function pair
+
+   end subroutine add_displacements
 
    !> Describe a checkpoint.
    subroutine describe_checkpoint(path, facts, messages)

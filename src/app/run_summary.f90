@@ -6,13 +6,13 @@ module rockdda_app_run_summary
    use rockdda_base_diagnostics, only : diagnostics_type, severity
    use rockdda_base_strings, only : counted, to_string
    use rockdda_model_state, only : energy_names, n_energies
-   use rockdda_model_stage_options, only : stage_name
    use rockdda_model_units, only : unit_system_type, unit_system
    use rockdda_stepping_control, only : cut_names, n_cut_reasons
    use rockdda_io_timestamp, only : wall_seconds
-   use rockdda_run_outcome, only : done_share, share_after_strikes
+   use rockdda_run_outcome, only : done_share, last_stage, share_after_strikes
    use rockdda_run_model_run, only : run_type
    use rockdda_app_arguments, only : command_line_type
+   use rockdda_app_file_facts, only : displacements_text, put_displacements
    use rockdda_app_json, only : json_type
    use rockdda_app_process, only : print_line
    use rockdda_app_report, only : begin_json, end_json
@@ -32,7 +32,7 @@ contains
       logical, intent(out) :: ok
       type(json_type) :: json
       type(diagnostics_type) :: all_messages
-      character(len=:), allocatable :: status
+      character(len=:), allocatable :: status, moved
       integer :: i, n_steps, n_frames
       real(wp) :: time
       logical :: found
@@ -50,6 +50,10 @@ contains
                   ' sliding '//to_string(run%sim%record%contacts(3))//' locked'//new_line('a')// &
                   'results: '//results_text(run%output, n_frames, found)//', log: '//run%log_file// &
                   warnings_text(run%warnings, line%quiet), ok)
+         if (ok .and. found .and. .not. line%quiet) then
+            moved = displacements_text(run%output)
+            if (len(moved) > 0) call print_line(moved, ok)
+         end if
          return
       end if
       call begin_json(json, line, status, exit_code)
@@ -71,7 +75,7 @@ contains
       call json%put('struck_blocks', run%sim%control%strikes%count_struck())
       call json%put('motion_after_strikes', share_after_strikes(run%sim))
       call json%put('asleep_blocks', count(run%sim%state%asleep))
-      call json%put('stage', stage_name(run%sim%parameters%stages, run%sim%record%stage + 1))
+      call json%put('stage', last_stage(run%sim))
       call json%open('{', 'cuts')
       do i = 1, n_cut_reasons
          call json%put(trim(cut_names(i)), run%sim%control%cuts(i))
@@ -96,6 +100,7 @@ contains
          call json%put('compared_with', given%scale)
       end associate
       call json%close('}')
+      if (found) call put_displacements(run%output, json)
       call json%put('wall_seconds', wall_seconds() - run%start)
       all_messages = messages
       do i = 1, run%warnings%n

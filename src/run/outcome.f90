@@ -13,7 +13,7 @@ module rockdda_run_outcome
    use rockdda_stepping_simulation, only : simulation_type
    implicit none
    private
-   public :: done_share, short_run_warning, cuts_text, weak_start_warning, skipped_stages_warning, reactions_text
+   public :: done_share, last_stage, short_run_warning, cuts_text, weak_start_warning, skipped_stages_warning, reactions_text
    public :: time_error_text, time_error_warning, strikes_text, strikes_warning, share_after_strikes
    public :: accuracy_text, overlaps_warning, unrested_warning, lost_text, block_watch_type
 
@@ -41,6 +41,13 @@ module rockdda_run_outcome
                                                               'accelerations changed suddenly']
 
 contains
+
+   !> Name of the stage of the last step.
+   pure function last_stage(sim) result(name)
+      type(simulation_type), intent(in) :: sim
+      character(len=:), allocatable :: name
+      name = stage_name(sim%parameters%stages, sim%record%stage + 1)
+   end function last_stage
 
    !> Share of the planned time that has been computed, 1 when no time was planned.
    pure real(wp) function done_share(sim)

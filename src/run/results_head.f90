@@ -60,6 +60,10 @@ contains
       header%units = sim%parameters%units
       header%n_boundaries = size(sim%parameters%boundaries)
       header%stage_names = stage_names(sim%parameters%stages, sim%parameters%ends_with_stages)
+      allocate (header%stage_resets(size(header%stage_names)), source=0)
+      associate (stages => sim%parameters%stages)
+         header%stage_resets(:size(stages)) = merge(1, 0, stages%reset_displacement)
+      end associate
    end subroutine describe_run
 
 end module rockdda_run_results_head

@@ -4,9 +4,14 @@
 import re
 import unittest
 
+import h5py
 from support import ProgramTest
 
 KINDS = {"slope": 2, "tunnel": 3, "arch": 1}  # stages
+
+
+# a displacement in millimetres
+FOUND = r"\((\S+) mm, (\S+) mm\)"
 
 
 class NewModels(ProgramTest):
@@ -34,6 +39,24 @@ class NewModels(ProgramTest):
         # the table stands above the plane that slides: far more than the width of 0.5 % in which a factor is found
         self.assertLess(wet, 0.9 * dry)
         self.assertGreater(wet, 1.1)
+
+    def test_measured_displacements_are_told_by_stage(self):
+        self.run_program("new", "slope", "wet")
+        ran = self.run_program("run", "wet.nml")
+        with h5py.File(self.path("wet.h5"), "r") as file:
+            stage = file["history/stage"][:]
+            moved = file["history/measured_displacement"][:, 0] * 1e3
+        # the second stage counts its displacements from its own start
+        first, second = moved[stage == 0][-1], moved[stage == 1][-1]
+        told = rf"'weight': {FOUND}; since the start {FOUND}\n.*'wet': {FOUND}; since the start {FOUND}"
+        found = re.search(told, ran.out)
+        self.assertIsNotNone(found, ran.out)
+        values = [float(value) for value in found.groups()]
+        for told, value in zip(values, [*first, *first, *second, *(first + second)], strict=True):
+            self.assertAlmostEqual(told, value, delta=1e-3 * abs(value))  # four digits are printed
+        self.assertIn(found.group().splitlines()[1], self.run_program("info", "wet.h5").out)
+        summary = self.run_program("run", "wet.nml", "--force", "--json").json
+        self.assertIn("'wet': ", summary["measured_displacements"]["stage_2_point_1"])
 
     def test_a_name_may_have_an_ending_and_a_folder(self):
         self.path("deep").mkdir()

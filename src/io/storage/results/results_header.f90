@@ -20,6 +20,7 @@ module rockdda_io_results_header
       character(len=:), allocatable :: created           !! UTC, as 2026-01-31T12:00:00Z
       character(len=:), allocatable :: geometry, analysis, config  !! the input files as read; '' without one
       character(len=:), allocatable :: stage_names(:)    !! for a new file; not kept in checkpoints
+      integer, allocatable :: stage_resets(:)            !! 1: measured displacements count from the stage's start
       logical :: frames = .true.                         !! keep frames
       logical :: contacts = .true.                       !! keep the contacts of each frame
       logical :: single = .false.                        !! reals of frames, but places, have 32 bits

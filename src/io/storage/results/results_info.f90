@@ -11,7 +11,14 @@ module rockdda_io_results_info
    use rockdda_io_results_shape, only : check_results_shape
    implicit none
    private
-   public :: results_info_type, read_results_info
+   public :: results_info_type, read_results_info, stage_motion_type
+
+   !> Displacements of the measured points in a stage.
+   type :: stage_motion_type
+      character(len=:), allocatable :: name
+      real(wp), allocatable :: change(:, :)        !! (2, points) in the stage [length]
+      real(wp), allocatable :: total(:, :)         !! (2, points) from the start of the run to its end [length]
+   end type stage_motion_type
 
    type :: results_info_type
       character(len=:), allocatable :: title, program_version, created, exit_reason
@@ -24,6 +31,7 @@ module rockdda_io_results_info
       integer :: n_cells = 0, n_parents = 0  !! cells, and the blocks before some were cut into cells
       integer :: last_step = 0               !! of the history
       real(wp) :: last_time = 0
+      type(stage_motion_type), allocatable :: stages(:)   !! none where the file does not hold them
       real(wp) :: first_frame = 0, last_frame = 0   !! times
    end type results_info_type
 
@@ -76,6 +84,7 @@ contains
       if (.not. allocated(error)) call check_results_shape(file, error)
       if (.not. allocated(error)) call read_sizes(file, info, error)
       if (.not. allocated(error)) call read_ends(file, info, error)
+      if (.not. allocated(error)) call read_stages(file, info, error)
    end subroutine read_all
 
    !> Is it a file of results, of a format that this program knows?
@@ -190,5 +199,62 @@ contains
          info%last_frame = time(size(time))
       end if
    end subroutine read_ends
+
+   !> Displacements of the measured points, stage by stage, from the last row of each.
+   subroutine read_stages(file, info, error)
+      type(hdf5_file_type), intent(in) :: file
+      type(results_info_type), intent(inout) :: info
+      type(error_type), allocatable, intent(out) :: error
+      type(stage_motion_type) :: motion
+      character(len=:), allocatable :: names
+      integer, allocatable :: stage(:), resets(:)
+      real(wp), allocatable :: values(:), before(:), total(:)
+      integer :: i, n, begun
+      allocate (info%stages(0))
+      if (info%n_steps == 0 .or. info%n_measured == 0) return
+      if (.not. file%exists('history/stage')) return
+      if (.not. file%exists('model/stage_names')) return
+      if (.not. file%has_attribute('model/stage_names', 'reset_displacement')) return
+      call file%get_attribute('model/stage_names', 'reset_displacement', resets, error)
+      if (.not. allocated(error)) call file%read_texts('model/stage_names', names, error)
+      if (.not. allocated(error)) call file%read('history/stage', stage, error)
+      if (allocated(error)) return
+      n = size(stage)
+      allocate (before(2*info%n_measured), total(2*info%n_measured), source=0.0_wp)
+      begun = -1
+      do i = 1, n
+         if (i < n) then
+            if (stage(i + 1) == stage(i)) cycle
+         end if
+         if (stage(i) <= begun .or. stage(i) >= size(resets)) exit
+         call file%read('history/measured_displacement', values, error, int(i - 1, i8), 1_i8)
+         if (allocated(error)) return
+         if (any(resets(begun + 2:stage(i) + 1) /= 0)) before = 0
+         total = total + (values - before)
+         motion%name = line_of(names, stage(i) + 1)
+         motion%change = reshape(values - before, [2, int(info%n_measured)])
+         motion%total = reshape(total, [2, int(info%n_measured)])
+         info%stages = [info%stages, motion]
+         before = values
+         begun = stage(i)
+      end do
+
+   contains
+
+      !> Line k of a text.
+      pure function line_of(text, k) result(line)
+         character(len=*), intent(in) :: text
+         integer, intent(in) :: k
+         character(len=:), allocatable :: line
+         integer :: i, from
+         from = 1
+         do i = 2, k
+            from = from + index(text(from:), new_line('a'))
+         end do
+         line = text(from:)
+         if (index(line, new_line('a')) > 0) line = line(:index(line, new_line('a')) - 1)
+      end function line_of
+
+   end subroutine read_stages
 
 end module rockdda_io_results_info

@@ -35,6 +35,8 @@ contains
       type(error_type), allocatable, intent(out) :: error
       if (allocated(header%stage_names)) then
          call file%write_texts('model/stage_names', header%stage_names, error)
+         if (allocated(header%stage_resets) .and. .not. allocated(error)) &
+            call file%set_attribute('model/stage_names', 'reset_displacement', header%stage_resets, error)
       else
          call file%write_texts('model/stage_names', ['stage 1'], error)
       end if
