@@ -122,12 +122,9 @@ class Results(StageTables):
         if self.n_frames:
             now = self.frames[-1]
             moved = np.hypot(*now.displacement.T)[now.active]
-            from .units import Units
-
-            shown = Units.parse(None, self)
-            most = float(moved.max(initial=0.0))
-            largest = (f"{shown.text(most, 'length')}" if shown.length else f"{most:.4g}") + " (last frame)"
-            largest = largest if len(moved) else ""
+            unit = self.units_of("model/vertices") if self.units != "none" else ""
+            largest = " ".join([f"{float(moved.max(initial=0.0)):.4g}", unit, "(last frame)"]) if len(moved) else ""
+            largest = largest.replace("  ", " ")
             drawing = drawing_of_blocks(now.vertices, self.vertex_offset, now.active)
         stages = " → ".join(stage.name for stage in self.stages) if self.has_stages else ""
         facts = [("file", self.path), ("state", state), ("blocks", self.n_blocks), ("steps", self.n_steps)]

@@ -425,6 +425,7 @@ def run_case(kind: str, number: int, folder: Path) -> str | None:
     if arguments[0] == "convert":
         arguments += ["-o", str(folder / "out"), "--force", "--template"]
     out, err = io.StringIO(), io.StringIO()
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     begin = time.process_time()
     with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err), warnings.catch_warnings():
         warnings.simplefilter("ignore")
@@ -434,8 +435,9 @@ def run_case(kind: str, number: int, folder: Path) -> str | None:
         return f"exit code {code}: {err.getvalue()[-300:]}"
     if seconds > SECONDS:
         return f"{seconds:.1f} s"
-    megabytes = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
-    if megabytes > MEGABYTES:  # the case that is the first to need them
+    most = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    megabytes = most / 1024
+    if most > before and megabytes > MEGABYTES:  # the case that is the first to need them
         return f"{megabytes:.0f} MB"
     if len(err.getvalue()) > 1_000_000:
         return f"{len(err.getvalue())} characters of messages"

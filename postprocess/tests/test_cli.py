@@ -230,8 +230,8 @@ def test_compare_says_where_and_when(folder, capsys):
 def test_convert_shows_warnings_and_keeps_files(folder, capsys):
     (folder / "a.geojson").write_text('{"type": "Polygon", "coordinates": [[[0, 0], [2, 0], [2, 2], [0, 0]]]}')
     code, out, err = run(capsys, "convert", "a.geojson", "--template")
-    assert (code, out) == (0, "a.dc\na.df\n")
-    assert err.startswith("a.geojson: note: the analysis file has typical values")
+    assert (code, out) == (0, "a.dc\na.nml\n")
+    assert err.startswith("a.geojson: note: the labelled file has typical values")
     code, _, err = run(capsys, "convert", "a.geojson")
     assert (code, err) == (2, "a.dc: error: the file exists; use --force to overwrite it\n")
     code, out, err = run(capsys, "convert", "a.geojson", "--force", "--json")

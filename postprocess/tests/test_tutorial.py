@@ -68,7 +68,7 @@ def test_without_cohesion_the_friction_decides(driven, program, tmp_path):
         command = [program, "run", "heading.nml", "--force", "--quiet"]
         done = subprocess.run(command, cwd=tmp_path, check=False, capture_output=True, text=True)
         assert done.returncode == code, done.stderr
-    assert "stage 'bench' did not come to equilibrium in 120 steps" in done.stderr
+    assert "stage 'bench' did not come to equilibrium in " in done.stderr
     results = rockdda.open(tmp_path / "heading.h5")
     moved = results["frames/centroid"][-1] - results["frames/centroid"][0]
     left = np.abs(results["frames/centroid"][0] - [-5.5, -5.5]).max(axis=1) < 1.5

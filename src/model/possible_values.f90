@@ -39,11 +39,11 @@ module rockdda_model_possible_values
       bounds_type('residual_cohesion', 'stress', 100.0_wp, huge(1.0_wp), [1.0e3_wp, 1.0e8_wp]), &
       bounds_type('residual_tension', 'stress', 100.0_wp, huge(1.0_wp), [1.0e3_wp, 1.0e8_wp]), &
       bounds_type('jcs', 'stress', 1.0e5_wp, 2.0e9_wp, [1.0e6_wp, 5.0e8_wp]), &
-      bounds_type('normal_stiffness', 'stress/length', 1.0e5_wp, 1.0e16_wp, [1.0e8_wp, 1.0e12_wp]), &
-      bounds_type('shear_stiffness', 'stress/length', 1.0e5_wp, 1.0e16_wp, [1.0e7_wp, 1.0e12_wp]), &
+      bounds_type('normal_stiffness', 'stress/length', 1.0e2_wp, 1.0e16_wp, [1.0e8_wp, 1.0e12_wp]), &
+      bounds_type('shear_stiffness', 'stress/length', 1.0e2_wp, 1.0e16_wp, [1.0e7_wp, 1.0e12_wp]), &
       bounds_type('slip_length', 'length', 1.0e-8_wp, 100.0_wp, [1.0e-4_wp, 1.0_wp]), &
       bounds_type('slip_rate', 'length/time', 1.0e-9_wp, 1.0e3_wp, [1.0e-4_wp, 10.0_wp]), &
-      bounds_type('stiffness', 'force/length', 1.0e5_wp, 1.0e18_wp, [1.0e7_wp, 1.0e13_wp]), &
+      bounds_type('stiffness', 'force/length', 1.0e2_wp, 1.0e18_wp, [1.0e7_wp, 1.0e13_wp]), &
       bounds_type('stress', 'stress', 100.0_wp, 2.0e9_wp, [1.0e3_wp, 2.0e8_wp]), &
       bounds_type('traction', 'stress', 100.0_wp, 2.0e9_wp, [1.0e3_wp, 2.0e8_wp]), &
       bounds_type('pressure', 'stress', 100.0_wp, 2.0e9_wp, [1.0e3_wp, 2.0e8_wp]), &

@@ -46,6 +46,7 @@ contains
       text = ''
       call read_source(file, source, messages, ok)
       if (ok) text = source%text
+      if (ok .and. allocated(source%bytes)) text = source%bytes
    end subroutine get_source
 
    !> Read a block file, or read a geometry file and cut it.

@@ -36,14 +36,14 @@ contains
          if (.not. k01 < 1) call step%control%strikes%add(step%step_context_type, contacts%table, &
                                                           contacts%trial%state_used, contacts%laws%restitution, &
                                                           report%displacement/step%dt, is_first)
-         step%impact%happened = .false.
-         if (k01 > 0) call step%impact%find(step%step_context_type, contacts%table, contacts%trial, contacts%settings, &
-                                            contacts%laws, step%equations%x)
+         step%newton%impact%happened = .false.
+         if (k01 > 0) call step%newton%impact%find(step%step_context_type, contacts%table, contacts%trial, &
+                                                   contacts%settings, contacts%laws, step%equations%x)
       end associate
-      if (step%impact%happened) then
+      if (step%newton%impact%happened) then
          slip = step%families%contacts%trial%slip
          call step%families%predict(step%equations)
-         call step%impact%keep_slip(slip, step%families%contacts%trial)
+         call step%newton%impact%keep_slip(slip, step%families%contacts%trial)
       end if
       call step%families%reach_end(step%step_context_type, step%equations)
       ledger%resting_energy = 0
@@ -53,11 +53,13 @@ contains
       call step%families%commit(step%step_context_type, step%equations%x)
       call measure_error(step, report, .not. k01 < 1)
       call move(step, k01)
-      if (step%impact%happened) then
-         call step%impact%finish(step%step_context_type, step%families%contacts%table, step%families%contacts%trial)
+      if (step%newton%impact%happened) then
+         call step%newton%impact%finish(step%step_context_type, step%families%contacts%table, &
+                                        step%families%contacts%trial)
          step%state%accelerates = .false.   ! the motion of the step is not that of its equations
       end if
-      if (step%parameters%energy) call ledger%close_step(step%step_context_type, step%families, k01, step%impact%happened)
+      if (step%parameters%energy) call ledger%close_step(step%step_context_type, step%families, k01, &
+                                                          step%newton%impact%happened)
       if (step%parameters%energy .and. .not. k01 < 1) call step%control%accuracy%note_energies(is_first, &
                                                                                           record%energy, ledger%total)
       call forces%clear(step%blocks%n_blocks)

@@ -17,9 +17,8 @@ module rockdda_stepping_trial_step
    use rockdda_stepping_contact_finder, only : contact_finder_type
    use rockdda_stepping_control, only : step_control_type, cut_for_displacement, cut_reason, n_cut_reasons
    use rockdda_stepping_failure, only : attempt, judge_motion, report_failure
-   use rockdda_stepping_impact, only : impact_type
    use rockdda_stepping_sleep, only : wake_disturbed
-   use rockdda_stepping_newton, only : newton_type, newton_report_type
+   use rockdda_stepping_smooth_motion, only : smooth_motion_type, newton_report_type
    implicit none
    private
    public :: trial_step_type, trial_report_type
@@ -38,8 +37,7 @@ module rockdda_stepping_trial_step
       ! tools and scratch
       class(linear_solver_type), allocatable :: solver
       type(contact_finder_type) :: finder
-      type(newton_type), private :: newton
-      type(impact_type) :: impact               !! of the attempt
+      type(smooth_motion_type) :: newton
       type(contact_table_type) :: room          !! scratch
       integer, allocatable :: skipped(:)        !! stages that were over before their first step, since the last step
       type(phase_times_type) :: times           !! where the time went; nothing depends on it
@@ -61,7 +59,6 @@ module rockdda_stepping_trial_step
       procedure :: find_contacts
       procedure, private :: begin_step
       procedure, private :: try_step
-      procedure, private :: find_smooth_motion
       procedure, private :: expect_motion
       procedure, private :: find_acceleration
       procedure, private :: turn_forces
@@ -240,7 +237,8 @@ contains
       call self%times%lap(phase%block_terms)
       self%newton%at_floor = at_floor
       self%newton%is_like_last = is_first .and. self%control%is_like_last(self%parameters, self%dt)
-      call self%find_smooth_motion(report, error)
+      call self%newton%find_smooth_motion(self%control%k01(self%parameters) > 0, self%step_context_type, &
+                                          self%families, self%equations, self%solver, self%times, report, error)
       if (allocated(error)) return
       ! only a motion that would be accepted is measured: in earlier rounds blocks may be loose
       if (report%outcome /= attempt%converged) return
@@ -306,35 +304,6 @@ contains
       end subroutine find_flights
 
    end subroutine try_step
-
-   !> Find the equilibrium of an attempt, with contacts open that meet by the law of impact.
-   subroutine find_smooth_motion(self, report, error)
-      class(trial_step_type), intent(inout) :: self
-      type(newton_report_type), intent(out) :: report
-      type(error_type), allocatable, intent(out) :: error
-      logical :: is_settled
-      integer :: iterations, rounds
-      iterations = 0
-      rounds = 0
-      associate (contacts => self%families%contacts)
-         call self%impact%begin(contacts%table%n)
-         do
-            call self%newton%find_equilibrium(self%step_context_type, self%families, self%equations, self%solver, &
-                                              self%times, report, error)
-            iterations = iterations + report%iterations
-            rounds = rounds + report%rounds
-            report%iterations = iterations
-            report%rounds = rounds
-            if (allocated(error) .or. report%outcome /= attempt%converged) return
-            if (.not. self%control%k01(self%parameters) > 0) return
-            call self%impact%mark(self%step_context_type, contacts%table, contacts%trial, contacts%laws, &
-                                  self%equations%x, is_settled)
-            if (is_settled) return
-            self%newton%may_predict = .false.
-            self%newton%is_like_last = .false.
-         end do
-      end associate
-   end subroutine find_smooth_motion
 
    !> Set the motion expected of each block in the step; its rotation turns the arms of forces. It is 2 v dt - d (d:
    !> motion of the last step) where the rounds may begin there, v dt where velocities are carried on, and d in statics.

@@ -83,7 +83,7 @@ class SenselessModelTest(ProgramTest):
         self.check_runs(geometry(LINES + [turned(line) for line in LINES]))
 
     def test_lines_that_enclose_nothing_are_refused(self):
-        words = "no closed block"
+        words = "the outline does not close"
         self.check_refused(words, geometry([f"{k} 0 {k + 1.5} 0 1" for k in range(5)], fixed=()))
         self.check_refused(words, geometry([f"0 {k} 4 {k} 1" for k in range(5)], fixed=()))
         self.check_refused(words, geometry(["0 0 1 0 1", "0 0 0 1 1", "0 1 1 1.5 1", "5 5 6 6 1"], fixed=()))

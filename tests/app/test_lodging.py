@@ -23,7 +23,7 @@ bolt_list
 end
 """
 MODEL = """\
-&model geometry = 'a.blk' /
+&model geometry = 'a.blk', units = 'none' /
 &block_material number = 1, density = 2500, young = {young}, poisson = 0.25, unit_weight = 0 /
 &block_material number = 2, density = 2500, young = {young}, poisson = 0.25, unit_weight = 0, velocity = 0,{speed},0 /
 &joint_material number = 1, friction = 30, normal_stiffness = {stiffness}, shear_stiffness = {stiffness} /

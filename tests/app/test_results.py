@@ -118,7 +118,7 @@ class Layout(ResultsTest):
     def check_attributes(self, attributes):
         root = attributes["/"]
         names = ["complete", "created", "exit_reason", "format", "format_version", "planned_time", "program_version"]
-        names.append("title")
+        names += ["title", "units"]
         self.assertEqual(sorted(root), names)
         self.assertEqual((root["format"], root["format_version"]), ("rockdda", 2))
         self.assertEqual((root["complete"], root["exit_reason"]), (1, "finished"))

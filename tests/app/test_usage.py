@@ -79,7 +79,7 @@ class Mistakes(ProgramTest):
     def test_notes_are_no_noise_before_an_error_of_the_output(self):
         self.write("out.h5", "mine")
         text = (
-            "&model geometry = 'block.dc' /\n&block_material number = 1, density = 1, young = 1e9, poisson = 0.2 /\n"
+            "&model geometry = 'block.dc' /\n&block_material number = 1, density = 2500, young = 1e9, poisson = 0.2 /\n"
             "&joint_material number = 1, friction = 30 /\n&run steps = 1 /\n"
             "&load gravity = 9.81 /\n&boundary along = 0,0, 4,0, kind = 'fixed' /\n"
         )

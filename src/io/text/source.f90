@@ -22,6 +22,7 @@ module rockdda_io_source
    type :: source_type
       character(len=:), allocatable :: file   !! name as given by the user
       character(len=:), allocatable :: text   !! as readers take it
+      character(len=:), allocatable :: bytes  !! of the file; not allocated: as `text`
       character(len=:), allocatable :: written !! as messages repeat it, of the same length; not allocated: as `text`
       integer :: n_lines = 0
       integer, allocatable :: line_start(:)   !! (n_lines) position of the first byte of each line in text
@@ -127,6 +128,11 @@ contains
       integer :: i, n
       source%file = file
       source%text = plain_text(text)
+      if (len(source%text) /= len(text)) then
+         source%bytes = text
+      else if (source%text /= text) then
+         source%bytes = text
+      end if
       n = 1
       do i = 1, len(source%text)
          if (source%text(i:i) == achar(10)) n = n + 1

@@ -14,7 +14,7 @@ module rockdda_io_unit_check
    public :: check_units
 
    !> Largest extent of a model: specimens of a laboratory to a mountain range [m].
-   real(wp), parameter :: possible_extent(2) = [1.0e-3_wp, 2.0e4_wp]
+   real(wp), parameter :: possible_extent(2) = [1.0e-4_wp, 2.0e5_wp]
 
 contains
 
@@ -44,7 +44,7 @@ contains
           system%in_si(extent, 'length') <= possible_extent(2)) return
       origin%file = options_file
       call messages%add(severity%error, 'the model is '//to_string(extent, 6)//' '//system%unit_of('length')// &
-         ' wide or high (units = '''//trim(system%name)//'''), which cannot be: possible are 1 mm to 20 km. Is '// &
+         ' wide or high (units = '''//trim(system%name)//'''), which cannot be: possible are 0.1 mm to 200 km. Is '// &
          "the geometry drawn in another unit of length? (units = 'none' of &model takes any)", origin)
    end subroutine check_extent
 
