@@ -13,6 +13,9 @@ module rockdda_base_value_check
    private
    public :: value_check_type
 
+   !> Size of a number; the square of one is a number, too.
+   real(wp), parameter :: largest_size = 1.0e30_wp
+
    type :: value_check_type
       character(len=:), allocatable :: group    !! group of the names that follow
       character(len=:), allocatable, private :: first   !! what is wrong
@@ -28,6 +31,7 @@ module rockdda_base_value_check
       procedure :: are_offsets
       procedure :: are_increasing
       generic :: is_finite => list_is_finite, table_is_finite
+      procedure :: has_squares
       procedure :: list
       procedure :: table
       procedure, private :: list_is_finite, table_is_finite, need
@@ -155,6 +159,15 @@ contains
       character(len=*), intent(in) :: name
       call self%need(all(abs(values) <= huge(1.0_wp)), name, 'holds a number that is not finite')
    end subroutine table_is_finite
+
+   !> Require numbers that are finite, and so are their squares.
+   subroutine has_squares(self, values, name)
+      class(value_check_type), intent(inout) :: self
+      real(wp), intent(in) :: values(:)
+      character(len=*), intent(in) :: name
+      call self%is_finite(values, name)
+      call self%need(all(abs(values) <= largest_size), name, 'holds a number above 1e+30 in size')
+   end subroutine has_squares
 
    !> Require a list of n finite reals.
    subroutine list(self, values, n, name)

@@ -129,6 +129,7 @@ class StructureTest(ProgramTest):
         change("model/vertex_offset", offsets, "model/vertex_offset holds an impossible number")
         area = np.array([4.0, np.nan])
         change("model/block_area", area, "model/block_area holds a number that is not finite")
+        change("model/block_area", np.array([4.0, -1e300]), "model/block_area holds a number above 1e+30 in size")
 
     def test_a_checkpoint_that_leads_out_of_itself(self):
         path = self.path("block.ckpt.h5")

@@ -96,14 +96,14 @@ contains
          call check%is_read(error, file%path, name)
       end subroutine take_integers
 
-      !> Read reals, which must be finite.
+      !> Read reals, which must be finite, as their squares.
       subroutine take_reals(name)
          character(len=*), intent(in) :: name
          real(wp), allocatable :: values(:)
          if (.not. check%passed()) return
          call file%read('model/'//name, values, error)
          call check%is_read(error, file%path, name)
-         if (check%passed()) call check%is_finite(values, name)
+         if (check%passed()) call check%has_squares(values, name)
       end subroutine take_reals
 
    end subroutine check_model
