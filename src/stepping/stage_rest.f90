@@ -76,8 +76,10 @@ contains
       displacement = displacement/max(1, count(step%state%active))
       associate (tolerance => step%parameters%stages(step%control%stage)%tolerance)
          moves_on = .not. unbalanced > tolerance .and. displacement > little_motion*tolerance*step%control%watch%grown
-         if (moves_on) moves_on = displacement > little_motion*tolerance* &
-                                  deformation_of(step, step%families%contacts%table)
+         ! blocks also move by the rounding of their positions
+         if (moves_on) moves_on = displacement > little_motion* &
+                                  max(tolerance*deformation_of(step, step%families%contacts%table), &
+                                      epsilon(1.0_wp)*maxval(abs(step%state%vertices)))
       end associate
    end function moves_on
 

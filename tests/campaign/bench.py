@@ -112,7 +112,7 @@ class Model:
         for other, text in self.files.items():
             (folder / other).write_text(text)
         path = folder / name
-        path.write_text(f"&model geometry = '{self.geometry}' /\n" + "\n".join(self.groups) + "\n")
+        path.write_text(f"&model geometry = '{self.geometry}', units = 'none' /\n" + "\n".join(self.groups) + "\n")
         return path
 
     def _block_file(self) -> str:
