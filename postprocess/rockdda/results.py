@@ -2,7 +2,8 @@
 """Results files, read lazily.
 
 Numbers are in the units of the input (`Results.units`), stresses are positive in tension. Arrays are indexed from 0,
-frame 0 is the start; numbers that are labels (materials, columns of tables, messages) count from 1, as in the input files.
+frame 0 is the start; numbers that are labels (materials, columns of tables, messages) count from 1, as in the input
+files.
 """
 
 from __future__ import annotations

@@ -116,7 +116,7 @@ def _multiply_ticks(axis: Axis, factor: float) -> None:
     from matplotlib.ticker import FuncFormatter, NullFormatter
 
     axis.set_minor_formatter(NullFormatter())
-    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value * factor:.6g}".replace("-", "−")))
+    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value * factor:.6g}".replace("-", "\N{MINUS SIGN}")))
 
 
 def nice_ticks(axis: Axis, most: int = 5) -> None:
