@@ -114,7 +114,7 @@ class Results(StageTables):
 
     def units_of(self, path: str) -> str:
         """The unit of a dataset, 'Pa', or its dimension where the units are not known; '' in older files."""
-        return str(plain(self._source.read(lambda file: file[path].attrs.get("units", ""))))
+        return str(plain(self._source.use(lambda file: file[path].attrs.get("units", ""))))
 
     def _repr_html_(self) -> str:
         """What a notebook shows: facts, and the blocks of the last frame."""

@@ -116,7 +116,7 @@ class Units:
             return cls()
         if len(parts) != 3 or not all(parts):
             raise InputError(f"units {text!r}: expected length, time, force, such as 'm,s,kN'")
-        return cls(*parts)
+        return cls(parts[0], parts[1], parts[2])
 
     def of(self, dimension: str) -> str:
         """The unit of a quantity, such as 'stress' or 'speed'; '' for pure numbers."""

@@ -32,6 +32,17 @@ def write_results(path, density, weight, g0="", omega=""):
     return path
 
 
+def test_results_state_the_unit_of_a_dataset(tmp_path):
+    results = rockdda.open(write_results(tmp_path / "a.h5", 2500, 24525))
+    assert (results.units, results.units_of("model/vertices")) == ("none", "")
+    with h5py.File(tmp_path / "a.h5", "r+") as file:
+        file.attrs["units"] = "mm"
+        file["model/vertices"].attrs["units"] = "mm"
+    results = rockdda.open(tmp_path / "a.h5")
+    assert (results.units, results.units_of("model/vertices")) == ("mm", "mm")
+    assert " mm (last frame)" in results._repr_html_()
+
+
 @pytest.mark.parametrize(("g0", "omega"), [("", ""), ("", "1.4"), ("0\n0 0 0\n", "1.4"), ("1e9", "")])
 def test_newtons_are_not_called_kilonewtons(tmp_path, monkeypatch, capsys, g0, omega):
     monkeypatch.chdir(tmp_path)

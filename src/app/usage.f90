@@ -109,7 +109,8 @@ contains
              'options:'//nl// &
              '  -o, --output FILE the block file; default: the stem of the geometry file + .blk in the current'//nl// &
              '                    folder'//nl// &
-             '  --config FILE     namelist file with run options; of these &region, &subdivide and allow_open count'//nl// &
+             '  --config FILE     namelist file with run options; of these &region, &subdivide and allow_open '// &
+             'count'//nl// &
              '  --allow-open      an outline that does not close is a warning, not an error'//nl// &
              common_text()// &
              nl// &
@@ -181,7 +182,8 @@ contains
              '  --checkpoint-every S'//nl// &
              '                    a checkpoint every S seconds; default: as in the run'//nl// &
              '  --strict          end the run (exit 3) instead of warning when the energy balance fails, blocks'//nl// &
-             '                    stand inside each other or a static stage ends without equilibrium; one given to the run'//nl// &
+             '                    stand inside each other or a static stage ends without equilibrium; '// &
+             'one given to the run'//nl// &
              '                    itself does not count here'//nl// &
              common_text()// &
              nl// &

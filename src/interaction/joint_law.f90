@@ -67,7 +67,7 @@ module rockdda_interaction_joint_law
       logical(l1) :: bonded            !! has peak cohesion and tensile strength, not those without a bond
       logical(l1) :: tied = .false.    !! intact rock: neither slides nor opens within a step
       logical(l1) :: worn = .false.    !! has opened and closed again and again: friction alone in this attempt
-      logical(l1) :: strikes = .false. !! stays open in this attempt: the law of impact decides (rockdda_stepping_impact)
+      logical(l1) :: strikes = .false. !! stays open in this attempt, for the law of impact (stepping)
    end type joint_state_type
 
    !> What contacts have in an attempt with some laws only.

@@ -51,7 +51,7 @@ contains
       real(wp) :: friction, pressing
       is_steady = .false.
       if (joint%state == contact_state%open) then
-         if (table%partner(c) /= 0 .or. .not. gap >= closing_gap(settings, table%offset(c), logical(joint%strikes))) return
+      if (table%partner(c) /= 0 .or. .not. gap >= closing_gap(settings, table%offset(c), logical(joint%strikes))) return
          friction = 0
          pressing = 0
          miss = 0

@@ -21,7 +21,8 @@ contains
       if (.not. allocated(regions)) allocate (regions(0))
       if (.not. allocated(subdivisions)) allocate (subdivisions(0))
 
-      call table%begin('region', 'Blocks with a common name: those with more than half of their area, at the start, '// &
+      call table%begin('region', 'Blocks with a common name: those with more than half of their area, at the '// &
+                       'start, '// &
                        'in boxes, circles, polygons or a ring, or those of block materials. One of these in each '// &
                        'group; groups of one name add up.', is_list=.true.)
       n = size(regions)

@@ -103,7 +103,8 @@ contains
             call messages%add_summary(severity%warning, size(cut), text, regions(i)%origin, summary)
          end if
          do k = 1, size(cut)
-            call messages%add(severity%warning, name//'block '//described(cut(k))//': '//trim(merge('the whole block belongs', &
+            call messages%add(severity%warning, name//'block '//described(cut(k))//': '// &
+                              trim(merge('the whole block belongs', &
                               'no part of it belongs  ', inside(cut(k))))//' to the region; draw the outline '// &
                               'along joints, or cut the block along it', regions(i)%origin, summary)
          end do

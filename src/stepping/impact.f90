@@ -3,8 +3,8 @@
 !>
 !> A contact that lasts less than a step rebounds with whatever the place of the impact within the step makes of it.
 !> Contacts of joints with `restitution` e that close in a step with a speed of approach are therefore kept open while
-!> the step is solved (`mark`): that gives the smooth motion, with all other forces. At the instant at which a gap closes
-!> impulses act between blocks that are rigid for that instant (Newton's law):
+!> the step is solved (`mark`): that gives the smooth motion, with all other forces. At the instant at which a gap
+!> closes impulses act between blocks that are rigid for that instant (Newton's law):
 !>
 !>     contacts that meet            v+ = -e v-,            P >= 0,    |Q| <= mu P
 !>     contacts that are closed      v+ >= min(0, v-),      P >= 0,    |Q| <= mu P
@@ -107,7 +107,8 @@ contains
          end if
          do c = first, last
             if (.not. (is_between(table, first, last, c) .and. trial%joint(c)%strikes)) cycle
-            if (any(trial%joint(first:last)%strikes .and. .not. [(is_between(table, first, last, i), i=first, last)])) cycle
+            if (any(trial%joint(first:last)%strikes .and. &
+                    .not. [(is_between(table, first, last, i), i=first, last)])) cycle
             trial%joint(c)%strikes = .false.
             is_settled = .false.
          end do
@@ -254,8 +255,8 @@ contains
       if (before > 0 .and. after < 0) share = before/(before - after)
    end function share_before
 
-   !> Blocks that impacts can reach: those that meet, and those that hang on them, or on blocks reached before, by closed
-   !> contacts, but for those that cannot move.
+   !> Blocks that impacts can reach: those that meet, and those that hang on them, or on blocks reached before, by
+   !> closed contacts, but for those that cannot move.
    subroutine find_reached(context, table, trial, reached)
       type(step_context_type), intent(in) :: context
       type(contact_table_type), intent(in) :: table

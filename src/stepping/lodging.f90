@@ -2,8 +2,8 @@
 !> Blocks that stand inside each other at the end of a step.
 !>
 !> How deep: of two convex blocks, the least way along the normal of an edge that takes them apart; of others, the
-!> largest distance of a vertex inside the other block from its outline. Both change by no more than what the blocks move
-!> towards each other, so that after a look at all pairs none needs another until the blocks have moved by what the
+!> largest distance of a vertex inside the other block from its outline. Both change by no more than what the blocks
+!> move towards each other, so that after a look at all pairs none needs another until the blocks have moved by what the
 !> nearest of them is short of the limit. What is found, and in which step, hence does not depend on when was looked.
 module rockdda_stepping_lodging
    use rockdda_base_kinds, only : wp

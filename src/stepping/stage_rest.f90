@@ -1,10 +1,10 @@
 ! SPDX-License-Identifier: MIT
 !> Does a static stage come to rest, does it move on, has it lost its equilibrium?
 !>
-!> While a load rises the model follows it with a lag: what inertia carries in a step, the resultants on the blocks, does
-!> little work beside what the load has risen by. When the model can no longer follow, all that the load rises by is left
-!> to inertia. So both works along the motion of the step are compared, whenever the way of the stage has doubled: what
-!> inertia carries with what the load has risen by since the way was a quarter.
+!> While a load rises the model follows it with a lag: what inertia carries in a step, the resultants on the blocks,
+!> does little work beside what the load has risen by. When the model can no longer follow, all that the load rises by
+!> is left to inertia. So both works along the motion of the step are compared, whenever the way of the stage has
+!> doubled: what inertia carries with what the load has risen by since the way was a quarter.
 module rockdda_stepping_stage_rest
    use rockdda_base_kinds, only : wp
    use rockdda_interaction_block_forces, only : block_forces_type
@@ -58,9 +58,9 @@ contains
       way = max(most_moved*typical_size(step), most_deformed*deformation_of(step, step%families%contacts%table))
    end function beyond_deformation
 
-   !> Does a static step that ends in equilibrium still move the blocks, beside what they have moved in the stage or what
-   !> the model deforms by, if that is more? What is slender moves far by small forces, and while steps grow the next
-   !> ones will move it further.
+   !> Does a static step that ends in equilibrium still move the blocks, beside what they have moved in the stage or
+   !> what the model deforms by, if that is more? What is slender moves far by small forces, and while steps grow the
+   !> next ones will move it further.
    !> Single loose blocks, which small forces shift for ever, do not count: the mean over the blocks is compared.
    logical function moves_on(step, unbalanced)
       class(trial_step_type), intent(in) :: step

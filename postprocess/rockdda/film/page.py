@@ -194,8 +194,8 @@ def film_page(
         if "joint" in entry:
             continue
         found = values[entry["name"]].astype(float)
-        shown = found[active] if active.any() else np.zeros(1)
-        low, high = float(shown.min()), float(shown.max())
+        there = found[active] if active.any() else np.zeros(1)
+        low, high = float(there.min()), float(there.max())
         found = np.clip(found, low, high)  # of blocks that are not there
         usual = colour_range((low, high), usual_range(found, results.block_area, active))
         if entry["name"] != "material":

@@ -233,7 +233,7 @@ def stage_table(results: Results, units: Units) -> Table:
         group = groups[stage.index] if stage.index < len(groups) else {}
         does = "; ".join(f"{name} {number(value)}" for name, value in group.items() if name != "name")
         steps = str(stage.n_steps) if stage.n_steps or not trial else "before"
-        row = [str(stage.index + 1), stage.name, does, steps]
+        row: list[str | float] = [str(stage.index + 1), stage.name, does, steps]
         if stage.frames:
             now = results.at_stage(stage.index)
             moved = np.hypot(*now.displacement[now.active].T)

@@ -229,7 +229,8 @@ contains
       end if
    end subroutine read_sor_factor
 
-   !> Report a decimal comma in a file with an SOR factor: one number too many shifts all that follow it, so that the last
+   !> Report a decimal comma in a file with an SOR factor: one number too many shifts all that follow it, so that the
+   !> last
    !> one is taken as the factor.
    subroutine report_shift(factor, tokens, in_a_row, messages)
       real(wp), intent(in) :: factor

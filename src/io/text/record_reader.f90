@@ -3,9 +3,8 @@
 !>
 !> A record is one count, the five numbers of a line, the thirteen of a material … and may spread over lines.
 !> A token that is not a number is an error inside a record; after a complete record it and the rest of its line
-!> are comment. Text at the start of a record on a line of its own is an error, too; in `strict` mode (used
-!> when the numbers of the file do not agree with its counts otherwise) it counts as a mistyped number, else its
-!> line is passed over. Lines behind the last record are comment.
+!> are comment. Text at the start of a record on a line of its own is comment, too, with a warning; in `strict` mode
+!> (used when the numbers of the file do not agree with its counts otherwise) it counts as a mistyped number.
 module rockdda_io_record_reader
    use rockdda_base_kinds, only : wp, i8
    use rockdda_base_strings, only : to_string
@@ -72,7 +71,7 @@ contains
          if (tokens%kind(self%at) /= token_kind%text) return
          line = tokens%line(self%at)
          if (line /= self%end_line) then
-            if (self%strict) return
+            if (self%strict .or. self%end_line == 0) return
          else if (self%strict .and. tokens%is_not_finite(self%at)) then
             return
          end if
@@ -120,20 +119,20 @@ contains
       end if
    end subroutine read_record
 
-   !> Report words that begin lines before the next record: only the rest of a record's last line is comment.
+   !> Warn of words that begin lines before the next record: these lines are taken as comment.
    subroutine report_lone_words(self, tokens, messages)
       class(record_reader_type), intent(in) :: self
       type(token_list_type), intent(in) :: tokens
       type(diagnostics_type), intent(inout) :: messages
       integer :: i, line
-      if (self%strict) return   ! taken as mistyped numbers
+      if (self%strict .or. self%end_line == 0) return   ! taken as mistyped numbers
       line = self%end_line
       do i = self%at, tokens%n
          if (tokens%line(i) == line) cycle
          if (tokens%kind(i) /= token_kind%text) return
          line = tokens%line(i)
-         call messages%add(severity%error, "expected a number, found '"//tokens%text(i)// &
-                           "'; begin a line of comment with #", tokens%origin(i))
+         call messages%add(severity%warning, "'"//tokens%text(i)//"' and the rest of its line are taken as "// &
+                           'comment; begin such a line with #', tokens%origin(i))
       end do
    end subroutine report_lone_words
 
