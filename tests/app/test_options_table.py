@@ -45,6 +45,11 @@ OTHERS = {
     ("parameter_text.f90", "units"),
     ("parameter_text.f90", "stress"),
     ("checkpoint_model.f90", "units"),
+    ("region_outline.f90", "region"),
+    ("region_outline.f90", "name"),
+    ("region_outline.f90", "box"),
+    ("region_outline.f90", "circle"),
+    ("region_outline.f90", "polygon"),
 }
 
 
