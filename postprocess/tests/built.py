@@ -10,7 +10,8 @@ def linked_files(folder):
     """Programs and shared libraries below a folder."""
     found = []
     for path in sorted(Path(folder).rglob("*")):
-        if "CMakeFiles" in path.parts:  # what CMake tries compilers by
+        # what CMake tries compilers by, and programs of users that link with the library
+        if {"CMakeFiles", "package"} & set(path.parts):
             continue
         if path.is_file() and not path.is_symlink() and path.suffix not in (".o", ".mod"):
             with path.open("rb") as stream:

@@ -16,10 +16,6 @@ module rockdda_model_possible_values
    real(wp), parameter :: radians(2) = [0.05_wp, 0.5_wp*pi]
    !> Young's modulus over density [m2/s2]: the square of the speed of a wave in a bar, 10 m/s in peat and soft foam.
    real(wp), parameter :: least_speed2 = 100.0_wp
-   !> Numbers that are chosen without measure for what shall not yield.
-   character(len=*), parameter :: stiff_names(4) = [character(len=16) :: 'young', 'stiffness', 'normal_stiffness', &
-                                                    'shear_stiffness']
-
    !> Bounds of the magnitude of a value that is not 0, and those within which most values lie [SI].
    type :: bounds_type
       character(len=18) :: name = ''
@@ -133,8 +129,8 @@ contains
       if (name == 'density') self%density = si
       if (si < b%least .or. si > b%most) then
          cause = cause_text(value, b, self%system)
-         ! blocks and joints that shall be rigid
-         if (si > b%most .and. len(cause) == 0 .and. any(name == stiff_names)) return
+         ! values that no other unit explains are meant: rigid blocks, models of a laboratory
+         if (len(cause) == 0) return
          text = value_text(self%system, value, b%dimension)//' cannot be, '//range_text(self%system, b)//cause
       else if (name == 'young' .and. self%density > 0) then
          ratio = si/self%density
