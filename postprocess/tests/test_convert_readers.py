@@ -392,6 +392,18 @@ def test_shapes_that_claim_more_than_they_hold_are_refused(tmp_path):
     assert sum(told.values()) == len(SQL)
 
 
+def test_a_geopackage_whose_names_are_no_text_is_refused(tmp_path):
+    """Damage in the schema: SQLite hands names on that Python cannot decode."""
+    from fuzz_convert import gpkg_seed
+
+    path = tmp_path / "a.gpkg"
+    data = gpkg_seed()
+    for name in (b"gpkg_contents", b"CREATE TABLE"):
+        path.write_bytes(data.replace(name, name[:-2] + b"\xf5\xa0"))
+        with pytest.raises(rockdda.InputError):
+            convert(path, tmp_path / "a", force=True)
+
+
 @pytest.mark.parametrize(
     ("piece", "message"),
     [

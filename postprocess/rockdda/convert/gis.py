@@ -120,7 +120,7 @@ def _geopackage(path: Path, report: Report) -> list[Source]:
                 "reading the GeoPackage takes too long: its tables are not what they should be", path
             ) from error
         raise InputError(f"is no GeoPackage, or is damaged: {error}", path) from error
-    except (sqlite3.Error, MemoryError) as error:
+    except (sqlite3.Error, MemoryError, UnicodeDecodeError) as error:
         raise InputError(f"is no GeoPackage, or is damaged: {error}", path) from error
     finally:
         file.close()
