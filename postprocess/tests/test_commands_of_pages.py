@@ -43,7 +43,6 @@ ELSEWHERE = {
     "scripts/setup": "changes the machine; the pipeline begins with it",
     "scripts/build": "the pipeline runs it",
     "scripts/bench": "test_bench.py runs --quick and --compare; options are checked below",
-    "scripts/sanitize": "long: .ci/long",
     "scripts/campaign": "tests/campaign/test_campaign.py runs a sample of it",
     "scripts/wheels": "long: test_install.py, by .ci/long",
     "pip install": "long: test_install.py",

@@ -303,8 +303,7 @@ contains
       integer :: k
       if (self%unit_weight > 0) return
       if (.not. has_gravity .and. len(self%analysis_file) == 0) then
-         call self%warn('the blocks have no weight: there is no gravity; write '// &
-                        '&load gravity = 9.81 / (in m and s), '// &
+         call self%warn('the blocks have no weight: no gravity; write &load gravity = 9.81 / (in m and s), '// &
                         'or gravity = 0 where that is meant', .true.)
          return
       end if
