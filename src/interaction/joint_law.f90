@@ -224,8 +224,14 @@ contains
       has_extra = allocated(extra)
       if (.not. has_extra .and. have_friction_alone(laws)) then
          c = first - 1 + size(held)
-         call find_held_by_friction(size(held), laws, table%joint(first:c), table%k_n(first:c), table%k_s(first:c), &
-                                    table%shear(first:c), state(first:c), settings, gap, slip, held, force)
+         ! an absent array with a descriptor may not be passed on as one without
+         if (present(force)) then
+            call find_held_by_friction(size(held), laws, table%joint(first:c), table%k_n(first:c), table%k_s(first:c), &
+                                       table%shear(first:c), state(first:c), settings, gap, slip, held, force)
+         else
+            call find_held_by_friction(size(held), laws, table%joint(first:c), table%k_n(first:c), table%k_s(first:c), &
+                                       table%shear(first:c), state(first:c), settings, gap, slip, held)
+         end if
          return
       end if
       joint%normal_drag = 0
