@@ -92,7 +92,14 @@ contains
       total = 0
       ok = .true.
       do first = 1, n, stride
-         call add_some(first, min(first + group - 1, n), v, total, ok, values, packed, place)
+         ! each with what is present alone, as above
+         if (present(values)) then
+            call add_some(first, min(first + group - 1, n), v, total, ok, values, place=place)
+         else if (present(place)) then
+            call add_some(first, min(first + group - 1, n), v, total, ok, packed=packed, place=place)
+         else
+            call add_some(first, min(first + group - 1, n), v, total, ok, packed=packed)
+         end if
       end do
       size_of_v = sqrt(total)
       associate (unused => self%partial)
