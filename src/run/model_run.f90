@@ -68,7 +68,7 @@ module rockdda_run_model_run
       procedure :: has_much_to_flush
       procedure :: close => close_run
       procedure :: fraction_done
-      procedure, private :: warn, object, check_energy, check_strain
+      procedure, private :: warn, object, check_energy, check_strain, check_load
       procedure, private :: write_rows, continue_files, end_files, end_log
    end type run_type
 
@@ -113,8 +113,7 @@ contains
          if (self%strict .and. .not. allocated(error)) &
             call self%object(self%watch%lodged_warning(self%sim), error)
          if (self%strict .and. .not. allocated(error)) call self%object(unrested_warning(self%sim), error)
-         if (.not. allocated(error) .and. len(lost_text(self%sim)) > 0) &
-            call make_error(error, error_code%computation, lost_text(self%sim))
+         if (.not. allocated(error)) call self%check_load(error)
          return
       end if
       call lock_hdf5()
@@ -249,8 +248,7 @@ contains
       if (.not. allocated(error)) call self%object(self%watch%lodged_warning(self%sim), error)
       if (.not. (allocated(error) .or. self%watch%strain_was_reported)) call self%check_strain(error)
       if (.not. allocated(error)) call self%object(unrested_warning(self%sim), error)
-      if (.not. allocated(error) .and. len(lost_text(self%sim)) > 0) &
-         call make_error(error, error_code%computation, lost_text(self%sim))
+      if (.not. allocated(error)) call self%check_load(error)
       if (allocated(error)) return
       if (self%plan%is_due(self%sim%state%step, self%sim%state%time) .or. self%sim%ends_stage()) &
          call self%run_files_type%save_frame(self%sim, error)
@@ -304,6 +302,15 @@ contains
       self%watch%strain_was_reported = .true.
       call self%warn(text, error)
    end subroutine check_strain
+
+   !> An error when the model no longer follows its load.
+   subroutine check_load(self, error)
+      class(run_type), intent(in) :: self
+      type(error_type), allocatable, intent(out) :: error
+      character(len=:), allocatable :: text
+      text = lost_text(self%sim)
+      if (len(text) > 0) call make_error(error, error_code%computation, text)
+   end subroutine check_load
 
    !> Warn of an answer that is not to be trusted; with `strict` it is an error that ends the run.
    subroutine object(self, text, error)

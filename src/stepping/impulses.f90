@@ -17,7 +17,6 @@ module rockdda_stepping_impulses
    !> Below this many times the change of velocity in the step a speed of approach is no impact.
    real(wp), parameter :: least_speed = 2
 
-
    !> One impulse: rows of the motion of the contact, in the velocities and spins of both blocks.
    type :: line_type
       integer :: a = 0, b = 0                       !! blocks

@@ -129,6 +129,7 @@ contains
       type(file_name_type), allocatable :: names(:)
       integer :: i, n_text
       logical :: ok
+      allocate (names(0))
       call list_directory(inputs, names, ok)
       do i = 1, size(names)
          call corpus%add_folder(inputs//'/'//names(i)%name)
