@@ -32,6 +32,7 @@ module fuzz_corpus
    type :: corpus_type
       integer :: n = 0
       type(set_type), allocatable :: sets(:)
+      double precision :: share_of_holes = 0.05d0   !! of inputs that are drawn: blocks with many holes
    contains
       procedure :: add
       procedure :: add_folder

@@ -2,7 +2,7 @@
 !> The fuzzer: spoils input files and looks whether the program stays in order.
 !>
 !>     fuzz --inputs DIR --bad DIR --work DIR [--shared DIR] [--n 1000] [--seed 1] [--jobs 2] [--first 1]
-!>          [--seconds 10] [--megabytes 512] [--keep failures|slow|all] [--only labelled]
+!>          [--seconds 10] [--megabytes 512] [--keep failures|slow|all] [--only labelled|holes]
 !>
 !> Input k of seed s is always the same, whatever the number of jobs. Each one is digested by the program's own
 !> commands in a child with limits on time and memory. The fuzzer fails when a child crashes, hangs, takes too much
@@ -24,11 +24,10 @@ program fuzz
    integer, parameter :: n_counters = 8         !! runs by exit code 0 … 5, inputs, failures
    type(corpus_type) :: corpus
    type(limits_type) :: limits
-   character(len=:), allocatable :: inputs, bad, shared, work, kept
+   character(len=:), allocatable :: inputs, bad, shared, work, kept, only
    integer(c_int32_t), pointer :: counters(:), slots(:)
    integer :: n, seed, jobs, first, job, totals(n_counters)
    integer, allocatable :: children(:)
-   logical :: only_labelled = .false.
 
    call trap_nothing()
    call read_options()
@@ -161,7 +160,9 @@ contains
          write (error_unit, '(a)') 'fuzz: the program cannot digest the files as they are'
          call leave(2)
       end if
-      if (only_labelled) call corpus%keep_kind(set_kind%labelled)
+      if (only == 'labelled') call corpus%keep_kind(set_kind%labelled)
+      if (only == 'labelled') corpus%share_of_holes = 0
+      if (only == 'holes') corpus%share_of_holes = 1
       n_text = min(n_text, corpus%n)
       write (output_unit, '(a,i0,a,i0,a)') 'fuzz: ', n_text, ' sets of files and ', corpus%n - n_text, &
          ' that the program made of them'
@@ -191,7 +192,7 @@ contains
    subroutine read_options()
       character(len=:), allocatable :: name, value
       integer :: i
-      inputs = ''; bad = ''; shared = ''; work = 'fuzz_work'; kept = 'failures'
+      inputs = ''; bad = ''; shared = ''; work = 'fuzz_work'; kept = 'failures'; only = ''
       n = 1000
       seed = 1
       jobs = 2
@@ -209,9 +210,9 @@ contains
          case ('--keep'); kept = value
          case ('--n'); n = whole(name, value)
          case ('--only')
-            only_labelled = value == 'labelled'
-            if (.not. only_labelled) then
-               write (error_unit, '(a)') 'fuzz: --only takes: labelled'
+            only = value
+            if (only /= 'labelled' .and. only /= 'holes') then
+               write (error_unit, '(a)') 'fuzz: --only takes: labelled, holes'
                call leave(2)
             end if
          case ('--seed'); seed = whole(name, value)

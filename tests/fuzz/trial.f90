@@ -3,6 +3,7 @@
 module fuzz_trial
    use, intrinsic :: iso_c_binding, only : c_int32_t
    use fuzz_corpus, only : corpus_type, file_type, set_type, set_kind
+   use fuzz_holes, only : draw_holes
    use fuzz_mutations, only : mutate_text, mutate_bytes
    use fuzz_random, only : random_type, new_random
    use fuzz_system, only : fork_child, limit_child, wait_for_child, leave, enter_folder, clear_folder, read_text, &
@@ -57,6 +58,10 @@ contains
       character(len=:), allocatable :: other
       integer :: k
       random = new_random(seed, index)
+      if (random%chance(corpus%share_of_holes)) then
+         call plan_holes(random, trial)
+         return
+      end if
       trial%set = corpus%sets(corpus%pick(random))
       associate (set => trial%set)
          do
@@ -77,6 +82,21 @@ contains
       case default; call plan_results(trial)
       end select
    end subroutine make_trial
+
+   !> A block with many holes, spoiled in some cases: cut twice, it gives the same file.
+   subroutine plan_holes(random, trial)
+      type(random_type), intent(inout) :: random
+      type(trial_type), intent(inout) :: trial
+      trial%set%kind = set_kind%single
+      trial%set%n = 1
+      allocate (trial%set%files(1))
+      trial%set%files(1)%name = 'holes.dc'
+      trial%set%files(1)%text = draw_holes(random)
+      if (random%chance(0.2d0)) call mutate_text(random, trial%set%files(1)%text, draw_holes(random))
+      call put(trial, 'cut|holes.dc|-o|out.blk')
+      call put(trial, 'cut|holes.dc|-o|again.blk')
+      call put(trial, 'check|out.blk')
+   end subroutine plan_holes
 
    !> Commands on the files of a model.
    subroutine plan_model(random, limits, trial)
@@ -360,6 +380,10 @@ contains
          end associate
       end do
       if (len(failure) > 0) return
+      if (get_path_kind(folder//'/files/again.blk') == path_kind%file) then
+         if (read_text(folder//'/files/again.blk') /= read_text(folder//'/files/out.blk')) &
+            failure = 'the same geometry gives other blocks'
+      end if
       written = get_path_kind(folder//'/files/out.h5') == path_kind%file
       if (ran == 2 .and. written) then
          failure = 'refused, but something was written'
