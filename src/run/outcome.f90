@@ -132,8 +132,17 @@ contains
          if (control%k01(p) > 0) return
          tolerance = usual_tolerance
          if (control%stage <= size(p%stages)) tolerance = p%stages(control%stage)%tolerance
-         if (.not. sim%record%unbalanced > tolerance) return
+         if (.not. (sim%record%unbalanced > tolerance .or. control%watch%restless > 0)) return
          if (.not. sim%is_finished() .and. control%following_stage(p, state%step, state%time) == control%stage) return
+         if (.not. sim%record%unbalanced > tolerance) then
+            text = "stage '"//stage_name(p%stages, control%stage)//"' ended while block "// &
+                   to_string(control%watch%restless)//' at ('// &
+                   to_string(state%centroid(1, control%watch%restless) + state%datum(1), 5)//', '// &
+                   to_string(state%centroid(2, control%watch%restless) + state%datum(2), 5)//') still moves, by '// &
+                   to_string(sim%record%max_displacement, 3)//' in the last step: the forces on it are below the '// &
+                   'tolerance, but do not fall; a smaller tolerance follows it'
+            return
+         end if
          text = "stage '"//stage_name(p%stages, control%stage)//"' ended without equilibrium after "// &
                 counted(control%steps, 'step')//': the unbalanced force is '//to_string(sim%record%unbalanced, 3)// &
                 ' of the mean force, tolerance '//to_string(tolerance)

@@ -27,7 +27,7 @@ contains
       type(ledger_type), intent(inout) :: ledger
       type(block_forces_type), intent(inout) :: forces       !! on the blocks at the end of the step
       type(step_record_type), intent(inout) :: record
-      real(wp), allocatable :: slip(:)
+      real(wp), allocatable :: slip(:), before(:, :)
       real(wp) :: k01
       logical :: is_first   !! a dynamic part begins, if the step is one
       k01 = step%control%k01(step%parameters)
@@ -52,6 +52,7 @@ contains
       call step%families%contacts%table%take_forces(step%contacts)
       call step%families%commit(step%step_context_type, step%equations%x)
       call measure_error(step, report, .not. k01 < 1)
+      before = step%state%acceleration
       call move(step, k01)
       if (step%newton%impact%happened) then
          call step%newton%impact%finish(step%step_context_type, step%families%contacts%table, &
@@ -68,7 +69,7 @@ contains
       call note_sudden_load(step, forces, record%unbalanced)
       call watch_stage(step, forces, record%unbalanced, report%displacement)
       call step%control%judge_balance(step%parameters, record%unbalanced, forces%driven, &
-                                      moves_on(step, record%unbalanced))
+                                      moves_on(step, record%unbalanced, report%displacement, before))
       step%control%releases = step%families%held%is_releasing()
       if (step%control%is_static_search(step%parameters)) step%control%slip_share = &
          step%families%contacts%slip_share()

@@ -7,6 +7,7 @@
 !> doubled: what inertia carries with what the load has risen by since the way was a quarter.
 module rockdda_stepping_stage_rest
    use rockdda_base_kinds, only : wp
+   use rockdda_model_state, only : radius_of_inertia
    use rockdda_interaction_block_forces, only : block_forces_type
    use rockdda_stepping_stage_watch, only : progress_type, stage_watch_type
    use rockdda_stepping_trial_step, only : trial_step_type
@@ -19,9 +20,11 @@ module rockdda_stepping_stage_rest
    real(wp), parameter :: most_moved = 0.01_wp, most_deformed = 4.0_wp
    !> Inertia carries more than this share of what the load has risen by: the model does not follow.
    real(wp), parameter :: much = 0.5_wp
-   !> A step in equilibrium confirms it when it moves the blocks, in the mean, by less than so many tolerances of the
-   !> stage: a force of the tolerance on each of a stack of blocks moves them by some.
-   real(wp), parameter :: little_motion = 10.0_wp
+   !> Motions below so many roundings of the largest coordinate are none.
+   real(wp), parameter :: roundings = 10.0_wp
+   !> Single loose blocks, up to this share of all, may go on by forces that are small enough. Others move with them, by
+   !> less than so many times what is no motion.
+   real(wp), parameter :: few = 0.05_wp, little_motion = 10.0_wp
    !> Halvings of the time in which the load was lost.
    integer, parameter :: halvings = 40
 
@@ -58,30 +61,79 @@ contains
       way = max(most_moved*typical_size(step), most_deformed*deformation_of(step, step%families%contacts%table))
    end function beyond_deformation
 
-   !> Does a static step that ends in equilibrium still move the blocks, beside what they have moved in the stage or
-   !> what the model deforms by, if that is more? What is slender moves far by small forces, and while steps grow the
-   !> next ones will move it further.
-   !> Single loose blocks, which small forces shift for ever, do not count: the mean over the blocks is compared.
-   logical function moves_on(step, unbalanced)
-      class(trial_step_type), intent(in) :: step
+   !> Does a static step that ends in equilibrium leave the blocks a way to go, beside the way of the stage or what the
+   !> model deforms by, if that is more? What is slender goes far by small forces.
+   !>
+   !> A static step is Euler's implicit one of M y' = F. With the ratio r of the resultants at its end to those before,
+   !> in the mean over the work on its motion, what is left of the way is r/(1 - r) times its motion, however long the
+   !> step is. Where the resultants do not fall no place of rest is known: then a step may move a few loose blocks.
+   logical function moves_on(step, unbalanced, displacement, before)
+      class(trial_step_type), intent(inout) :: step
       real(wp), intent(in) :: unbalanced
-      real(wp) :: displacement               ! mean over the blocks that are there [length]
-      integer :: i
+      real(wp), intent(in) :: displacement             !! largest of any vertex [length]
+      real(wp), intent(in), contiguous :: before(:, :) !! (6, nb) acceleration at the end of the last step
+      real(wp) :: small, r
+      step%control%watch%restless = 0
       moves_on = step%control%is_static_search(step%parameters)
       if (.not. moves_on) return
-      displacement = 0
-      do i = 1, step%blocks%n_blocks
-         if (step%state%active(i)) displacement = displacement + norm2(step%equations%x(1:2, i))
-      end do
-      displacement = displacement/max(1, count(step%state%active))
       associate (tolerance => step%parameters%stages(step%control%stage)%tolerance)
-         moves_on = .not. unbalanced > tolerance .and. displacement > little_motion*tolerance*step%control%watch%grown
+         moves_on = .not. unbalanced > tolerance
+         if (.not. moves_on) return
          ! blocks also move by the rounding of their positions
-         if (moves_on) moves_on = displacement > little_motion* &
-                                  max(tolerance*deformation_of(step, step%families%contacts%table), &
-                                      epsilon(1.0_wp)*maxval(abs(step%state%vertices)))
+         small = max(tolerance*max(step%control%watch%grown, deformation_of(step, step%families%contacts%table)), &
+                     roundings*epsilon(1.0_wp)*maxval(abs(step%state%vertices)))
       end associate
+      r = decay(step, before)
+      if (r < 1) then
+         moves_on = displacement*max(r, 0.0_wp) > small*(1 - r)
+      else
+         call find_movers(step, little_motion*small, moves_on, step%control%watch%restless)
+      end if
    end function moves_on
+
+   !> Ratio of the resultants at the end of a static step to those of the last one, along its motion; 1 where
+   !> they do not fall, or none is known.
+   real(wp) function decay(step, before) result(r)
+      class(trial_step_type), intent(in) :: step
+      real(wp), intent(in), contiguous :: before(:, :)   !! (6, nb)
+      real(wp) :: work(2), inertia(3)
+      integer :: i
+      r = 1
+      if (step%control%steps == 0) return
+      work = 0
+      do i = 1, step%blocks%n_blocks
+         if (.not. step%state%active(i)) cycle
+         inertia = step%state%mass(i)*[1.0_wp, 1.0_wp, radius_of_inertia(step%state, i)**2]
+         associate (d => step%equations%x(1:3, i))
+            work(1) = work(1) + dot_product(inertia*d, step%state%acceleration(1:3, i))
+            work(2) = work(2) + dot_product(inertia*d, before(1:3, i))
+         end associate
+      end do
+      if (work(2) > 0) r = min(work(1)/work(2), 1.0_wp)
+   end function decay
+
+   !> Which blocks have moved in a step?
+   subroutine find_movers(step, small, are_many, most_moved)
+      class(trial_step_type), intent(in) :: step
+      real(wp), intent(in) :: small          !! motion that does not count [length]
+      logical, intent(out) :: are_many
+      integer, intent(out) :: most_moved     !! the block that has moved most; 0: none has
+      real(wp) :: motion, largest
+      integer :: i, n
+      n = 0
+      most_moved = 0
+      largest = small
+      do i = 1, step%blocks%n_blocks
+         if (.not. step%state%active(i)) cycle
+         motion = norm2(step%equations%x(1:2, i))
+         if (.not. motion > small) cycle
+         n = n + 1
+         if (.not. motion > largest) cycle
+         largest = motion
+         most_moved = i
+      end do
+      are_many = n > few*count(step%state%active)
+   end subroutine find_movers
 
    !> Whenever the way has doubled: does the model follow the load?
    subroutine watch_load(step, forces)

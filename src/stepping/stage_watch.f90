@@ -31,6 +31,7 @@ module rockdda_stepping_stage_watch
       logical :: is_lost = .false.              !! the model does not follow the load
       real(wp) :: lost_share = 0                !! of the rise of the load in the stage and later with which it was lost
       real(wp) :: lost_time = 0
+      integer :: restless = 0                   !! block that went on by forces that do not fall; 0: none
    end type stage_watch_type
 
 contains
