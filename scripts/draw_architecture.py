@@ -101,10 +101,10 @@ LANDMARKS: list[tuple[str, list[tuple[str, str]]]] = [
         ],
     ),
     (
-        "g0 of each step, for contacts: to let it depend on time, scale `stiffness(1, :)` by a function of "
+        "g0 of each step, for contacts: to let it depend on time, scale `stiffness%given(1, :)` by a function of "
         "`context%state%time` after this line, with `keep_force` true where springs shall keep their force (k_s is "
-        "`stiffness(2, :)`; fixed points and the search radius use the run's own number)",
-        [("start_contacts", "call set_joint_stiffness(context%parameters, stiffness)")],
+        "`stiffness%given(2, :)`; fixed points and the search radius use the run's own number)",
+        [("prepare", "call self%stiffness%renew(context%blocks, context%parameters, self%stiffness_is_new)")],
     ),
     ("stiffness of a contact from g0, or from its joint material", [("*", "k_n = parameters%normal_stiffness")]),
     ("g0 as the files have it, or 2 E", [("*", "parameters%normal_stiffness = automatic_over_e/springs*e_max")]),

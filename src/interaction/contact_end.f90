@@ -9,7 +9,7 @@ module rockdda_interaction_contact_end
    use rockdda_interaction_balance, only : energy_balance_type
    use rockdda_interaction_contact_law, only : contact_law_type, dilated_gap
    use rockdda_interaction_contact_lengths, only : move_contacts
-   use rockdda_interaction_contact_stiffness, only : set_joint_stiffness
+   use rockdda_interaction_contact_stiffness, only : joint_stiffness_type
    use rockdda_interaction_context, only : step_context_type
    use rockdda_interaction_joint_end, only : joint_end_type, end_locked, spring_energy, spring_energies
    use rockdda_interaction_joint_law, only : joint_settings_type, joint_state_type, joint_type, opening_gap
@@ -272,23 +272,20 @@ contains
 
    !> The table becomes that of the step's end; ties that have reached their strength break. What the springs gain by
    !> dilation is theirs from here on.
-   subroutine end_contacts(trial, laws, context, d, table)
+   subroutine end_contacts(trial, laws, stiffness, context, d, table)
       type(open_close_type), intent(in) :: trial
       type(contact_law_type), intent(in) :: laws(:)         !! per joint material
+      type(joint_stiffness_type), intent(in) :: stiffness
       type(step_context_type), intent(inout) :: context
       real(wp), intent(in), contiguous :: d(:, :)           !! (6, nb) unknowns of the step
       type(contact_table_type), intent(inout) :: table
-      real(wp), allocatable :: before(:), stiffness(:, :)
+      real(wp), allocatable :: before(:)
       integer :: c
       if (any(laws%dilation > 0)) before = table%total_slip(1:table%n)
       call commit(trial, laws, table)
       if (context%parameters%by_length) call context%find_moved(d)
       call move_contacts(trial%gap, context%moved, table)
-      if (any(context%parameters%joint_materials%tie)) then
-         allocate (stiffness(2, size(laws)))
-         call set_joint_stiffness(context%parameters, stiffness)
-         call break_ties(laws, stiffness, table, trial%gap)
-      end if
+      if (any(context%parameters%joint_materials%tie)) call break_ties(laws, stiffness, table, trial%gap)
       if (.not. allocated(before)) return
       do c = 1, table%n
          if (trial%state_used(c) == contact_state%open .or. trial%opened(c)) cycle

@@ -5,7 +5,7 @@ module rockdda_interaction_contact_start
    use rockdda_base_parallel, only : parallel_contacts, piece, n_pieces
    use rockdda_contact_table, only : contact_table_type, contact_state
    use rockdda_interaction_contact_law, only : contact_law_type, dilated_gap, opened_last
-   use rockdda_interaction_contact_stiffness, only : set_joint_stiffness
+   use rockdda_interaction_contact_stiffness, only : joint_stiffness_type
    use rockdda_interaction_context, only : step_context_type
    use rockdda_interaction_dashpots, only : set_dashpots
    use rockdda_interaction_joint_end, only : spring_energy
@@ -14,21 +14,20 @@ module rockdda_interaction_contact_start
    use rockdda_interaction_ties, only : tie_stiffness
    implicit none
    private
-   public :: start_contacts, set_dashpots, expect_dilation
+   public :: start_contacts, set_dashpots, expect_dilation, joint_stiffness_type
 
 contains
 
    !> Springs of all rows at the start of a step.
-   subroutine start_contacts(context, laws, keep_force, table)
+   subroutine start_contacts(context, laws, stiffness, keep_force, table)
       type(step_context_type), intent(in) :: context
       type(contact_law_type), intent(in) :: laws(:)      !! per joint material
+      type(joint_stiffness_type), intent(in) :: stiffness
       logical, intent(in) :: keep_force                  !! closed contacts keep it with a new stiffness
       type(contact_table_type), intent(inout) :: table
-      real(wp) :: stiffness(2, size(laws))
       integer :: p
       logical :: dilates
       dilates = any(laws%dilation > 0)
-      call set_joint_stiffness(context%parameters, stiffness)
       !$omp parallel do default(none) shared(context, laws, stiffness, keep_force, table, dilates) private(p) &
       !$omp schedule(static) if (table%n > parallel_contacts)
       do p = 1, n_pieces(table%n)
@@ -43,10 +42,10 @@ contains
    pure subroutine set_some_springs(first, last, context, stiffness, keep_force, table)
       integer, intent(in) :: first, last
       type(step_context_type), intent(in) :: context
-      real(wp), intent(in), contiguous :: stiffness(:, :)   !! of joint materials
+      type(joint_stiffness_type), intent(in) :: stiffness
       logical, intent(in) :: keep_force
       type(contact_table_type), intent(inout) :: table
-      real(wp) :: old(2), length
+      real(wp) :: old(2), k(2), length
       integer :: a, b, c
       logical :: by_length
       by_length = context%parameters%by_length
@@ -55,8 +54,10 @@ contains
          if (.not. table%tied(c)) then
             old = [table%k_n(c), table%k_s(c)]
             if (by_length) length = table%length(c)
-            table%k_n(c) = stiffness(1, table%joint(c))*length
-            table%k_s(c) = stiffness(2, table%joint(c))*length
+            k = stiffness%given(:, table%joint(c))
+            if (.not. k(1) > 0) k = stiffness%of_pair(table%joint(c), table%block_a(c), table%block_b(c))
+            table%k_n(c) = k(1)*length
+            table%k_s(c) = k(2)*length
             if (keep_force .and. by_length .and. old(1) > 0) call keep_forces(old, table, c)
          else if (context%state%step == 0 .or. .not. table%k_n(c) > 0) then
             a = table%block_a(c)

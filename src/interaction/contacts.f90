@@ -13,7 +13,8 @@ module rockdda_interaction_contacts
    use rockdda_interaction_contact_end, only : joint_end_type, end_motion => reach_end, measure_energies, end_contacts
    use rockdda_interaction_contact_law, only : contact_law_type
    use rockdda_interaction_contact_lengths, only : place_contacts, measure_lengths
-   use rockdda_interaction_contact_start, only : start_contacts, set_dashpots, expect_dilation
+   use rockdda_interaction_contact_start, only : start_contacts, set_dashpots, expect_dilation, &
+      joint_stiffness_type
    use rockdda_interaction_context, only : step_context_type
    use rockdda_interaction_equations, only : equations_type
    use rockdda_interaction_friction_search, only : friction_search_type
@@ -31,6 +32,7 @@ module rockdda_interaction_contacts
       type(open_close_type) :: trial
       type(friction_search_type) :: friction
       integer :: weak_starts(2) = 0                    !! without the whole initial traction: `start_with_stress`
+      type(joint_stiffness_type) :: stiffness
       logical :: stiffness_is_new = .false.            !! of joints, with this step: forces stay
       logical :: delays = .false.                      !! dilation opens within the step: `expect_dilation`
       logical :: judges_again = .false.                !! the next judgement replaces the last one
@@ -109,7 +111,8 @@ contains
       end do
       !$omp end parallel do
       equations%same_pairs = is_same
-      call start_contacts(context, self%laws, self%stiffness_is_new, self%table)
+      call self%stiffness%renew(context%blocks, context%parameters, self%stiffness_is_new)
+      call start_contacts(context, self%laws, self%stiffness, self%stiffness_is_new, self%table)
    end subroutine prepare
 
    !> Vectors of all rows.
@@ -407,7 +410,7 @@ contains
       class(contacts_type), intent(inout) :: self
       type(step_context_type), intent(inout) :: context
       real(wp), intent(in), contiguous :: d(:, :)
-      call end_contacts(self%trial, self%laws, context, d, self%table)
+      call end_contacts(self%trial, self%laws, self%stiffness, context, d, self%table)
    end subroutine commit
 
    !> Forces of the springs, and friction, where the contacts are now.

@@ -33,6 +33,8 @@ contains
          length = norm2(blocks%vertices(:, next) - blocks%vertices(:, v))
          associate (material => parameters%joint_materials(blocks%edge_joint(v)))
             call set_stiffness(parameters, material, length, k_n, k_s)
+            ! automatic, by its size: of the largest E, which no stage changes
+            if (.not. k_n > 0) k_n = parameters%normal_stiffness/sqrt(area)*length
             largest = max(largest, k_n)
             ! the middle of a tie stands for 2/3 of its length
             if (material%tie) largest = max(largest, tie_stiffness(2, 2*length/tie_points, &

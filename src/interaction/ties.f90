@@ -16,6 +16,7 @@ module rockdda_interaction_ties
    use rockdda_base_kinds, only : wp
    use rockdda_contact_table, only : contact_table_type, contact_state
    use rockdda_interaction_contact_law, only : contact_law_type, shear_strength
+   use rockdda_interaction_contact_stiffness, only : joint_stiffness_type
    use rockdda_interaction_joint_end, only : spring_energy
    implicit none
    private
@@ -49,7 +50,7 @@ contains
    !> Break the ties whose traction exceeds their strength. The table is that of the end of the step.
    pure subroutine break_ties(laws, joint_stiffness, table, gap)
       type(contact_law_type), intent(in) :: laws(:)            !! per joint material
-      real(wp), intent(in) :: joint_stiffness(:, :)            !! (2, joints) normal, shear of a joint [force/length^2]
+      type(joint_stiffness_type), intent(in) :: joint_stiffness
       type(contact_table_type), intent(inout) :: table
       real(wp), intent(in) :: gap(:)                           !! (n) at the end, less the offset [length]
       real(wp) :: length, compression, shear, linear, tension, limit, share
@@ -67,7 +68,8 @@ contains
             if (tension <= law%tension .and. abs(shear) <= limit) cycle
             do k = c, c + 2
                share = table%length(k)
-               call become_joint(k, joint_stiffness(:, table%joint(c))*share, &
+               call become_joint(k, joint_stiffness%of_pair(table%joint(c), table%block_a(c), &
+                                                          table%block_b(c))*share, &
                                  max(0.0_wp, compression)*share, shear*share, law, gap(k), table)
             end do
          end associate

@@ -259,11 +259,12 @@ contains
                             applies='formulation length', quantity='corner radius over the shorter edge', &
                             least=0.0_wp, below=0.5_wp, default=0.01_wp), o%corner_radius, p%corner_radius)
       call table%locate(o%corner_radius_origin)
-      call table%add(option('stiffness', 'stiffness of contact springs (g0); 0: twice the largest E (vertex: E, '// &
-                            'preset: 50 E)', unit='force/length', &
+      call table%add(option('stiffness', 'stiffness of contact springs (g0); left out: by the blocks that meet; '// &
+                            '0: twice the largest E (vertex: E, preset: 50 E)', unit='force/length', &
                             quantity='contact stiffness (g0)', least=0.0_wp, remark='0: automatic', &
                             in_analysis=.true., see='contact-numbers.md'), o%stiffness, p%normal_stiffness)
-      call table%used('length of joint with this stiffness', p%stiffness_length, 'stiffness_length')
+      call table%used('length of joint with this stiffness (0: by the blocks that meet)', p%stiffness_length, &
+                      'stiffness_length')
       call table%used('largest step in a surface that a block slides over', p%smooth_step, 'smooth_step')
       call table%add(option('shear_ratio', 'normal over shear stiffness', above=0.0_wp, default=2.5_wp), o%shear_ratio)
       call table%used('contact stiffness, shear', p%shear_stiffness, 'shear_stiffness')

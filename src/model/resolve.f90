@@ -86,7 +86,8 @@ contains
       if (settings%strict .and. .not. parameters%energy) call messages%add(severity%error, &
          'strict needs the energy balance, but &output energy is .false.: leave one of them out')
       call resolve_stiffness(settings, parameters, messages)
-      call resolve_lengths(blocks, settings, parameters, messages)
+      call resolve_lengths(blocks, settings, alone .and. parameters%by_length .and. .not. parameters%peer_contacts &
+                           .and. .not. is_set(options%stiffness), parameters, messages)
    end subroutine resolve_parameters
 
    !> Steps, and what they are shortened to land on: inertia and accelerations divide by the square of a time.
@@ -254,9 +255,10 @@ contains
    end subroutine resolve_stiffness
 
    !> Find search distance and tolerances.
-   subroutine resolve_lengths(blocks, settings, parameters, messages)
+   subroutine resolve_lengths(blocks, settings, by_blocks, parameters, messages)
       type(block_system_type), intent(in) :: blocks
       type(run_options_type), intent(in) :: settings
+      logical, intent(in) :: by_blocks   !! the stiffness of joints without one of their own follows from their blocks
       type(parameters_type), intent(inout) :: parameters
       type(diagnostics_type), intent(inout) :: messages
       real(wp) :: edge
@@ -271,7 +273,7 @@ contains
          to_string(edge)//': g2 = '//to_string(advised_ratio(edge, parameters%w0))//' is advised')
       parameters%angle_tolerance = settings%angle_tolerance*pi/180
       parameters%smooth_step = blocks%edge_node_distance
-      parameters%stiffness_length = edge
+      parameters%stiffness_length = merge(0.0_wp, edge, by_blocks)
       parameters%close_tolerance = settings%close_tolerance*parameters%w0
       parameters%open_tolerance = settings%open_tolerance*parameters%w0
    end subroutine resolve_lengths

@@ -235,7 +235,6 @@ KINDS = [
         "the same settlement beside a block far away, stiffness chosen by the program",
         values(count=st.integers(1, 5), friction=between(20, 45, 5), wide=decades(1, 200), seed=st.just(0)),
         far_block_automatic,
-        known="the stiffness of a joint that is not given follows from the mean edge of the model",
     ),
     Kind(
         "galilean",

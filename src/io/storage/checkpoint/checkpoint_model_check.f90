@@ -55,7 +55,7 @@ contains
       call check%holds(p%w0 > 0 .and. p%w0 <= largest_coordinate, 'w0')
       call check%holds(p%normal_stiffness > 0 .and. p%normal_stiffness <= huge(1.0_wp), 'stiffness')
       call check%holds(p%shear_stiffness > 0 .and. p%shear_stiffness <= huge(1.0_wp), 'shear_stiffness')
-      call check%holds(p%stiffness_length > 0 .and. p%stiffness_length <= huge(1.0_wp), 'stiffness_length')
+      call check%holds(p%stiffness_length >= 0 .and. p%stiffness_length <= huge(1.0_wp), 'stiffness_length')
       call check%holds(p%fixed_stiffness > 0 .and. p%fixed_stiffness <= huge(1.0_wp), 'fixed_stiffness')
       call check%holds(p%points >= 3 .and. p%points <= 5, 'points')
       call check%holds(p%corner_radius >= 0 .and. p%corner_radius < 0.5_wp, 'corner_radius')

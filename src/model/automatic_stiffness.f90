@@ -1,0 +1,133 @@
+! SPDX-License-Identifier: MIT
+!> Stiffness of joints whose material has none, from the two blocks that meet: docs/contact-numbers.md.
+!>
+!> With E the harmonic mean of their moduli and h the square root of the smaller area, a joint has per length
+!>
+!>     k = 2 E/h
+!>
+!> so that it closes by half of what the smaller block is compressed. How much of a large block is drawn changes
+!> nothing: stress spreads in it within the size of the smaller one.
+!>
+!> A slender block that stands free, of height H, base b and weight W, turns over on the part a of its base,
+!> a^3 = 6 W H/k, at a tilt that is smaller than that of a rigid block by a/b (Winkler's springs without tension). The
+!> stiffness of its joints is as large as keeps that within `lost_tilt`, but not above 200 E/b. In jointed rock, where
+!> neighbours hold slender blocks, it would only cost rounds.
+module rockdda_model_automatic_stiffness
+   use rockdda_base_kinds, only : wp
+   use rockdda_geometry_polygons, only : polygon_properties
+   use rockdda_model_blocks, only : block_system_type
+   use rockdda_model_contact_numbers, only : automatic_over_e, far_over_e
+   use rockdda_model_parameters, only : parameters_type
+   implicit none
+   private
+   public :: stiffening_type, all_stiffenings, stiffness_between, stiffness_range
+
+   !> Share of the tilt of a rigid block at which it falls that the joint below it may take.
+   real(wp), parameter, public :: lost_tilt = 0.025_wp
+   !> Height over base from which a block falls before it slides, with friction of 30 degrees.
+   real(wp), parameter :: slender = 1.75_wp
+   !> Blocks within this share of a block's base are its neighbours.
+   real(wp), parameter :: beside = 0.01_wp
+
+   !> What a block gives to the stiffness of its joints.
+   type :: stiffening_type
+      real(wp) :: modulus = 1    !! E [force/length^2]
+      real(wp) :: size = 1       !! [length]
+      real(wp) :: stands = 0     !! stiffness that it has standing free, 0: it does not [force/length^3]
+      real(wp) :: lost = 0       !! share of the tilt that it has then
+   end type stiffening_type
+
+contains
+
+   !> Of a block among others, with the material that it has now.
+   pure type(stiffening_type) function new_stiffening(blocks, parameters, block) result(self)
+      type(block_system_type), intent(in) :: blocks     !! at the start
+      type(parameters_type), intent(in) :: parameters
+      integer, intent(in) :: block
+      real(wp) :: area, centroid(2), moments(3)
+      call polygon_properties(blocks%vertices(:, blocks%vertex_offset(block) + 1:blocks%vertex_offset(block + 1)), &
+                              area, centroid, moments)
+      self%modulus = parameters%block_materials(blocks%block_material(block))%youngs_modulus
+      self%size = sqrt(area)
+   end function new_stiffening
+
+   !> Of all blocks.
+   pure function all_stiffenings(blocks, parameters) result(all)
+      type(block_system_type), intent(in) :: blocks     !! at the start
+      type(parameters_type), intent(in) :: parameters
+      type(stiffening_type) :: all(blocks%n_blocks)
+      real(wp) :: box(4, blocks%n_blocks)               !! xmin ymin xmax ymax
+      integer :: i
+      do i = 1, blocks%n_blocks
+         associate (v => blocks%vertices(:, blocks%vertex_offset(i) + 1:blocks%vertex_offset(i + 1)))
+            box(:, i) = [minval(v, dim=2), maxval(v, dim=2)]
+         end associate
+      end do
+      do i = 1, blocks%n_blocks
+         all(i) = new_stiffening(blocks, parameters, i)
+         if (stands_free(i, box)) call stand(blocks, parameters, i, all(i))
+      end do
+   end function all_stiffenings
+
+   !> Is a block higher than broad, with no other one beside or above its upper half?
+   pure logical function stands_free(block, box)
+      integer, intent(in) :: block
+      real(wp), intent(in) :: box(:, :)
+      real(wp) :: wide(4)
+      integer :: i
+      wide = box(:, block)
+      stands_free = wide(4) - wide(2) > slender*(wide(3) - wide(1))
+      if (.not. stands_free) return
+      wide(2) = 0.5_wp*(wide(2) + wide(4))
+      wide = wide + beside*(wide(3) - wide(1))*[-1, 0, 1, 1]
+      do i = 1, size(box, 2)
+         if (i == block) cycle
+         stands_free = any(box(1:2, i) > wide(3:4)) .or. any(box(3:4, i) < wide(1:2))
+         if (.not. stands_free) return
+      end do
+   end function stands_free
+
+   !> A block that stands free.
+   pure subroutine stand(blocks, parameters, block, self)
+      type(block_system_type), intent(in) :: blocks
+      type(parameters_type), intent(in) :: parameters
+      integer, intent(in) :: block
+      type(stiffening_type), intent(inout) :: self
+      real(wp) :: area, centroid(2), moments(3), extent(2), weight
+      call polygon_properties(blocks%vertices(:, blocks%vertex_offset(block) + 1:blocks%vertex_offset(block + 1)), &
+                              area, centroid, moments)
+      ! of the rectangle with the same area and moments
+      extent = sqrt(12*moments(1:2)/area)
+      associate (material => parameters%block_materials(blocks%block_material(block)))
+         weight = abs(material%weight)
+         if (parameters%gravity >= 0) weight = material%density*parameters%gravity
+      end associate
+      if (.not. weight > 0) return
+      weight = weight*area
+      self%stands = min(6*weight*extent(2)/(lost_tilt*extent(1))**3, far_over_e*self%modulus/extent(1))
+      self%lost = (6*weight*extent(2)/self%stands)**(1/3.0_wp)/extent(1)
+   end subroutine stand
+
+   !> Normal stiffness per length of a joint between two blocks.
+   pure real(wp) function stiffness_between(a, b) result(k)
+      type(stiffening_type), intent(in) :: a, b
+      k = max(automatic_over_e*2*a%modulus*b%modulus/((a%modulus + b%modulus)*min(a%size, b%size)), a%stands, b%stands)
+   end function stiffness_between
+
+   !> The least and the largest stiffness of joints between two blocks of one kind.
+   pure function stiffness_range(blocks, parameters) result(range)
+      type(block_system_type), intent(in) :: blocks
+      type(parameters_type), intent(in) :: parameters
+      real(wp) :: range(2)
+      type(stiffening_type) :: own(blocks%n_blocks)
+      real(wp) :: k
+      integer :: i
+      own = all_stiffenings(blocks, parameters)
+      range = [huge(1.0_wp), 0.0_wp]
+      do i = 1, blocks%n_blocks
+         k = stiffness_between(own(i), own(i))
+         range = [min(range(1), k), max(range(2), k)]
+      end do
+   end function stiffness_range
+
+end module rockdda_model_automatic_stiffness
