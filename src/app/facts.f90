@@ -9,7 +9,8 @@ module rockdda_app_facts
    private
    public :: facts_type, json_type
 
-   integer, parameter :: is_text = 1, is_integer = 2, is_real = 3, is_logical = 4
+   integer, parameter :: is_text = 1, is_integer = 2, is_real = 3, is_logical = 4, is_motion = 5
+   integer, parameter :: most_motions = 20      !! that the text shows; JSON has all
 
    type :: fact_type
       character(len=:), allocatable :: name
@@ -18,6 +19,7 @@ module rockdda_app_facts
       integer :: whole = 0
       real(wp) :: number = 0
       logical :: flag = .false.
+      real(wp) :: motion(4) = 0                 !! in a stage, and since the start
    end type fact_type
 
    type :: facts_type
@@ -27,6 +29,7 @@ module rockdda_app_facts
       type(fact_type), allocatable, private :: items(:)
    contains
       generic :: add => add_text, add_integer, add_real, add_logical
+      procedure :: add_motion
       procedure :: to_text => facts_to_text
       procedure :: to_json => facts_to_json
       procedure, private :: add_text, add_integer, add_real, add_logical, next
@@ -80,6 +83,16 @@ contains
       self%items(self%n)%number = value
    end subroutine add_real
 
+   !> Add the displacement of a point in a stage and since the start.
+   subroutine add_motion(self, name, stage, change, total)
+      class(facts_type), intent(inout) :: self
+      character(len=*), intent(in) :: name, stage
+      real(wp), intent(in) :: change(2), total(2)
+      call self%next(name, is_motion)
+      self%items(self%n)%text = stage
+      self%items(self%n)%motion = [change, total]
+   end subroutine add_motion
+
    !> Add yes or no.
    subroutine add_logical(self, name, value)
       class(facts_type), intent(inout) :: self
@@ -94,18 +107,39 @@ contains
       class(facts_type), intent(in) :: self
       character(len=:), allocatable :: text
       character(len=24) :: name
-      integer :: i
+      integer :: i, n_motions
       text = self%title
+      n_motions = 0
       do i = 1, self%n
+         if (self%items(i)%type == is_motion) then
+            n_motions = n_motions + 1
+            if (n_motions > most_motions) cycle
+         end if
          name = blanks_for_underscores(self%items(i)%name)
          text = text//new_line('a')//'  '//name
          select case (self%items(i)%type)
          case (is_text); text = text//self%items(i)%text
          case (is_integer); text = text//to_string(self%items(i)%whole)
          case (is_real); text = text//self%system%shown(self%items(i)%number, self%items(i)%text, 10)
+         case (is_motion)
+            text = text//"'"//self%items(i)%text//"': "//pair(self%items(i)%motion(1:2))//'; since the start '// &
+                   pair(self%items(i)%motion(3:4))
          case default; text = text//trim(merge('yes', 'no ', self%items(i)%flag))
          end select
       end do
+      name = 'displacements left out'
+      if (n_motions > most_motions) text = text//new_line('a')//'  '//name//to_string(n_motions - most_motions)// &
+                                           ' more; --json has all'
+
+   contains
+
+      !> A displacement as text.
+      pure function pair(d) result(shown)
+         real(wp), intent(in) :: d(2)
+         character(len=:), allocatable :: shown
+         shown = '('//self%system%shown(d(1), 'length', 4)//', '//self%system%shown(d(2), 'length', 4)//')'
+      end function pair
+
    end function facts_to_text
 
    !> Write an object with the member `file` and the facts.
@@ -126,11 +160,30 @@ contains
             case (is_text); call json%put(item%name, item%text)
             case (is_integer); call json%put(item%name, item%whole)
             case (is_real); call json%put(item%name, item%number)
+            case (is_motion)
+               call json%open('{', item%name)
+               call json%put('stage', item%text)
+               call put_pair('change', item%motion(1:2))
+               call put_pair('since_start', item%motion(3:4))
+               call json%close('}')
             case default; call json%put(item%name, item%flag)
             end select
          end associate
       end do
       call json%close('}')
+
+   contains
+
+      !> Write two numbers.
+      subroutine put_pair(name, values)
+         character(len=*), intent(in) :: name
+         real(wp), intent(in) :: values(2)
+         call json%open('[', name)
+         call json%put('', values(1))
+         call json%put('', values(2))
+         call json%close(']')
+      end subroutine put_pair
+
    end subroutine facts_to_json
 
    !> Names with blanks for underscores.

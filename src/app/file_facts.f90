@@ -235,20 +235,15 @@ contains
    subroutine add_displacements(facts, info)
       type(facts_type), intent(inout) :: facts
       type(results_info_type), intent(in) :: info
-      integer, parameter :: most_shown = 20
-      integer :: s, p, n
-      n = 0
+      integer :: s, p
       do s = 1, size(info%stages)
          associate (stage => info%stages(s))
             do p = 1, size(stage%change, 2)
-               n = n + 1
-               if (n > most_shown) cycle
-               call facts%add('stage_'//to_string(s)//'_point_'//to_string(number(p)), "'"//stage%name//"': "// &
-                              pair(stage%change(:, p))//'; since the start '//pair(stage%total(:, p)))
+               call facts%add_motion('stage_'//to_string(s)//'_point_'//to_string(number(p)), stage%name, &
+                                     stage%change(:, p), stage%total(:, p))
             end do
          end associate
       end do
-      if (n > most_shown) call facts%add('displacements_left_out', to_string(n - most_shown)//' more')
 
    contains
 
@@ -258,13 +253,6 @@ contains
          number = p
          if (allocated(info%measured_number)) number = info%measured_number(p)
       end function number
-
-      !> A displacement as text.
-      function pair(d) result(text)
-         real(wp), intent(in) :: d(2)
-         character(len=:), allocatable :: text
-         text = '('//facts%system%shown(d(1), 'length', 4)//', '//facts%system%shown(d(2), 'length', 4)//')'
-      end function pair
 
    end subroutine add_displacements
 

@@ -5,6 +5,7 @@ import re
 import unittest
 
 import h5py
+import numpy as np
 from support import ProgramTest
 
 KINDS = {"slope": 2, "tunnel": 3, "arch": 1}  # stages
@@ -56,7 +57,12 @@ class NewModels(ProgramTest):
             self.assertAlmostEqual(told, value, delta=1e-3 * abs(value))  # four digits are printed
         self.assertIn(found.group().splitlines()[1], self.run_program("info", "wet.h5").out)
         summary = self.run_program("run", "wet.nml", "--force", "--json").json
-        self.assertIn("'wet': ", summary["measured_displacements"]["stage_2_point_1"])
+        point = summary["measured_displacements"]["stage_2_point_1"]
+        self.assertEqual(point["stage"], "wet")
+        np.testing.assert_allclose(
+            [*point["change"], *point["since_start"]], 1e-3 * np.array([*second, *(first + second)])
+        )
+        self.assertEqual(self.run_program("info", "wet.h5", "--json").json["files"][0]["stage_2_point_1"], point)
 
     def test_a_name_may_have_an_ending_and_a_folder(self):
         self.path("deep").mkdir()

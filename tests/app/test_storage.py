@@ -131,6 +131,16 @@ class StructureTest(ProgramTest):
         change("model/block_area", area, "model/block_area holds a number that is not finite")
         change("model/block_area", np.array([4.0, -1e300]), "model/block_area holds a number above 1e+30 in size")
 
+    def test_rows_with_numbers_that_cannot_be(self):
+        for name in ("history/time", "frames/time"):
+            for value, words in ((1e31, "above 1e+30 in size"), (np.nan, "that is not finite")):
+                good = self.path("block.h5").read_bytes()
+                with h5py.File(self.path("block.h5"), "r+") as file:
+                    file[name][-1] = value
+                told = f"block.h5: error: the file is damaged: {name} holds a number {words}"
+                self.assertFails(self.run_program("info", "block.h5"), 2, told)
+                self.write("block.h5", good)
+
     def test_a_checkpoint_that_leads_out_of_itself(self):
         path = self.path("block.ckpt.h5")
         checkpoints.unsign(path)

@@ -4,6 +4,7 @@ module rockdda_io_results_info
    use rockdda_base_kinds, only : wp, i8
    use rockdda_base_error, only : error_type, error_code, make_error
    use rockdda_base_strings, only : to_string
+   use rockdda_base_value_check, only : value_check_type
    use rockdda_io_guard, only : run_in_child, end_child, guard
    use rockdda_io_hdf5_adapter, only : hdf5_file_type
    use rockdda_io_posix, only : get_file_size
@@ -189,16 +190,32 @@ contains
          call file%read('history/step', step, error, info%n_steps - 1, 1_i8)
          if (.not. allocated(error)) call file%read('history/time', time, error, info%n_steps - 1, 1_i8)
          if (allocated(error)) return
+         call check_row(file, time, 'history/time', error)
+         if (allocated(error)) return
          info%last_step = step(1)
          info%last_time = time(1)
       end if
       if (info%n_frames > 0) then
          call file%read('frames/time', time, error)
+         if (.not. allocated(error)) call check_row(file, time, 'frames/time', error)
          if (allocated(error)) return
          info%first_frame = time(1)
          info%last_frame = time(size(time))
       end if
    end subroutine read_ends
+
+   !> Check the numbers of a table.
+   subroutine check_row(file, values, path, error)
+      type(hdf5_file_type), intent(in) :: file
+      real(wp), intent(in) :: values(:)
+      character(len=*), intent(in) :: path            !! of the table
+      type(error_type), allocatable, intent(out) :: error
+      type(value_check_type) :: check
+      check%group = path(:index(path, '/') - 1)
+      call check%has_squares(values, path(index(path, '/') + 1:))
+      if (.not. check%passed()) call make_error(error, error_code%input, file%path//': error: the file is damaged: '// &
+                                                 check%problem())
+   end subroutine check_row
 
    !> Displacements of the measured points, stage by stage, from the last row of each.
    subroutine read_stages(file, info, error)
@@ -228,6 +245,7 @@ contains
          end if
          if (stage(i) <= begun .or. stage(i) >= size(resets)) exit
          call file%read('history/measured_displacement', values, error, int(i - 1, i8), 1_i8)
+         if (.not. allocated(error)) call check_row(file, values, 'history/measured_displacement', error)
          if (allocated(error)) return
          if (any(resets(begun + 2:stage(i) + 1) /= 0)) before = 0
          total = total + (values - before)
