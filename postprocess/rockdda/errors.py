@@ -12,7 +12,15 @@ from dataclasses import dataclass
 from types import ModuleType
 from typing import Any
 
-__all__ = ["ConvergenceError", "InputError", "InputWarning", "OutputError", "Problem", "RockddaError"]
+__all__ = [
+    "ConvergenceError",
+    "InputError",
+    "InputWarning",
+    "OutputError",
+    "Problem",
+    "RockddaError",
+    "UnknownNameError",
+]
 
 
 @dataclass(frozen=True)
@@ -62,6 +70,10 @@ class InputError(RockddaError, ValueError):
         self.file: str | None = first.file
         self.line: int | None = first.line
         self.column: int | None = first.column
+
+
+class UnknownNameError(InputError, TypeError):
+    """An argument of a name that is not there: a TypeError too, as for any function."""
 
 
 class InputWarning(UserWarning):

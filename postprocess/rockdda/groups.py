@@ -15,9 +15,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from .errors import InputError
 from .namelist import flat_values
-from .options import group_problems, group_row, option_rows
+from .options import group_row, name_arguments, option_rows, refuse_problems
 
 __all__ = ["OptionGroups", "as_list", "plain_options", "plain_value"]
 
@@ -26,6 +25,7 @@ References = int | str | Sequence[int | str]  # materials by number or name
 Numbers = npt.ArrayLike  # rows as docs/file-formats.md has them, in any nesting
 
 
+@name_arguments
 class OptionGroups:
     """What a model has in groups of its options."""
 
@@ -41,12 +41,11 @@ class OptionGroups:
         given = {name: _checked_form(rows.get(name, {}), value) for name, value in values.items() if value is not None}
         present = as_list(self.options.get(group, []))
         repeated = bool(group_row(group).get("x-list"))
-        problems = group_problems(group, given)
+        missing: list[str] = []
         if repeated or not present:
             needed = group_row(group).get("required", [])
-            problems += [f"{name!r} is missing: {_meaning(rows[name])}" for name in needed if name not in given]
-        if problems:
-            raise InputError("\n".join(f"&{group}: {problem}" for problem in problems))
+            missing = [f"{name!r} is missing: {_meaning(rows[name])}" for name in needed if name not in given]
+        refuse_problems(f"&{group}", group, given, missing)
         if repeated:
             self.options[group] = [*present, given]
         else:

@@ -24,7 +24,7 @@ from .labelled import OPTION_FIELDS, block_groups, joint_groups, labelled_text, 
 from .namelist import format_groups, format_real
 from .native import ANALYSIS_FILE, CONFIG_FILE, LABELLED_TEXT, Session
 from .notebook import card, drawing_of_lines
-from .options import check_options, group_problems
+from .options import check_options, name_arguments, refuse_problems
 from .places import Bolt, FloatArray, Line, Place, Table, time_table
 from .reading import is_labelled, take_labelled, take_legacy
 from .results import Results
@@ -38,6 +38,7 @@ Point = Sequence[float] | npt.NDArray[np.float64]
 _UNSET: Any = object()
 
 
+@name_arguments
 @dataclass(eq=False)
 class Model(OptionGroups):
     """A model: geometry, materials, run control. `units` names those of all numbers.
@@ -253,9 +254,8 @@ class Model(OptionGroups):
 
         friction is the name that labelled files have for friction_angle.
         """
+        refuse_problems("joint material", "joint_material", values)
         friction_angle = _one_of("joint material", friction_angle=friction_angle, friction=friction)
-        if values and (problems := group_problems("joint_material", values)):
-            raise InputError("\n".join(f"joint material: {problem}" for problem in problems))
         self.joint_materials.append(JointMaterial(friction_angle, cohesion, tension, name, values))
         return len(self.joint_materials)
 

@@ -5,23 +5,28 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Iterator, Mapping, MutableMapping
+from collections.abc import Iterable, Iterator, Mapping, MutableMapping
 from difflib import get_close_matches
-from functools import cache
-from typing import Any
+from functools import cache, wraps
+from inspect import Parameter, signature
+from typing import Any, TypeVar
 
 import numpy as np
 
-from .errors import InputError
+from .errors import InputError, UnknownNameError
 from .native import OPTIONS_SCHEMA, Session
+
+C = TypeVar("C", bound=type)
 
 __all__ = [
     "check_options",
     "group_problems",
     "group_row",
+    "name_arguments",
     "names_that_add_up",
     "option_rows",
     "options_schema",
+    "refuse_problems",
     "repeated_groups",
     "replace_files",
 ]
@@ -99,7 +104,7 @@ def check_options(options: Mapping[str, Any]) -> None:
     for group, entries in _groups(options):
         rows = _rows().get(group)
         if rows is None:
-            problems.append(f"options[{group!r}]: unknown group{_hint(group, _rows())}")
+            problems.append(f"options[{group!r}]: unknown group{_hint(group, options_schema()['$defs'])}")
             continue
         for name, value in entries.items():
             if problem := _value_problem(rows, name, value):
@@ -123,7 +128,45 @@ def _value_problem(rows: Mapping[str, Any], name: str, value: Any) -> str:
     return f"{problem}, found {value!r}" if problem else ""
 
 
+def refuse_problems(label: str, group: str, entries: Mapping[str, Any], more: Iterable[str] = ()) -> None:
+    """InputError for what is wrong with the values of a group; UnknownNameError where it has not all the names."""
+    problems = [*group_problems(group, entries), *more]
+    if problems:
+        unknown = any(name not in option_rows(group) for name in entries)
+        raise (UnknownNameError if unknown else InputError)("\n".join(f"{label}: {problem}" for problem in problems))
+
+
+def name_arguments(cls: C) -> C:
+    """Let a class and its methods `add_…` and `subdivide` suggest the name for an argument that they do not have."""
+    for name, method in list(vars(cls).items()):
+        if not name.startswith(("__init__", "add_", "subdivide")):
+            continue
+        parameters = signature(method).parameters
+        if any(parameter.kind is Parameter.VAR_KEYWORD for parameter in parameters.values()):
+            continue
+        label = cls.__name__ if name == "__init__" else name
+        setattr(cls, name, _with_suggestions(method, label, [word for word in parameters if word != "self"]))
+    return cls
+
+
+def _with_suggestions(method: Any, label: str, names: list[str]) -> Any:
+    @wraps(method)
+    def call(*arguments: Any, **given: Any) -> Any:
+        for word in given:
+            if word not in names:
+                rows = {name: row for group in _rows().values() for name, row in group.items() if name in names}
+                hint = _hint(word, {name: {} for name in names} | rows)
+                raise UnknownNameError(f"{label}: unknown name {word!r}{hint}")
+        return method(*arguments, **given)
+
+    return call
+
+
 def _hint(word: str, known: Mapping[str, Any]) -> str:
+    """'; did you mean …?' with the names that the word is another one for, or with the nearest name."""
+    usual = [name for name, row in known.items() if word.lower() in row.get("x-other-words", "").split()]
+    if usual:
+        return f"; did you mean {' or '.join(map(repr, usual))}?"
     near = get_close_matches(word, known, n=1)
     return f"; did you mean {near[0]!r}?" if near else ""
 

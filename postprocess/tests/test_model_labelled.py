@@ -103,3 +103,24 @@ def test_densities_of_a_labelled_file_tell_its_units(tmp_path, monkeypatch):
     legacy = "1 1 1 1 0.01 0.01\n1000 9810 1e8 0.2  0 0 0  0 0 0  0 0 0\n30 0 0\n"
     changed = "&block_material number = 1, density = 900 / &block_material number = 2, density = 5, unit_weight = 7 /"
     assert densities_and_weights(legacy, changed) == [(900.0, 9810.0), (5.0, 7.0)]
+
+
+@pytest.mark.parametrize(
+    ("call", "told"),
+    [
+        (lambda m: m.add_joint_material(phi=38), "'friction'"),
+        (lambda m: m.add_joint_material(friction=38, kn=1e9), "'normal_stiffness'"),
+        (lambda m: m.add_block_material(rho=2600), "'density'"),
+        (lambda m: m.add_block_material(density=2600, young=5e9, nu=0.2), "'poisson'"),
+        (lambda m: m.add_in_situ(surface=0.0, K=1.0), "'k0'"),
+        (lambda m: m.add_region("a", rectangle=[0, 0, 1, 1]), "'box'"),
+        (lambda m: m.add_bolt((0, 0), (1, 1), k=1e6), "'stiffness'"),
+        (lambda m: m.add_lines([(0, 0, 1, 1)], joints=2), "'joint'"),
+        (lambda m: rockdda.Model("b", g=9.81), "'gravity'"),
+        (lambda m: rockdda.options.check_options({"earthquake": {}}), "'quake'"),
+    ],
+)
+def test_the_usual_word_for_an_argument_names_the_one_that_is_there(call, told):
+    with pytest.raises(rockdda.InputError, match=f"did you mean .*{told}") as found:
+        call(rockdda.Model("a", labelled=True))
+    assert isinstance(found.value, TypeError) or "options[" in str(found.value)

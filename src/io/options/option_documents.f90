@@ -8,6 +8,7 @@ module rockdda_io_option_documents
    use rockdda_io_name_hints, only : name_length
    use rockdda_io_name_hints, only : other_words
    use rockdda_io_suggest, only : did_you_mean
+   use rockdda_io_synonyms, only : other_words_for
    use rockdda_io_option_list, only : option_list_type, listed_option_type, list_options
    implicit none
    private
@@ -278,7 +279,7 @@ contains
             end associate
          end do
          text = text//'    "'//trim(list%groups(i)%name)//'": {'//nl//'      "description": "'// &
-                list%groups(i)%meaning//'",'//nl
+                list%groups(i)%meaning//'",'//nl//other_words_of(list%groups(i)%name, '      ', ','//nl)
          if (list%groups(i)%is_list) text = text//'      "x-list": true,'//nl
          text = text//'      "type": "object",'//nl//'      "additionalProperties": false,'//nl
          if (len(required) > 0) text = text//'      "required": ['//required//'],'//nl
@@ -287,6 +288,14 @@ contains
       end do
       text = text//'  }'//nl//'}'//nl
    end function options_schema
+
+   !> '"x-other-words": "phi fi"': what users write for a name; '' without any.
+   pure function other_words_of(name, before, behind) result(text)
+      character(len=*), intent(in) :: name, before, behind
+      character(len=:), allocatable :: text
+      text = other_words_for(name)
+      if (len(text) > 0) text = before//'"x-other-words": "'//text//'"'//behind
+   end function other_words_of
 
    !> Members of the schema of one option.
    pure function schema_of(listed) result(text)
@@ -299,6 +308,7 @@ contains
          if (len(row%applies) > 0) text = text//', "x-applies-to": "'//row%applies//'"'
          if (.not. row%required) text = text//', "x-default": "'//default_text(listed)//'"'
          if (len(row%columns) > 0) text = text//', "x-columns": "'//row%columns//'"'
+         text = text//other_words_of(row%name, ', ', '')
          if (row%adds_up) text = text//', "x-adds-up": true'
          n = count([(row%columns(i:i) == ',', i=1, len(row%columns))]) + 1
          text = text//', '

@@ -4,7 +4,7 @@ module rockdda_io_synonyms
    use rockdda_base_strings, only : lower_case
    implicit none
    private
-   public :: usual_names
+   public :: usual_names, other_words_for
 
    !> The names of an option, and other words for it, a blank before and behind each.
    type :: synonym_type
@@ -60,5 +60,16 @@ contains
       end do
       names = pack(synonyms%name, fits)
    end subroutine usual_names
+
+   !> Other words for a name, a blank between them; '' without any.
+   pure function other_words_for(name) result(words)
+      character(len=*), intent(in) :: name
+      character(len=:), allocatable :: words
+      integer :: i
+      words = ''
+      do i = 1, size(synonyms)
+         if (synonyms(i)%name == name) words = trim(adjustl(synonyms(i)%words))
+      end do
+   end function other_words_for
 
 end module rockdda_io_synonyms
