@@ -7,6 +7,7 @@ import subprocess
 import time
 
 import ezdxf
+import ezdxf.xclip
 import numpy as np
 import pytest
 import rockdda
@@ -385,3 +386,88 @@ def test_huge_files_are_not_read(tmp_path):
         with (tmp_path / name).open("wb") as stream:
             stream.truncate(10**11)  # takes no room on the disk
         refused(tmp_path / name, "has more than 64 MB: files that large are not converted")
+
+
+def clipped_drawing(path, nested=False, outside=False):
+    """Joints x = 1 … 9 of length 10 in a block, inserted twice as large at 100, 0 and clipped to [2, 6] × [3, 8]."""
+    document = ezdxf.new("R2010")
+    document.header["$INSUNITS"] = 6
+    block = document.blocks.new("JOINTS")
+    for k in range(1, 10):
+        block.add_line((k, 0), (k, 10), dxfattribs={"layer": "joint"})
+    block.add_point((4, 4), dxfattribs={"layer": "measured"})
+    block.add_point((1, 1), dxfattribs={"layer": "measured"})
+    block.add_lwpolyline([(5, 5), (9, 5), (9, 6), (5, 6)], close=True, dxfattribs={"layer": "opening"})
+    place = document.modelspace()
+    if nested:
+        place = document.blocks.new("OUTER")
+        document.modelspace().add_blockref("OUTER", (100, 0), dxfattribs={"xscale": 2, "yscale": 2})
+        insert = place.add_blockref("JOINTS", (0, 0))
+    else:
+        insert = place.add_blockref("JOINTS", (100, 0), dxfattribs={"xscale": 2, "yscale": 2})
+    clip = ezdxf.xclip.XClip(insert)
+    clip.set_block_clipping_path([(2, 3), (6, 8)])
+    if outside:
+        clip.invert_clipping_path([(0, 0), (10, 10)], ignore_acad_compatibility=True)
+    document.modelspace().add_lwpolyline(
+        [(100, 0), (120, 0), (120, 20), (100, 20)], close=True, dxfattribs={"layer": "boundary"}
+    )
+    document.saveas(path)
+
+
+@pytest.mark.parametrize("nested", [False, True])
+def test_what_a_clipping_path_hides_is_left_out(tmp_path, nested):
+    clipped_drawing(tmp_path / "a.dxf", nested)
+    done = convert(tmp_path / "a.dxf", output=tmp_path / "a", origin=(100, 0))
+    rows, boundary = lines_of(tmp_path / "a.dc")
+    upright = [(x, min(y1, y2), max(y1, y2)) for x, y1, other, y2, _ in rows[boundary:].tolist() if x == other]
+    assert sorted(row for row in upright if row[0] < 10) == [(4, 6, 16), (6, 6, 16), (8, 6, 16)]
+    # of the opening, x = 10 … 18 and y = 10 … 12, what is left of 12 is there
+    assert sorted(row for row in upright if row[0] > 10) == [(12, 6, 10), (12, 12, 16)]
+    assert (tmp_path / "a.dc").read_text().count("\n8  8\n") == 1  # the measured point inside alone
+    assert "\n2  2\n" not in (tmp_path / "a.dc").read_text()
+    assert "XCLIP" in "".join(done.messages)
+
+
+def test_a_clipping_path_that_hides_its_inside_leaves_the_rest(tmp_path):
+    clipped_drawing(tmp_path / "a.dxf", outside=True)
+    convert(tmp_path / "a.dxf", output=tmp_path / "a", origin=(100, 0))
+    rows, boundary = lines_of(tmp_path / "a.dc")
+    at_8 = sorted(sorted(row[1:4:2]) for row in rows[boundary:].tolist() if row[0] == row[2] == 8)
+    assert at_8 == [[0, 6], [16, 20]]
+    assert "\n2  2\n" in (tmp_path / "a.dc").read_text()
+
+
+def compas_file(path, transformation, shape=True):
+    """Two unit squares in one assembly, the second with a transformation."""
+    square = {"vertex": {str(i): dict(zip("xyz", p, strict=True)) for i, p in enumerate(
+        [(0, 0, 0), (1, 0, 0), (1, 0, 1), (0, 0, 1)])}, "face": {"0": [0, 1, 2, 3]}}  # fmt: skip
+    mesh = {"dtype": "compas.datastructures/Mesh", "data": square}
+    second = {"geometry": mesh} if shape else {}
+    elements = [{"dtype": "x/Block", "data": {"geometry": mesh, "transformation": None}},
+                {"dtype": "x/Block", "data": second | {"transformation": transformation}}]  # fmt: skip
+    path.write_text(json.dumps({"dtype": "x/Model", "data": {"elements": elements}}))
+
+
+def test_a_transformation_of_a_compas_block_is_applied(tmp_path):
+    # a quarter turn about y and a step of 5 in x
+    matrix = [[0, 0, 1, 5], [0, 1, 0, 0], [-1, 0, 0, 2], [0, 0, 0, 1]]
+    compas_file(tmp_path / "a.json", {"dtype": "compas.geometry/Transformation", "data": {"matrix": matrix}})
+    convert(tmp_path / "a.json", output=tmp_path / "a")
+    rows = [line.split() for line in (tmp_path / "a.blk").read_text().splitlines()]
+    corners = {(float(row[0]), float(row[1])) for row in rows if len(row) == 3 and row[2] == "1"}
+    assert corners == {(0, 0), (1, 0), (1, 1), (0, 1), (5, 2), (5, 1), (6, 1), (6, 2)}
+
+
+@pytest.mark.parametrize(
+    ("transformation", "shape", "told"),
+    [
+        ({"data": {"matrix": [[1, 0], [0, 1]]}}, True, "4 × 4"),
+        ({"data": {"vector": [1, 0, 0]}}, True, "matrix"),
+        ({"data": {"matrix": [[1, 0, 0, 3], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]}}, False, "shape of its own"),
+    ],
+)
+def test_a_transformation_that_cannot_be_applied_is_refused(tmp_path, transformation, shape, told):
+    compas_file(tmp_path / "a.json", transformation, shape)
+    with pytest.raises(rockdda.InputError, match=told):
+        convert(tmp_path / "a.json", output=tmp_path / "a")

@@ -124,15 +124,32 @@ def _shapes(data: Any, report: Report, is_support: bool, depth: int) -> Iterator
     elif kind in OTHERS:
         report.leave(f"{kind} (not read)", f"{kind} (not read): several")
     else:
-        if isinstance(data.get("transformation"), dict):
-            raise ValueError("an object has a transformation, which is not applied: store it transformed")
+        matrix = _matrix(data.get("transformation"))
+        moved = 0
         for name, value in data.items():
             if name in BETWEEN:
                 if count := _count_between(value):
                     report.leave("interface of blocks", "interfaces of blocks", count)
             elif isinstance(value, dict | list):
                 # names of nodes are numbers; what a node is holds for its block only
-                yield from _shapes(value, report, is_support, depth + 1)
+                for mesh in _shapes(value, report, is_support, depth + 1):
+                    mesh.points = _checked(mesh.points @ matrix[:3, :3].T + matrix[:3, 3])
+                    moved += 1
+                    yield mesh
+        if not moved and not np.array_equal(matrix, np.eye(4)):
+            # the members of a group stand elsewhere in the file
+            raise ValueError("an object without a shape of its own has a transformation: store its members transformed")
+
+
+def _matrix(transformation: Any) -> Points:
+    """The matrix (4, 4) of a transformation; the unit matrix of none."""
+    if transformation is None:
+        return np.eye(4)
+    inner = transformation.get("data", transformation.get("value", transformation))
+    matrix = np.array(inner["matrix"], dtype=float)
+    if matrix.shape != (4, 4) or not np.array_equal(matrix[3], (0, 0, 0, 1)):
+        raise ValueError("a transformation is no matrix of 4 × 4 numbers with the last row 0, 0, 0, 1")
+    return _checked(matrix)
 
 
 def _is_support(data: dict[str, Any], inner: Any, outer: bool) -> bool:

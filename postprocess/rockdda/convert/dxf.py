@@ -24,7 +24,7 @@ import numpy.typing as npt
 from ..errors import InputError, need
 from ..text import short
 from ..writing import complete_file
-from .dxf_blocks import DRAWN, drawn
+from .dxf_blocks import DRAWN, Clip, Shown, drawn
 from .geometry import KINDS, LARGEST_MATERIAL, POINT_KINDS, REGION_KINDS, Geometry, Point
 from .placing import from_unit, metres_of
 from .report import MOST_LINES, Report, check_size
@@ -113,7 +113,7 @@ def read_dxf(
         raise InputError(
             f"the DXF drawing is broken: {type(error).__name__}: {short(str(error), 200)}", path
         ) from error
-    count = Counter(layer for _, layer in entities)
+    count = Counter(shown.layer for shown in entities)
     names = sorted(count)
     try:
         kinds = kinds_of_layers(names, layers or {}, default, known)
@@ -133,13 +133,13 @@ def read_dxf(
             report.raise_errors()
     geometry = Geometry()
     adding = _Adding(geometry, report, max(chord or extent / 2000, smallest), axes, smallest)
-    for entity, layer in entities:
+    for shown in entities:
         try:
-            adding.add(entity, layer, *kinds[layer])
+            adding.add(shown, *kinds[shown.layer])
         except MemoryError:
             raise
         except Exception as error:  # of any kind in ezdxf
-            place = f"{entity.dxftype()} (handle {entity.dxf.handle}) on layer {short(layer)!r}"
+            place = f"{shown.entity.dxftype()} (handle {shown.entity.dxf.handle}) on layer {short(shown.layer)!r}"
             report.error(f"{place}: {error}")
         if len(geometry.boundary) + len(geometry.joints) + len(geometry.material_lines) > MOST_LINES:
             raise InputError(f"the drawing gives more than {MOST_LINES} lines", path)
@@ -157,7 +157,7 @@ def read_dxf(
     return geometry, report, unit
 
 
-def _plane(entities: list[tuple[Any, str]], report: Report) -> tuple[float, tuple[int, int]]:
+def _plane(entities: list[Shown], report: Report) -> tuple[float, tuple[int, int]]:
     """The larger extent of a drawing, from the corners and control points, and the two axes of its plane.
 
     It is x-y unless the drawing is flat in y (or x) and has heights.
@@ -166,8 +166,9 @@ def _plane(entities: list[tuple[Any, str]], report: Report) -> tuple[float, tupl
 
     sizes = np.zeros(3)
     try:
-        splines = [entity for entity, _ in entities if entity.dxftype() == "SPLINE"]
-        box = bbox.extents((entity for entity, _ in entities if entity.dxftype() != "SPLINE"), fast=True)
+        splines = [shown.entity for shown in entities if shown.entity.dxftype() == "SPLINE"]
+        others = (shown.entity for shown in entities if shown.entity.dxftype() != "SPLINE")
+        box = bbox.extents(others, fast=True)
         for spline in splines:  # ezdxf goes beyond the ends of periodic ones
             box.extend(spline.control_points if spline.control_point_count() else spline.fit_points)
         if box.has_data:
@@ -233,19 +234,43 @@ class _Adding:
     axes: tuple[int, int]  # of the plane
     smallest: float  # ends nearer than this meet
 
-    def add(self, entity: Any, layer: str, kind: str, material: int) -> None:
+    def add(self, shown: Shown, kind: str, material: int) -> None:
         """Add what one entity draws."""
-        geometry = self.geometry
+        entity, layer = shown.entity, shown.layer
         if kind == "skip":
             self.leave(entity, layer, "of kind skip")
             return
         if kind in POINT_KINDS or entity.dxftype() == "POINT":
-            self._add_point(entity, layer, kind)
+            self._add_point(shown, kind)
             return
         corners = self.corners(entity)
         if not corners or all(corner == corners[0] for corner in corners):
             self.leave(entity, layer, "without length")
             return
+        pieces = [corners]
+        if shown.clips:
+            closed = len(corners) > 3 and math.dist(corners[0], corners[-1]) <= self.smallest
+            pieces = self._clipped(corners, shown.clips, closed and kind in (*REGION_KINDS, "block"))
+        if not pieces:
+            self.leave(entity, layer, "outside of a clipping path")
+        for piece in pieces:
+            self._add_corners(piece, entity, layer, kind, material)
+
+    def _clipped(self, corners: list[Point], clips: tuple[Clip, ...], as_area: bool) -> list[list[Point]]:
+        """The parts of a line, or of the area in it, that clipping paths leave."""
+        shapely = need("shapely", "dxf", "clipping lines")
+        shape = shapely.Polygon(corners) if as_area else shapely.LineString(corners)
+        for clip in clips:
+            window = shapely.Polygon([self._flat(corner) for corner in clip.corners])
+            shape = shape.difference(window) if clip.keeps_outside else shape.intersection(window)
+        wanted = "Polygon" if as_area else "LineString"
+        parts = [part for part in shapely.get_parts(shape) if part.geom_type == wanted and not part.is_empty]
+        if any(as_area and len(part.interiors) for part in parts):
+            raise ValueError("its clipping path (XCLIP) leaves an outline with a hole: draw both as they are")
+        return [[(x, y) for x, y in (part.exterior if as_area else part).coords] for part in parts]
+
+    def _add_corners(self, corners: list[Point], entity: Any, layer: str, kind: str, material: int) -> None:
+        geometry = self.geometry
         meets = len(corners) > 3 and math.dist(corners[0], corners[-1]) <= self.smallest
         if kind == "block":
             if meets:
@@ -272,7 +297,8 @@ class _Adding:
         kind, place = entity.dxftype(), f"on layer {short(layer)!r} {why}"
         self.report.leave(f"{how}{kind} {place}", f"{how}{kind}s {place}")
 
-    def _add_point(self, entity: Any, layer: str, kind: str) -> None:
+    def _add_point(self, shown: Shown, kind: str) -> None:
+        entity, layer = shown.entity, shown.layer
         dxf, geometry = entity.dxf, self.geometry
         if entity.dxftype() == "POINT":
             place = self._flat(dxf.location)
@@ -281,6 +307,12 @@ class _Adding:
         else:
             self.leave(entity, layer, "of points, which are POINTs or CIRCLEs")
             return
+        for clip in shown.clips:
+            shapely = need("shapely", "dxf", "clipping points")
+            window = shapely.Polygon([self._flat(corner) for corner in clip.corners])
+            if window.covers(shapely.Point(place)) == clip.keeps_outside:
+                self.leave(entity, layer, "outside of a clipping path")
+                return
         into = {"loading": geometry.loading, "measured": geometry.measured, "hole": geometry.holes}.get(kind)
         if kind == "fixed":
             geometry.fixed.append((*place, *place))
@@ -365,9 +397,10 @@ def write_dxf(frame: Frame, path: Path) -> Path:
     """
     ezdxf = need("ezdxf", "dxf", "writing DXF drawings")
     document = ezdxf.new("R2010")
-    document.header["$INSUNITS"] = 0  # the unit of results is known to their user only
     space = document.modelspace()
     results = frame.results
+    # metres, millimetres, or none
+    document.header["$INSUNITS"] = {"SI": 6, "kN": 6, "mm": 4}.get(results.units, 0)
     for material in np.unique(results.block_material):
         document.layers.add(f"block_material_{material}", color=int(material - 1) % 6 + 1)
     document.layers.add("fixed_points", color=1)

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -22,7 +23,24 @@ UNSEEN = ("VIEWPORT",)  # of each layout
 DEEPEST = 50  # blocks within blocks
 
 
-def drawn(document: Any, path: Path, report: Report) -> Iterator[tuple[Any, str]]:
+@dataclass(frozen=True)
+class Clip:
+    """The clipping path (XCLIP) of an insertion."""
+
+    corners: tuple[Any, ...]  # in space
+    keeps_outside: bool
+
+
+@dataclass(frozen=True)
+class Shown:
+    """A line, curve or point with its layer, and the clipping paths of the insertions around it."""
+
+    entity: Any
+    layer: str
+    clips: tuple[Clip, ...] = ()
+
+
+def drawn(document: Any, path: Path, report: Report) -> Iterator[Shown]:
     """All lines, curves and points with their layers, also those within block references; the rest is listed.
 
     InputError when a block holds itself, or when there are more than a million entities.
@@ -34,7 +52,7 @@ def drawn(document: Any, path: Path, report: Report) -> Iterator[tuple[Any, str]
     def leave(entity: Any, layer: str, reason: str = "", kind: str = "") -> None:
         others[kind or entity.dxftype(), f"on layer {short(layer)!r}{reason}"] += 1
 
-    def walk(entities: Any, outer: str | None) -> Iterator[tuple[Any, str]]:
+    def walk(entities: Any, outer: str | None, clips: tuple[Clip, ...] = ()) -> Iterator[Shown]:
         for entity in entities:
             kind = entity.dxftype()
             layer = layers.of(entity, outer)
@@ -44,7 +62,7 @@ def drawn(document: Any, path: Path, report: Report) -> Iterator[tuple[Any, str]
             elif kind == "POLYLINE" and (entity.is_poly_face_mesh or entity.is_polygon_mesh):
                 leave(entity, layer, kind="POLYLINE (mesh)")
             elif kind in (*DRAWN, "POINT"):
-                yield entity, layer
+                yield Shown(entity, layer, clips)
             elif kind != "INSERT":
                 leave(entity, layer)
             elif (block := entity.block()) is None:
@@ -52,11 +70,13 @@ def drawn(document: Any, path: Path, report: Report) -> Iterator[tuple[Any, str]
             elif block.block.dxf.flags & 4:
                 leave(entity, layer, kind=f"INSERT (of the drawing {short(block.block.dxf.xref_path)!r}, outside)")
             else:
-                if _is_clipped(entity):
-                    report.warning(
-                        f"an INSERT of block {short(entity.dxf.name)!r} on layer {short(layer)!r} has a clipping path "
-                        "(XCLIP): it is taken whole"
-                    )
+                inner_clips = clips
+                if (clip := _clip(entity)) is not None:
+                    inner_clips = (*clips, clip)
+                    name = f"an INSERT of block {short(entity.dxf.name)!r} on layer {short(layer)!r}"
+                    report.note(f"{name} has a clipping path (XCLIP): what that hides is left out")
+                    if entity.mcount > 1:
+                        report.error(f"{name} has rows or columns, and a clipping path (XCLIP): explode it")
                 for attribute in entity.attribs:
                     leave(attribute, layers.of(attribute, layer))
 
@@ -64,7 +84,7 @@ def drawn(document: Any, path: Path, report: Report) -> Iterator[tuple[Any, str]
                     leave(inner, layers.of(inner, layer), ", which the scales of its insertion distort")
 
                 for insert in entity.multi_insert() if entity.mcount > 1 else [entity]:
-                    yield from walk(insert.virtual_entities(skipped_entity_callback=skipped), layer)
+                    yield from walk(insert.virtual_entities(skipped_entity_callback=skipped), layer, inner_clips)
 
     yield from walk(document.modelspace(), None)
     for layout in document.layouts:
@@ -106,11 +126,22 @@ class _Layers:
         return ", invisible" if entity.dxf.get("invisible", 0) else reason
 
 
-def _is_clipped(insert: Any) -> bool:
+def _clip(insert: Any) -> Clip | None:
+    """The clipping path of an insertion; None without one that is on."""
+    from ezdxf.math import Vec3
     from ezdxf.xclip import XClip
 
-    clip = XClip(insert)
-    return bool(clip.has_clipping_path and clip.is_clipping_enabled)
+    # an insertion within a block is seen as a copy, which has no filter
+    clip = XClip(insert.origin_of_copy or insert)
+    if not (clip.has_clipping_path and clip.is_clipping_enabled):
+        return None
+    path = clip.get_block_clipping_path()
+    corners = [(p.x, p.y) for p in path.inner_polygon()]
+    if len(corners) == 2:
+        (x1, y1), (x2, y2) = corners
+        corners = [(x1, y1), (x2, y1), (x2, y2), (x1, y2)]
+    places = insert.matrix44().transform_vertices(Vec3(corner) for corner in corners)
+    return Clip(tuple(places), path.is_inverted_clip)
 
 
 def _check_count(document: Any, path: Path) -> None:
