@@ -8,6 +8,8 @@ does not, `--show` those of the picture.
 
 from __future__ import annotations
 
+import re
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -18,7 +20,7 @@ from .errors import InputError
 from .materials import JointStrength, densities_and_weights
 from .results import Results
 
-__all__ = ["ConvertedResults", "Units", "check_units", "in_units"]
+__all__ = ["ConvertedResults", "Units", "check_units", "description", "in_units", "with_units"]
 
 #: Length, time and force of the systems of `&model units`.
 SYSTEMS = {"SI": ("m", "s", "N"), "kN": ("m", "s", "kN"), "mm": ("mm", "s", "N")}
@@ -35,18 +37,21 @@ MULTIPLES: dict[str, tuple[tuple[str, float, float], ...]] = {
     "energy": (("MJ", 1e6, 1e6), ("kJ", 1e3, 1.0), ("J", 1.0, 0.0)),
     "speed": (("m/s", 1.0, 0.1), ("mm/s", 1e-3, 0.0)),
     "acceleration": (("m/s²", 1.0, 0.0),),
+    "line_load": (("MN/m", 1e6, 1e6), ("kN/m", 1e3, 0.0)),
+    "frequency": (("1/s", 1.0, 0.0),),
 }
 #: Powers of length, time and force of these quantities; forces and energies are shown for a metre of thickness.
 DIMENSIONS = {
     "length": (1, 0, 0), "area": (2, 0, 0), "time": (0, 1, 0), "density": (-4, 2, 1), "weight": (-3, 0, 1),
     "stress": (-2, 0, 1), "stiffness": (-3, 0, 1), "force": (-1, 0, 1), "energy": (0, 0, 1), "speed": (1, -1, 0),
-    "acceleration": (1, -2, 0),
+    "acceleration": (1, -2, 0), "line_load": (-2, 0, 1), "frequency": (0, -1, 0),
 }  # fmt: skip
 
 LENGTHS = {"mm": 1e-3, "cm": 1e-2, "dm": 0.1, "m": 1.0, "km": 1e3, "in": 0.0254, "ft": 0.3048}
 TIMES = {"ms": 1e-3, "s": 1.0, "min": 60.0, "h": 3600.0, "d": 86400.0}
 FORCES = {"N": 1.0, "kN": 1e3, "MN": 1e6, "GN": 1e9, "kgf": 9.80665, "tf": 9806.65, "lbf": 4.4482216152605}
 
+JOULES = {("N", "m"): "J", ("kN", "m"): "kJ"}
 PASCALS = {("N", "m"): "Pa", ("kN", "m"): "kPa", ("MN", "m"): "MPa", ("N", "mm"): "MPa"}
 
 # Powers of length, time and force of all datasets that have any; the columns of velocity and of the properties of bolts
@@ -94,6 +99,36 @@ POWERS: dict[str, tuple[int, int, int]] = {
 DENSITY, WEIGHT = (200.0, 30_000.0), (2_000.0, 300_000.0)
 
 
+#: Dimensions of the columns of tables, by what their names begin with; the others are pure numbers or names.
+COLUMNS = (
+    (r"time|dt", "time"),
+    (r"max_displacement|measured_displacement|displacement|largest_opening|opening|slip|length|[xy][12]?$", "length"),
+    (r"measured_stress|stress|normal_stress|shear_stress", "stress"),
+    (r"force|fixed_force|boundary_force", "force"),
+    (r"energy_", "energy"),
+    (r"speed|velocity", "speed"),
+    (r"spin", "spin"),
+    (r"rotation|measured_rotation", "rad"),
+)
+
+
+def description(system: str) -> str:
+    """'SI (m, kg, s, N, Pa)', as src/model/units.f90 has it; 'none' of any consistent units."""
+    if system not in SYSTEMS:
+        return "none"
+    length, time, force = SYSTEMS[system]
+    return f"{system} ({length}, {'kg' if system == 'SI' else 't'}, {time}, {force}, {PASCALS[force, length]})"
+
+
+def with_units(columns: Iterable[str], units: Units) -> list[str]:
+    """Headers of a table: 'force_x [kN]'; the names alone where no units are known."""
+    names = list(columns)
+    if not units.length:
+        return names
+    found = ((name, next((d for begin, d in COLUMNS if re.match(begin, name)), "")) for name in names)
+    return [units.label(name, dimension) for name, dimension in found]
+
+
 @dataclass(frozen=True)
 class Units:
     """Names of the units of length, time and force; without names, labels show the quantity."""
@@ -128,11 +163,14 @@ class Units:
             "force": force,
             "speed": f"{length}/{time}",
             "acceleration": f"{length}/{time}²",
+            "line_load": f"{force}/{length}",
+            "frequency": f"1/{time}",
             "spin": f"rad/{time}",
             "stress": PASCALS.get((force, length), f"{force}/{length}²"),
-            "energy": "J" if (force, length) == ("N", "m") else f"{force} {length}" if known else "force × length",
+            "energy": JOULES.get((force, length), f"{force} {length}" if known else "force × length"),
             "rad": "rad",
             "area": f"{length}²",
+            "density": "kg/m³" if (force, length, time) == ("N", "m", "s") else f"t/{length}³" if known else "",
             "weight": f"{force}/{length}³",
             "stiffness": f"{PASCALS.get((force, length), f'{force}/{length}²')}/{length}",
         }

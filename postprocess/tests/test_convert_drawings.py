@@ -127,7 +127,11 @@ def test_far_coordinates_get_a_local_origin(tmp_path, program):
     section(tmp_path / "far.dxf", unit=0.001, code=4, at=(500_000, 6_800_000))
     done = convert(tmp_path / "far.dxf", tmp_path / "far")
     assert any("the origin is moved to 500000,6800000" in text for text in done.messages)
-    assert (tmp_path / "far.dc").read_text().startswith("# from far.dxf; the origin was at 500000, 6800000\n")
+    assert (
+        (tmp_path / "far.dc")
+        .read_text()
+        .startswith("# from far.dxf; lengths in m; the origin was at 500000, 6800000\n")
+    )
     section(tmp_path / "near.dxf")
     convert(tmp_path / "near.dxf", tmp_path / "near")
     far, near = lines_of(tmp_path / "far.dc")[0], lines_of(tmp_path / "near.dc")[0]
@@ -386,6 +390,18 @@ def test_huge_files_are_not_read(tmp_path):
         with (tmp_path / name).open("wb") as stream:
             stream.truncate(10**11)  # takes no room on the disk
         refused(tmp_path / name, "has more than 64 MB: files that large are not converted")
+
+
+@pytest.mark.parametrize(
+    ("code", "scale", "told"),
+    [(6, None, "lengths in m"), (4, None, "lengths in m"), (4, 1.0, "lengths of the drawing times 1"),
+     (0, None, "lengths as in a.dxf, which states no unit")],
+)  # fmt: skip
+def test_files_that_are_written_say_the_unit_of_their_lengths(tmp_path, code, scale, told):
+    section(tmp_path / "a.dxf", unit=0.001 if code == 4 else 1.0, code=code)
+    convert(tmp_path / "a.dxf", output=tmp_path / "a", scale=scale, template=True)
+    assert (tmp_path / "a.dc").read_text().splitlines()[0].startswith(f"# from a.dxf; {told}")
+    assert "units = 'SI'" in (tmp_path / "a.nml").read_text()
 
 
 def clipped_drawing(path, nested=False, outside=False):

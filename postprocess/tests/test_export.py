@@ -6,9 +6,12 @@ import subprocess
 import sys
 from pathlib import Path
 
+import ezdxf
+import h5py
 import numpy as np
 import pandas
 import pytest
+import pyvista
 import rockdda
 from rockdda import export
 from synthetic import write_wall
@@ -99,6 +102,29 @@ def test_history_as_csv(flat_arch, tmp_path):
     pandas.testing.assert_frame_equal(
         table, results.history(), check_exact=True, check_dtype=False, check_index_type=False
     )
+
+
+@pytest.mark.parametrize(("system", "length", "stress", "code"), [("mm", "mm", "MPa", 4), ("kN", "m", "kPa", 6)])
+def test_exports_say_the_units_of_the_results(tmp_path, system, length, stress, code):
+    path = write_wall(tmp_path / "wall.h5", 3, 2)
+    with h5py.File(path, "r+") as file:
+        file.attrs["units"] = system
+        file["frames/stress"].attrs["units"] = stress
+    results = rockdda.open(path)
+    header = export.to_csv(results, tmp_path / "a.csv", "blocks").read_text().splitlines()[0].split(",")
+    assert header[:5] == ["frame", "time [s]", "block", f"x [{length}]", f"y [{length}]"]
+    assert {f"stress_min [{stress}]", f"speed [{length}/s]", "rotation [rad]", "stage", "material"} <= set(header)
+    header = export.to_csv(results, tmp_path / "a.csv").read_text().splitlines()[0].split(",")
+    assert {"step", "time [s]", "dt [s]", "open", f"max_displacement [{length}]", "attempts"} <= set(header)
+    said = f"{system} ({length}, t, s, {'N' if system == 'mm' else 'kN'}, {stress})"
+    assert export.to_text(results, tmp_path / "a.txt").read_text().startswith(f"# block vertex x y, units: {said}\n")
+    export.to_dxf(results, tmp_path / "a.dxf")
+    assert ezdxf.readfile(tmp_path / "a.dxf").header["$INSUNITS"] == code
+    with h5py.File(export.to_vtk(results, tmp_path / "a.vtkhdf")) as file:
+        assert file.attrs["units"] == said
+    assert pyvista.read(export.to_vtk(results, tmp_path / "a.vtu")).field_data["units"][0] == said
+    data = results.to_xarray(contacts=False)
+    assert (data.attrs["units"], data["stress"].attrs["units"]) == (said, stress)
 
 
 def test_blocks_vertices_and_contacts_as_csv(flat_arch, tmp_path):

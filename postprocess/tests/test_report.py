@@ -49,7 +49,7 @@ def test_the_page_has_all_parts_and_needs_nothing_else(dug, tmp_path):  # noqa: 
     assert not re.search(r'(src|href)="(?!data:)', text)
     assert re.findall("<h2>(.*?)</h2>", text) == ["Model", "Stages", "State at the end", "Checks", "Input"]
     assert "<h1>Wall &amp; fill</h1>" in text
-    for shown in ("rock", "friction [°]", "digging, face near", "excavate middle", "pressure 1e+04", "SHA-256"):
+    for shown in ("rock", "friction [°]", "digging, face near", "excavate middle", "pressure 10 kPa", "SHA-256"):
         assert shown in text
     assert "not kept" not in text
     assert "E [MPa]" in text
@@ -247,6 +247,36 @@ def test_numbers_in_words():
     assert [facts.number(value) for value in (-0.0, np.float64(-0.0), 1.23456, 3, float("nan"), True, [1, 2.5])] == [
         "0", "0", "1.235", "3", "–", "yes", "1, 2.5",
     ]  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("group", "name", "metres", "millimetres", "told"),
+    [
+        ("load", "gravity", 9.81, 9810, "9.81 m/s²"),
+        ("in_situ", "surface", 15, 15000, "15 m"),
+        ("in_situ", "surcharge", 2.21e6, 2.21, "2.21 MPa"),
+        ("in_situ", "unit_weight", 26500, 2.65e-5, "26.5 kN/m³"),
+        ("in_situ", "k0", 0.8, 0.8, "0.8"),
+        ("boundary", "traction", [0, -2e3], [0, -2e-3], "0, -2 kPa"),
+        ("boundary", "velocity", [0.001, 0], [1, 0], "1, 0 mm/s"),
+        ("line_load", "force_start", [0, -5e4], [0, -0.05], "0, -50 kN/m"),
+        ("stage", "duration", 2.5, 2.5, "2.5 s"),
+        ("stage", "until", "equilibrium", "equilibrium", "equilibrium"),
+        ("joint_material", "friction", 35, 35, "35°"),
+    ],
+)
+def test_values_of_the_input_have_their_unit_in_any_system(native, group, name, metres, millimetres, told):
+    for value, system in ((metres, ("m", "s", "N")), (millimetres, ("mm", "s", "N"))):
+        assert facts.option_text(group, name, value, Units(*system, multiples=True)) == told
+    assert facts.option_text(group, name, metres, Units()) == facts.number(metres)
+
+
+def test_places_have_their_unit():
+    ends = np.array([[-15, -15], [15, -15]])
+    for scale, length in ((1, "m"), (1000, "mm")):
+        units = Units(length, "s", "N", multiples=True)
+        assert facts.place_text(scale * ends, units) == "(-15, -15) → (15, -15) m"
+    assert facts.place_text(ends, Units()) == "(-15, -15) → (15, -15)"
 
 
 def test_endings(tmp_path):

@@ -1,13 +1,16 @@
 # SPDX-License-Identifier: MIT
 """Units: what a picture shows is in the units that it names, or there is no picture."""
 
+import re
 import shutil
 
 import h5py
 import numpy as np
 import pytest
 import rockdda
+from places import ROOT
 from rockdda import cli
+from rockdda import units as tables
 from rockdda.frames import FIELDS
 from rockdda.plot.style import DIMENSIONS
 from rockdda.units import POWERS, check_units, in_units
@@ -30,6 +33,46 @@ def write_results(path, density, weight, g0="", omega=""):
         del file["input/analysis"]
         file["input/analysis"] = text
     return path
+
+
+# names of dimensions in the program, as the table of options has them
+NAMES = {
+    "length": "length", "area": "length^2", "time": "time", "density": "mass/length^2", "weight": "force/length^2",
+    "stress": "stress", "stiffness": "stress/length", "force": "force", "energy": "energy", "speed": "length/time",
+    "acceleration": "length/time^2", "line_load": "force/length", "frequency": "1/time",
+}  # fmt: skip
+
+
+def number(text):
+    return float(text.replace("_wp", ""))
+
+
+def test_the_program_and_the_package_have_the_same_units():
+    """The rows of both tables, and the powers of length, mass and time of each quantity."""
+    text = (ROOT / "src/model/units.f90").read_text()
+    characters = {"squared": "²", "cubed": "³", "degree": "°"}
+    multiples = {}
+    for dimension, name, more, size, least in re.findall(
+        r"multiple_type\('([^']+)', '([^']+)'(?://(\w+))?, (\S+), (\S+)\)", text
+    ):
+        row = (name + characters.get(more, ""), number(size), number(least))
+        multiples[dimension] = (*multiples.get(dimension, ()), row)
+    assert {name: multiples[NAMES[name]] for name in tables.MULTIPLES} == tables.MULTIPLES
+    powers = {}
+    for names, row in re.findall(r"case \(([^)]+)\); powers = \[([^]]+)\]", text):
+        powers |= dict.fromkeys(re.findall(r"'([^']+)'", names), tuple(map(int, row.split(","))))
+    for name, (length, time, force) in tables.DIMENSIONS.items():
+        assert powers[NAMES[name]] == (length + force, force, time - 2 * force), name
+    systems = re.findall(r"unit_system_type\('(\w+)', (\S+), (\S+), (\S+), '(\w+)', '(\w+)', '(\w+)', '(\w+)'\)", text)
+    assert {row[0] for row in systems} == set(tables.SYSTEMS)
+    for name, *sizes, length, mass, force, stress in systems:
+        metres, kilograms, seconds = map(number, sizes)
+        assert tables.SYSTEMS[name] == (length, "s", force)
+        newtons = kilograms * metres / seconds**2
+        assert (tables.LENGTHS[length], tables.TIMES["s"]) == (metres, seconds)
+        assert tables.FORCES[force] == pytest.approx(newtons, rel=1e-15)
+        assert tables.PASCALS[force, length] == stress
+        assert tables.description(name) == f"{name} ({length}, {mass}, s, {force}, {stress})"
 
 
 def test_results_state_the_unit_of_a_dataset(tmp_path):

@@ -83,7 +83,7 @@ def convert(
     geometry, analysis, reports = reading.finish()
     stem = _stem(paths[0], output)
     title = ", ".join(path.name for path in [*paths, *map(Path, given)])
-    title = "".join("?" if has_controls(letter) else letter for letter in title) + reading.moved
+    title = "".join("?" if has_controls(letter) else letter for letter in title) + reading.lengths + reading.moved
     if geometry is not None and not geometry.e0 > 0:
         raise InputError(f"the edge-node distance e0 must be positive, found {geometry.e0:g}", paths[0])
     counted = geometry
@@ -155,6 +155,8 @@ class _Reading:
         self.moved = ""  # to say where the origin is
         self._bolts: tuple[float, float, float] | None = None
         self._drawings: list[tuple[Path, float]] = []  # and the lengths of their units
+        self._lengths: set[str] = set()  # what is known of them
+        self._unit_is_stated = True  # by the last drawing
         self._known: dict[str, tuple[str, int]] = {}  # layers of the drawings read so far
 
     def read(self, path: Path, default: str | None = None) -> None:
@@ -181,6 +183,7 @@ class _Reading:
     def _add_drawing(self, path: Path, kind: str, default: str | None) -> None:
         if self.geometry is not None and not self._drawings:
             raise InputError("there is already a geometry in DDAML: drawings cannot be added to it", path)
+        self._unit_is_stated = True
         found, report, system = self._read_drawing(path, kind, default)
         if system is not None and system.problem and self.scale is None and not self.geographic:
             report.error(
@@ -204,6 +207,12 @@ class _Reading:
             report.raise_errors()
         elif kind in ("gis", "geojson") and unit != 1.0 and self.scale is None:
             report.note(f"the reference system counts in units of {unit:.9g} m: lengths are converted to metres")
+        if self.scale is not None:
+            self._lengths.add(f"lengths of the drawing times {self.scale:.9g}")
+        elif not is_geographic and (system is None or kind == "compas" or not self._unit_is_stated):
+            self._lengths.add(f"lengths as in {path.name}, which states no unit")
+        else:
+            self._lengths.add("lengths in m")
         if self.origin is not None and any(other != unit for _, other in self._drawings):
             raise InputError("the drawings have different units: an origin needs drawings in one unit", path)
         place(found, unit, self.origin or (0.0, 0.0))
@@ -220,7 +229,9 @@ class _Reading:
             found, report, unit = dxf.read_dxf(
                 path, self.layers, self.chord, scale=self.scale, default=default, known=self._known
             )
-            return found, report, System(unit=unit)
+            if unit is None:
+                self._unit_is_stated = False
+            return found, report, System(unit=1.0 if unit is None else unit)
         if kind == "gis":
             from .gis import read_gis
 
@@ -261,6 +272,11 @@ class _Reading:
             self.moved = f"; 0,0 is at longitude, latitude {place}"
         to_metres(found, self._middle)
         self.origin = (0.0, 0.0)
+
+    @property
+    def lengths(self) -> str:
+        """What is known of the lengths, for the files that are written."""
+        return "".join(f"; {text}" for text in sorted(self._lengths))
 
     def finish(self) -> tuple[Geometry | None, Analysis | None, list[Report]]:
         """Combine all inputs; clip lines to areas and openings."""

@@ -96,12 +96,12 @@ def read_dxf(
     scale: float | None = None,
     default: str | None = None,
     known: dict[str, tuple[str, int]] | None = None,
-) -> tuple[Geometry, Report, float]:
+) -> tuple[Geometry, Report, float | None]:
     """The lines of a drawing's model space, in the drawing's unit, and the length of that unit.
 
     Curves become chords no farther from them than `chord`, by default 1/2000 of the drawing's larger extent. `scale` is
-    the unit's length if it is given, else it follows from the drawing's $INSUNITS [m]. `known` are the layers of other
-    drawings; those of this one are added.
+    the unit's length if it is given, else it follows from the drawing's $INSUNITS [m]; None where it states none.
+    `known` are the layers of other drawings; those of this one are added.
     """
     report = Report(path)
     document = _read(path, report)
@@ -122,7 +122,8 @@ def read_dxf(
     if known is not None:
         known.update({name.lower(): kind for name, kind in kinds.items()})
     extent, axes = _plane(entities, report)
-    unit = scale if scale is not None else metres_of(document, extent, report, _states_unit(path))
+    stated = scale if scale is not None else metres_of(document, extent, report, _states_unit(path))
+    unit = 1.0 if stated is None else stated
     smallest = 1e-6 * extent
     if chord is not None:
         chord = from_unit(chord, 1 / unit)
@@ -154,7 +155,7 @@ def read_dxf(
     if geometry.is_empty:
         report.error(f"no lines: the model space has none of {', '.join(DRAWN)} on a layer of joints or boundaries")
     report.raise_errors()
-    return geometry, report, unit
+    return geometry, report, stated
 
 
 def _plane(entities: list[Shown], report: Report) -> tuple[float, tuple[int, int]]:

@@ -38,8 +38,8 @@ INSUNITS = {
 }  # fmt: skip
 
 
-def metres_of(document: Any, extent: float, report: Report, stated: bool = True) -> float:
-    """The length of a drawing's unit [m] by its $INSUNITS; 1 with a warning, or an error, where it states none.
+def metres_of(document: Any, extent: float, report: Report, stated: bool = True) -> float | None:
+    """The length of a drawing's unit [m] by its $INSUNITS; None with a note, or an error, where it states none.
 
     `stated`: the file itself holds $INSUNITS; for one without, ezdxf assumes metres.
     """
@@ -50,7 +50,7 @@ def metres_of(document: Any, extent: float, report: Report, stated: bool = True)
             report.error(f"the drawing states no unit ($INSUNITS), and its larger extent is {extent:g}: {advice}")
             report.raise_errors()
         report.note("the drawing states no unit ($INSUNITS): its numbers are kept (--scale changes them)")
-        return 1.0
+        return None
     if code not in INSUNITS:
         report.error(f"the drawing states the unknown unit $INSUNITS = {shown(code)}: {advice}")
         report.raise_errors()

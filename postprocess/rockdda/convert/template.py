@@ -25,7 +25,7 @@ def template_text(geometry: Geometry, name: str, ending: str, title: str) -> str
         f"!   rockdda-post view {name}.h5    the results in a browser",
         "!",
         "! `rockdda help` names all groups, `rockdda help stage` what one of them takes.",
-        f"&model           geometry = {_quoted(name + ending)}, title = {_quoted(name)} /",
+        f"&model           geometry = {_quoted(name + ending)}, title = {_quoted(name)}, units = 'SI' /",
         "",
         "! Materials, by number in the geometry file; density [kg/m3], young [N/m2]",
         *(

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, TextIO
 
 from ..convert.dxf import write_dxf
+from ..units import description
 from ..writing import write_file
 from .common import Progress, chosen
 
@@ -34,7 +35,8 @@ def to_text(
     numbers = chosen(results, frames)
 
     def write(stream: TextIO) -> None:
-        stream.write("# block vertex x y\n")
+        units = "" if results.units == "none" else f", units: {description(results.units)}"
+        stream.write(f"# block vertex x y{units}\n")
         for k, number in enumerate(numbers):
             now = results.frames[number]
             stream.write(f"# frame {now.index} step {now.step} time {now.time!r}\n")

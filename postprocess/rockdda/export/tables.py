@@ -15,6 +15,7 @@ from ..errors import InputError
 from ..joints import joint_summary
 from ..results import FIELDS
 from ..text import csv_text
+from ..units import Units, with_units
 from ..writing import write_file
 from .common import Progress, chosen
 
@@ -35,6 +36,8 @@ def to_csv(
 ) -> Path:
     """Write a table; returns the path.
 
+    Headers have the units of the results where those are known, as in 'force_x [kN]'.
+
     `what` is 'history' (one row per step), 'boundaries' (per stage and boundary: its kind and its force at the end of
     the stage), 'blocks' (per frame and block: centroid, every field, index of the stage, 1 where the block is there),
     'vertices' (per frame and vertex), 'contacts' (per frame and contact), 'joints' (per frame and pair of blocks: see
@@ -45,11 +48,16 @@ def to_csv(
     1, as in the input files (block 0 of a bolt: the fixed outside); frame 0 is the start.
     """
     path = Path(path)
+    units = Units.parse(None, results)
     if what == "history":
-        write_file(path, lambda stream: results.history().to_csv(stream, lineterminator="\n"))
+        table = results.history()
+        table.columns = with_units(map(str, table.columns), units)
+        write_file(path, lambda stream: table.to_csv(stream, lineterminator="\n"))
         return path
     if what == "boundaries":
-        write_file(path, csv_text(results.boundary_forces()))
+        table = results.boundary_forces()
+        table.columns = with_units(map(str, table.columns), units)
+        write_file(path, csv_text(table))
         return path
     tables = {
         "blocks": _block_rows, "vertices": _vertex_rows, "contacts": _contact_rows, "joints": _joint_rows,
@@ -65,7 +73,7 @@ def to_csv(
             columns = {"frame": now.index, "time": now.time} | tables[what](now)
             length = max((len(values) for values in columns.values() if isinstance(values, np.ndarray)), default=0)
             if k == 0:
-                stream.write(",".join(columns) + "\n")
+                stream.write(",".join(with_units(columns, units)) + "\n")
             lists = [v.tolist() if isinstance(v, np.ndarray) else [v] * length for v in columns.values()]
             stream.writelines(",".join(map(repr, row)) + "\n" for row in zip(*lists, strict=True))
             if progress is not None:

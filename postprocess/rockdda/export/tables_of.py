@@ -12,6 +12,7 @@ import numpy.typing as npt
 from ..errors import InputError, need
 from ..frames import CONTACT_TABLES, FIELDS, JOINT_TABLES
 from ..stages import STAGE_TABLES
+from ..units import description
 
 if TYPE_CHECKING:
     import geopandas
@@ -78,10 +79,16 @@ def to_xarray(results: Results, contacts: bool = True) -> xarray.Dataset:
             "energy_column": results.energy_names,
             "contact_count": ["open", "sliding", "locked"],
         },
-        attrs={"title": results.title, "program_version": results.program_version, "exit_reason": results.exit_reason},
-    )
+        attrs={"title": results.title, "program_version": results.program_version, "exit_reason": results.exit_reason,
+               "units": description(results.units)},
+    )  # fmt: skip
     if contacts:
         found = found.assign(_contacts(results)).assign_coords(_contact_coordinates(results))
+    if results.units != "none":
+        for name, variable in found.variables.items():
+            paths = [path for group in ("frames", "history", "model") if (path := f"{group}/{name}") in results]
+            if paths and (unit := results.units_of(paths[0])):
+                variable.attrs["units"] = unit
     for name in ("time", "step_time", *(("contact_frame", "contact_time") if contacts else ())):
         found = found.set_xindex(name)
     return found
@@ -115,7 +122,9 @@ def to_geopandas(results: Results, what: str = "blocks", frame: int = -1, crs: A
     if what not in tables:
         raise InputError(f"there is no table {what!r}; the tables are: {', '.join(tables)}")
     columns, shapes = tables[what](results.frames[frame])
-    return geopandas.GeoDataFrame(columns, geometry=shapes, crs=crs)
+    found = geopandas.GeoDataFrame(columns, geometry=shapes, crs=crs)
+    found.attrs["units"] = description(results.units)
+    return found
 
 
 def _blocks(frame: Frame) -> tuple[dict[str, Any], list[Any]]:

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..errors import InputError, OutputError, RockddaError, how_to_install
+from ..units import description
 from ..writing import make_folder, write_file
 from .common import Progress, chosen
 from .grids import Grid, grids_of, in_space
@@ -39,7 +40,8 @@ def to_vtk(
     tensors, and block numbers (from 1). Bolts are lines with their forces, joints lines with stresses, opening, slip
     and mobilised strength, edges of boundaries lines with the number of the boundary, its kind (1 fixed, 2 roller, 3
     moving, 4 traction) and force, in further files for each frame (…_bolts.vtu, …_joints.vtu, …_boundaries.vtu),
-    which the index holds, too. Blocks that are not there are left out; field data name the stage.
+    which the index holds, too. Blocks that are not there are left out; field data name the stage and the system of
+    units.
     """
     path = Path(path)
     if path.suffix.lower() in (".vtkhdf", ".hdf"):
@@ -117,10 +119,11 @@ def _grid(frame: Frame, found: Grid) -> Any:
         array = numpy_to_vtk(number, deep=True)
         array.SetName(name)
         grid.GetFieldData().AddArray(array)
-    stage = vtkStringArray()
-    stage.SetName("stage_name")
-    stage.InsertNextValue(frame.stage_name)
-    grid.GetFieldData().AddArray(stage)
+    for name, text in (("stage_name", frame.stage_name), ("units", description(frame.results.units))):
+        word = vtkStringArray()
+        word.SetName(name)
+        word.InsertNextValue(text)
+        grid.GetFieldData().AddArray(word)
     return grid
 
 

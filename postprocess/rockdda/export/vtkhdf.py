@@ -18,6 +18,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..errors import InputError
+from ..units import description
 from ..writing import complete_file
 from .common import Progress, chosen
 from .grids import Grid, grids_of, in_space
@@ -40,7 +41,7 @@ def to_vtkhdf(
 
     The cells and values are those of `to_vtk`: blocks in this file; bolts, joints and edges of boundaries, where
     there are any, in files beside it (…_bolts.vtkhdf, …_joints.vtkhdf, …_boundaries.vtkhdf). Field data: index of the
-    stage.
+    stage; attribute of each file: the system of units.
     """
     path = Path(path)
     if path.suffix.lower() not in (".vtkhdf", ".hdf"):
@@ -54,7 +55,7 @@ def to_vtkhdf(
             for name in dict.fromkeys([*grids, *writers]):
                 if name not in writers:
                     part = files.enter_context(complete_file(path.with_name(f"{path.stem}{name}{path.suffix}")))
-                    writers[name] = _Writer(files.enter_context(h5py.File(part, "w")))
+                    writers[name] = _Writer(files.enter_context(h5py.File(part, "w")), description(results.units))
                 writers[name].add(now, grids[name])
             if progress is not None:
                 progress(done, len(numbers))
@@ -66,7 +67,8 @@ def to_vtkhdf(
 class _Writer:
     """Appends time steps to an empty file."""
 
-    def __init__(self, file: h5py.File) -> None:
+    def __init__(self, file: h5py.File, units: str) -> None:
+        file.attrs["units"] = units
         self.root = file.create_group("VTKHDF")
         self.root.attrs["Version"] = np.array([2, 0])
         self.root.attrs.create("Type", b"UnstructuredGrid", dtype=h5py.string_dtype("ascii", 16))

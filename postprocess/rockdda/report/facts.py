@@ -17,6 +17,7 @@ from ..groups import as_list
 from ..joints import joint_summary
 from ..materials import material_rows
 from ..namelist import parse_groups
+from ..options import option_rows
 from ..units import Units
 
 if TYPE_CHECKING:
@@ -25,7 +26,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "boundary_table", "checks", "chosen", "files_of", "groups_of", "in_short", "in_words", "joint_table",
-    "material_tables", "motions", "number", "path_of", "search_table", "stage_table", "stages_before",
+    "material_tables", "motions", "number", "option_text", "path_of", "search_table", "stage_table", "stages_before",
 ]  # fmt: skip
 
 SEARCHES = {
@@ -41,6 +42,12 @@ JOINT_COLUMNS = {
 MATERIAL_DIMENSIONS = {
     "density": "density", "unit_weight": "weight", "young": "stress", "cohesion": "stress", "tension": "stress",
     "normal_stiffness": "stiffness", "shear_stiffness": "stiffness",
+}  # fmt: skip
+#: Quantities of the units in the table of options.
+QUANTITIES = {
+    "length": "length", "stress": "stress", "stress/length": "stiffness", "force/length^2": "weight", "time": "time",
+    "force/length": "line_load", "s": "time", "length/time": "speed", "length/time^2": "acceleration",
+    "mass/length^2": "density", "1/time": "frequency", "force": "force",
 }  # fmt: skip
 #: Bounds of the checks: shares of the largest energy, the mean edge, the mean force, the largest displacement.
 ENERGY, GEOMETRY, OVERLAP, UNBALANCED, STEP = 1e-6, 1e-2, 1e-2, 1e-5, 5e-2
@@ -67,6 +74,33 @@ def number(value: Any) -> str:
     if isinstance(value, int | float | np.number):
         return f"{value + 0:.4g}" if np.isfinite(value) else "–"  # no minus before 0
     return ", ".join(number(item) for item in value) if isinstance(value, list | tuple) else str(value)
+
+
+def option_text(group: str, name: str, value: Any, units: Units) -> str:
+    """The value of an option with its unit, where the units are known: '2.21 MPa'."""
+    try:
+        stated = str(option_rows(group).get(name, {}).get("x-unit", "")).split(", ")
+    except (InputError, ImportError):  # an unknown group, or no extension
+        stated = [""]
+    if not units.length or isinstance(value, str | bool):
+        return number(value)
+    if stated == ["deg"]:
+        return f"{number(value)}°"
+    kinds = ["weight" if name == "unit_weight" else QUANTITIES.get(unit, "") for unit in stated]
+    if len(kinds) > 1:
+        return f"{number(value)} [{', '.join(map(units.of, kinds))}]"
+    values = np.atleast_1d(np.asarray(value, dtype=float))
+    factor, unit = units.multiple(kinds[0], float(np.abs(values).max(initial=0.0)))
+    return f"{number((factor * values).tolist() if np.ndim(value) else factor * float(values[0]))} {unit}".rstrip()
+
+
+def place_text(points: Any, units: Units) -> str:
+    """Places and their unit: '(-15, -15) → (15, -15) m'; first and last of many."""
+    places = np.asarray(points, dtype=float).reshape(-1, 2)
+    factor, unit = units.multiple("length", float(np.abs(places).max(initial=0.0)))
+    few = places if len(places) <= 3 else places[[0, -1]]
+    text = " → ".join(f"({factor * x:.4g}, {factor * y:.4g})" for x, y in few)
+    return text + (" …" if len(places) > 3 else "") + (f" {unit}" if units.length and text else "")
 
 
 def groups_of(results: Results) -> dict[str, list[dict[str, Any]]]:
@@ -215,11 +249,11 @@ def boundary_table(results: Results, units: Units) -> Table:
     rows = []
     for i, kind in enumerate(kinds):
         group = groups[i] if len(groups) == len(kinds) else {}
-        values = "; ".join(f"{name} {number(value)}" for name, value in group.items() if name not in ("along", "kind"))
-        points = np.array(group.get("along", []), dtype=float).reshape(-1, 2)
-        where = " → ".join(f"({x:.4g}, {y:.4g})" for x, y in (points if len(points) <= 3 else points[[0, -1]]))
+        given = {name: value for name, value in group.items() if name not in ("along", "kind")}
+        values = "; ".join(f"{name} {option_text('boundary', name, value, units)}" for name, value in given.items())
+        where = place_text(group.get("along", []), units)
         last = [number(factor * component) for component in force[-1, i]] if len(force) else ["–", "–"]
-        rows.append([str(i + 1), kind, where + (" …" if len(points) > 3 else ""), values, *last])
+        rows.append([str(i + 1), kind, where, values, *last])
     return ["", "kind", "along", "values", f"force x [{unit}]", f"force y [{unit}]"], rows
 
 
@@ -231,7 +265,8 @@ def stage_table(results: Results, units: Units) -> Table:
     largest: list[float] = []
     for stage in results.stages:
         group = groups[stage.index] if stage.index < len(groups) else {}
-        does = "; ".join(f"{name} {number(value)}" for name, value in group.items() if name != "name")
+        given = {name: value for name, value in group.items() if name != "name"}
+        does = "; ".join(f"{name} {option_text('stage', name, value, units)}" for name, value in given.items())
         steps = str(stage.n_steps) if stage.n_steps or not trial else "before"
         row: list[str | float] = [str(stage.index + 1), stage.name, does, steps]
         if stage.frames:
@@ -294,15 +329,14 @@ def in_short(results: Results, units: Units) -> list[tuple[str, str]]:
     facts = []
     if len(there):
         i = int(there[np.argmax(moved[there])])
-        x, y = results.block_centroid[i]
-        place = f"block {i + 1}, at the start at ({x:.4g}, {y:.4g})"
+        place = f"block {i + 1}, at the start at {place_text(results.block_centroid[i], units)}"
         facts.append(("largest displacement", f"{units.text(moved[i], 'length')} ({place})"))
         principal = now.principal_stress()[0][there]
         facts.append(("largest compression in a block", units.text(max(-principal[:, 1].min(), 0.0), "stress")))
         facts.append(("largest tension in a block", units.text(max(principal[:, 0].max(), 0.0), "stress")))
         most, when = _largest_of_frames(results)
         if most > 1.01 * moved[i]:
-            words = f"{units.text(most, 'length')} (frame at time {when:.4g})"
+            words = f"{units.text(most, 'length')} (frame at time {f'{when:.4g} {units.time}'.rstrip()})"
             facts.insert(1, ("largest displacement of all frames", words))
         if speed := np.hypot(*now.velocity[there, :2].T).max():  # steps of statics begin at rest
             facts.append(("largest speed", units.text(speed, "speed")))

@@ -19,7 +19,7 @@ from .. import plot
 from ..critical import read_search
 from ..errors import InputError
 from ..text import readable
-from ..units import Units
+from ..units import Units, description
 from ..writing import complete_file, write_file
 from . import facts
 from .half_step import compare_ends, run_half_step
@@ -217,13 +217,14 @@ def _model_part(results: Results, units: Units, drawn: dict[str, str]) -> list[s
         ("time", "time steps"),
     ):
         for group in groups.get(name, []):
-            rows.append((words, "; ".join(f"{key} {facts.number(value)}" for key, value in group.items())))
+            values = (f"{key} {facts.option_text(name, key, value, units)}" for key, value in group.items())
+            rows.append((words, "; ".join(values)))
     blocks, joints = facts.material_tables(results, units)
     given = "Values as in the input; consistent units" + (
         f" of {units.length}, {units.time}, {units.force}" if units.length else ""
     )
     if units.multiples:
-        given = f"The input is in {units.length}, {units.time}, {units.force}; values with a unit here are in that one"
+        given = f"The input is in {description(results.units)}; values are shown in the units that stand by them"
     parts = [
         "<h2>Model</h2>",
         _lead(facts.in_words(results, units)),
