@@ -4,36 +4,26 @@ module rockdda_run_block_warnings
    use rockdda_base_kinds, only : wp
    use rockdda_base_strings, only : counted, to_string
    use rockdda_interaction_elasticity, only : compliance
-   use rockdda_stepping_lodging, only : lodging_type
    use rockdda_stepping_simulation, only : simulation_type
    implicit none
    private
-   public :: block_watch_type
+   public :: lodged_warning, strain_warning
 
    !> Largest strain that linear elasticity is meant for.
    real(wp), parameter :: much_strain = 0.05_wp
    !> Largest number of pairs named in one message.
    integer, parameter :: most_named = 3
 
-   type :: block_watch_type
-      type(lodging_type) :: lodging
-      logical :: strain_was_reported = .false.
-   contains
-      procedure :: lodged_warning
-      procedure, nopass :: strain_warning
-   end type block_watch_type
-
 contains
 
    !> Warning about pairs of blocks that stand inside each other, in the step in which they are found; '' for none.
-   function lodged_warning(self, sim) result(text)
-      class(block_watch_type), intent(in) :: self
+   function lodged_warning(sim) result(text)
       type(simulation_type), intent(in) :: sim
       character(len=:), allocatable :: text
       integer :: k
       text = ''
-      if (size(self%lodging%found) == 0) return
-      associate (pairs => self%lodging%found)
+      if (size(sim%lodging%found) == 0) return
+      associate (pairs => sim%lodging%found)
       do k = 1, min(size(pairs), most_named)
          if (k > 1) text = text//', '
          text = text//'blocks '//to_string(pairs(k)%blocks(1))//' and '//to_string(pairs(k)%blocks(2))//' at '// &

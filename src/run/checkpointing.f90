@@ -11,7 +11,7 @@ module rockdda_run_checkpointing
    use rockdda_io_checkpoint, only : checkpoint_type, checkpoint_facts_type, results_path
    use rockdda_io_checkpoint_model, only : exchange_blocks, exchange_parameters
    use rockdda_io_checkpoint_state, only : exchange_state, exchange_contacts, exchange_control, &
-      exchange_construction, exchange_ledger, exchange_record
+      exchange_construction, exchange_ledger, exchange_record, exchange_reported
    use rockdda_io_checkpoint_model_check, only : parameters_problem, blocks_problem
    use rockdda_io_checkpoint_state_check, only : facts_problem, state_problem
    use rockdda_io_digest, only : digest_length
@@ -148,6 +148,7 @@ contains
       call exchange_construction(archive, sim%construction, sim%families%contacts%stiffness_is_new)
       call sim%families%exchange_state(archive)
       call exchange_ledger(archive, sim%ledger)
+      call exchange_reported(archive, sim%lodging, sim%strain_was_reported)
       call exchange_record(archive, sim%record)
       call archive%section('solver')
       call archive%item('line_ends', sim%line_ends)

@@ -27,7 +27,7 @@ module rockdda_run_model_run
    use rockdda_run_input, only : model_input_type
    use rockdda_run_outcome, only : short_run_warning, weak_start_warning, skipped_stages_warning, &
       time_error_warning, strikes_warning, overlaps_warning, unrested_warning, lost_text, &
-      block_watch_type
+      lodged_warning, strain_warning
    use rockdda_run_output_choice, only : choose_output
    use rockdda_run_request, only : run_request_type
    use rockdda_run_thread_choice, only : thread_choice_type
@@ -53,7 +53,6 @@ module rockdda_run_model_run
       real(wp) :: deadline = huge(1.0_wp)          !! wall clock, for the caller's loop
       logical :: is_open = .false.                 !! results are being written
       logical, private :: energy_was_reported = .false.
-      type(block_watch_type), private :: watch     !! blocks inside each other, and large strains
       integer, private :: planned_steps = 0        !! end of the run in the checkpoint
       real(wp), private :: planned_end = 0
    contains
@@ -107,11 +106,11 @@ contains
    subroutine write_step(self, error)
       class(run_type), intent(inout) :: self
       type(error_type), allocatable, intent(out) :: error
-      call self%watch%lodging%look(self%sim%blocks, self%sim%state)
+      call self%sim%lodging%look(self%sim%blocks, self%sim%state)
       if (.not. self%is_open) then
          if (self%strict) call self%check_energy(error)
          if (self%strict .and. .not. allocated(error)) &
-            call self%object(self%watch%lodged_warning(self%sim), error)
+            call self%object(lodged_warning(self%sim), error)
          if (self%strict .and. .not. allocated(error)) call self%object(unrested_warning(self%sim), error)
          if (.not. allocated(error)) call self%check_load(error)
          return
@@ -245,8 +244,8 @@ contains
       if (.not. allocated(error)) then
          if (len(overlaps_warning(self%sim)) > 0) call self%warn(overlaps_warning(self%sim), error)
       end if
-      if (.not. allocated(error)) call self%object(self%watch%lodged_warning(self%sim), error)
-      if (.not. (allocated(error) .or. self%watch%strain_was_reported)) call self%check_strain(error)
+      if (.not. allocated(error)) call self%object(lodged_warning(self%sim), error)
+      if (.not. (allocated(error) .or. self%sim%strain_was_reported)) call self%check_strain(error)
       if (.not. allocated(error)) call self%object(unrested_warning(self%sim), error)
       if (.not. allocated(error)) call self%check_load(error)
       if (allocated(error)) return
@@ -297,9 +296,9 @@ contains
       class(run_type), intent(inout) :: self
       type(error_type), allocatable, intent(out) :: error
       character(len=:), allocatable :: text
-      text = self%watch%strain_warning(self%sim)
+      text = strain_warning(self%sim)
       if (len(text) == 0) return
-      self%watch%strain_was_reported = .true.
+      self%sim%strain_was_reported = .true.
       call self%warn(text, error)
    end subroutine check_strain
 

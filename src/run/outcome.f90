@@ -9,14 +9,14 @@ module rockdda_run_outcome
    use rockdda_model_boundary_options, only : is_quiet
    use rockdda_model_stage_options, only : stage_name, stage_k01, has_base_motion
    use rockdda_stepping_control, only : step_control_type, n_cut_reasons
-   use rockdda_run_block_warnings, only : block_watch_type
+   use rockdda_run_block_warnings, only : lodged_warning, strain_warning
    use rockdda_stepping_simulation, only : simulation_type
    implicit none
    private
    public :: done_share, last_stage, short_run_warning, cuts_text, weak_start_warning, skipped_stages_warning, &
       reactions_text
    public :: time_error_text, time_error_warning, strikes_text, strikes_warning, share_after_strikes
-   public :: accuracy_text, overlaps_warning, unrested_warning, lost_text, block_watch_type
+   public :: accuracy_text, overlaps_warning, unrested_warning, lost_text, lodged_warning, strain_warning
 
    !> Warn when all steps cover less than this share of the planned time.
    real(wp), parameter :: least_share = 0.8_wp

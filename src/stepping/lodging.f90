@@ -2,13 +2,16 @@
 !> Blocks that stand inside each other at the end of a step.
 !>
 !> How deep: of two convex blocks, the least way along the normal of an edge that takes them apart; of others, the
-!> largest distance of a vertex inside the other block from its outline. Both change by no more than what the blocks
-!> move towards each other, so that after a look at all pairs none needs another until the blocks have moved by what the
-!> nearest of them is short of the limit. What is found, and in which step, hence does not depend on when was looked.
+!> largest distance of a vertex inside the other block from its outline, and their area in common over the diagonal of
+!> what their boxes have in common, if that is more. These change by no more than what the blocks move towards each
+!> other, so that after a look at all pairs none needs another until the blocks have moved by what the nearest of them
+!> is short of the limit. What is found, and in which step, hence does not depend on when was looked.
 module rockdda_stepping_lodging
    use rockdda_base_kinds, only : wp
    use rockdda_geometry_box_pairs, only : box_pairs_work_type, find_box_pairs
+   use rockdda_geometry_common_area, only : shape_type, set_polygon, common_area
    use rockdda_geometry_polygons, only : inradius_bound, point_in_polygon, distance_to_outline
+   use rockdda_geometry_segments, only : side_of_line
    use rockdda_model_blocks, only : block_system_type
    use rockdda_model_state, only : block_state_type
    implicit none
@@ -35,7 +38,7 @@ module rockdda_stepping_lodging
    type :: lodging_type
       private
       type(lodged_pair_type), allocatable, public :: found(:)   !! of the last step, told of now
-      type(lodged_pair_type), allocatable :: told(:)            !! all that have been
+      type(lodged_pair_type), allocatable, public :: told(:)    !! all that have been: a part of the state of a run
       logical, allocatable :: convex(:)                         !! (nb)
       real(wp), allocatable :: inradius(:)                      !! (nb) at the start
       logical, allocatable :: active(:)                         !! (nb) when last looked
@@ -93,7 +96,8 @@ contains
       class(lodging_type), intent(inout) :: self
       type(block_system_type), intent(in) :: blocks
       integer :: i
-      allocate (self%found(0), self%told(0), self%convex(blocks%n_blocks), self%inradius(blocks%n_blocks))
+      if (.not. allocated(self%told)) allocate (self%told(0))
+      allocate (self%found(0), self%convex(blocks%n_blocks), self%inradius(blocks%n_blocks))
       do i = 1, blocks%n_blocks
          associate (v => blocks%vertices(:, blocks%vertex_offset(i) + 1:blocks%vertex_offset(i + 1)))
             self%convex(i) = is_convex(v)
@@ -163,11 +167,7 @@ contains
          if (self%convex(a) .and. self%convex(b)) then
             call take_apart(va, vb, enough*allowed, pair%depth, pair%place)
          else
-            pair%depth = 0
-            call take_deepest(va, vb, pair%depth, pair%place)
-            call take_deepest(vb, va, pair%depth, pair%place)
-            ! a vertex may enter as soon as the boxes meet
-            if (.not. pair%depth > 0) pair%depth = -distance_of_boxes(va, vb)
+            call find_deepest(va, vb, allowed, pair%depth, pair%place)
          end if
       end associate
       if (.not. pair%depth > allowed) then
@@ -229,6 +229,59 @@ contains
       end do
    end subroutine take_along_normals
 
+   !> The deepest vertex of each of two polygons in the other one. They also cross without one: then it is their area
+   !> in common over the diagonal of what their boxes have in common.
+   pure subroutine find_deepest(p, q, allowed, depth, place)
+      real(wp), intent(in) :: p(:, :), q(:, :)
+      real(wp), intent(in) :: allowed
+      real(wp), intent(out) :: depth
+      real(wp), intent(out) :: place(2)
+      type(shape_type) :: shape(1)
+      real(wp) :: low(2), high(2), in_common
+      depth = 0
+      place = 0
+      low = max(minval(p, dim=2), minval(q, dim=2))
+      high = min(maxval(p, dim=2), maxval(q, dim=2))
+      ! a vertex may enter as soon as the boxes meet
+      if (any(low >= high)) then
+         depth = -max(0.0_wp, maxval(low - high))
+         return
+      end if
+      call take_deepest(p, q, depth, place)
+      call take_deepest(q, p, depth, place)
+      if (depth > allowed .or. minval(high - low) < enough*allowed .or. .not. runs_through(p, q, low, high)) return
+      call set_polygon(shape(1), q)
+      in_common = common_area(p, shape)/norm2(high - low)
+      if (in_common <= depth) return
+      depth = in_common
+      place = 0.5_wp*(low + high)
+   end subroutine find_deepest
+
+   !> Does an edge of one of two polygons cross the outline of the other one twice?
+   pure logical function runs_through(p, q, low, high)
+      real(wp), intent(in) :: p(:, :), q(:, :)
+      real(wp), intent(in) :: low(2), high(2)       !! what their boxes have in common
+      integer :: crossings(size(p, 2)), k, m, n, n_q
+      real(wp) :: a(2), b(2)
+      crossings = 0
+      runs_through = .false.
+      do m = 1, size(q, 2)
+         a = q(:, m)
+         b = q(:, 1 + mod(m, size(q, 2)))
+         if (any(max(a, b) < low) .or. any(min(a, b) > high)) cycle
+         n_q = 0
+         do k = 1, size(p, 2)
+            n = 1 + mod(k, size(p, 2))
+            if (any(max(a, b) < min(p(:, k), p(:, n))) .or. any(min(a, b) > max(p(:, k), p(:, n)))) cycle
+            if ((side_of_line(a, b, p(:, k)) > 0) .eqv. (side_of_line(a, b, p(:, n)) > 0)) cycle
+            if ((side_of_line(p(:, k), p(:, n), a) > 0) .eqv. (side_of_line(p(:, k), p(:, n), b) > 0)) cycle
+            n_q = n_q + 1
+            crossings(k) = crossings(k) + 1
+            runs_through = runs_through .or. n_q > 1 .or. crossings(k) > 1
+         end do
+      end do
+   end function runs_through
+
    !> The vertex of q that is deepest in p.
    pure subroutine take_deepest(p, q, depth, place)
       real(wp), intent(in) :: p(:, :), q(:, :)
@@ -246,12 +299,5 @@ contains
          place = q(:, m)
       end do
    end subroutine take_deepest
-
-   !> Distance of the boxes of two polygons, 0 when they meet.
-   pure real(wp) function distance_of_boxes(p, q)
-      real(wp), intent(in) :: p(:, :), q(:, :)
-      distance_of_boxes = max(0.0_wp, maxval(max(minval(p, dim=2) - maxval(q, dim=2), &
-                                                 minval(q, dim=2) - maxval(p, dim=2))))
-   end function distance_of_boxes
 
 end module rockdda_stepping_lodging

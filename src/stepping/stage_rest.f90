@@ -80,15 +80,25 @@ contains
          moves_on = .not. unbalanced > tolerance
          if (.not. moves_on) return
          ! blocks also move by the rounding of their positions
-         small = max(tolerance*max(step%control%watch%grown, deformation_of(step, step%families%contacts%table)), &
-                     roundings*epsilon(1.0_wp)*maxval(abs(step%state%vertices)))
+         small = max(tolerance*step%control%watch%grown, roundings*epsilon(1.0_wp)*maxval(abs(step%state%vertices)))
+         r = decay(step, before)
+         call judge_motion()
+         if (.not. (moves_on .or. step%control%watch%restless > 0)) return
+         small = max(small, tolerance*deformation_of(step, step%families%contacts%table))
+         call judge_motion()
       end associate
-      r = decay(step, before)
-      if (r < 1) then
-         moves_on = displacement*max(r, 0.0_wp) > small*(1 - r)
-      else
-         call find_movers(step, little_motion*small, moves_on, step%control%watch%restless)
-      end if
+
+   contains
+
+      !> Is what is left of the way, or the motion of many blocks, more than is small?
+      subroutine judge_motion()
+         if (r < 1) then
+            moves_on = displacement*max(r, 0.0_wp) > small*(1 - r)
+         else
+            call find_movers(step, little_motion*small, moves_on, step%control%watch%restless)
+         end if
+      end subroutine judge_motion
+
    end function moves_on
 
    !> Ratio of the resultants at the end of a static step to those of the last one, along its motion; 1 where

@@ -250,14 +250,10 @@ contains
       real(wp) :: median
       real(wp), allocatable :: sizes(:)
       integer, allocatable :: order(:)
-      integer :: i, n
+      integer :: n
       logical :: can_move(step%blocks%n_blocks)
       can_move = movable(step)
-      allocate (sizes(0))
-      do i = 1, step%blocks%n_blocks
-         if (.not. can_move(i)) cycle
-         sizes = [sizes, sqrt(step%state%area(i))]
-      end do
+      sizes = pack(sqrt(step%state%area), can_move)
       n = size(sizes)
       median = 0
       if (n == 0) return

@@ -80,6 +80,20 @@ class Lodging(ProgramTest):
         rest = [line for line in outcome.err.splitlines() if "inside each other" in line]
         self.assertEqual(whole, rest)
 
+    def test_a_resumed_run_repeated_what_had_been_reported(self):
+        blocks = [(1, BASE), (2, STRIKER)]
+        for values in ({}, {"young": 2e5, "stiffness": 1e9}):
+            words = "is strained by" if values else "inside each other"
+            self.run_blocks(blocks, **values)
+            whole = [line for line in self.path("a.log").read_text().splitlines() if words in line]
+            self.assertGreater(len(whole), 0)
+            # after the first of them
+            self.run_blocks(blocks, "--steps", "20", **values)
+            outcome = self.run_program("resume", "a.ckpt.h5", "--t-end", "0.05")
+            self.assertEqual(outcome.code, 0, outcome.err)
+            parts = [line for line in self.path("a.log").read_text().splitlines() if words in line]
+            self.assertEqual(whole, parts)
+
     def test_blocks_that_only_press_are_not_told(self):
         for base in (BASE, RIBBED):
             self.assertEqual(self.run_blocks([(1, base), (2, STRIKER)], speed=-1, stiffness=1e10), [])

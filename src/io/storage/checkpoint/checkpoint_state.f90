@@ -3,17 +3,18 @@
 !>
 !> A component that is added to these types has to be added here; families of interactions have `exchange_state`.
 module rockdda_io_checkpoint_state
-   use rockdda_base_kinds, only : i8
+   use rockdda_base_kinds, only : i8, wp
    use rockdda_contact_table, only : contact_table_type
    use rockdda_model_state, only : block_state_type, step_record_type
    use rockdda_stepping_construction, only : construction_type
    use rockdda_stepping_control, only : step_control_type
    use rockdda_stepping_ledger, only : ledger_type
+   use rockdda_stepping_lodging, only : lodging_type
    use rockdda_io_archive, only : archive_type
    implicit none
    private
    public :: exchange_state, exchange_contacts, exchange_control, exchange_construction, exchange_ledger, &
-      exchange_record
+      exchange_record, exchange_reported
 
 contains
 
@@ -184,6 +185,34 @@ contains
       call archive%item('newborn', construction%newborn)
       call archive%item('stiffness_is_new', stiffness_is_new)
    end subroutine exchange_construction
+
+   !> Save or load which pairs of blocks inside each other, and whether a large strain, have been reported.
+   subroutine exchange_reported(archive, lodging, strain_was_reported)
+      type(archive_type), intent(inout) :: archive
+      type(lodging_type), intent(inout) :: lodging
+      logical, intent(inout) :: strain_was_reported
+      integer, allocatable :: blocks(:)
+      real(wp), allocatable :: depths(:)
+      integer :: k
+      if (.not. allocated(lodging%told)) allocate (lodging%told(0))
+      blocks = [(lodging%told(k)%blocks, k=1, size(lodging%told))]
+      depths = lodging%told%depth
+      call archive%section('reported')
+      call archive%item('strain', strain_was_reported)
+      call archive%item('lodged_blocks', blocks)
+      call archive%item('lodged_depths', depths)
+      if (archive%saving .or. allocated(archive%error)) return
+      if (size(blocks) /= 2*size(depths) .or. .not. all(depths > 0 .and. depths <= huge(1.0_wp))) then
+         call archive%refuse('lodged_depths', 'holds impossible numbers')
+         return
+      end if
+      deallocate (lodging%told)
+      allocate (lodging%told(size(depths)))
+      do k = 1, size(depths)
+         lodging%told(k)%blocks = blocks(2*k - 1:2*k)
+         lodging%told(k)%depth = depths(k)
+      end do
+   end subroutine exchange_reported
 
    !> Save or load energies.
    subroutine exchange_ledger(archive, ledger)
