@@ -110,6 +110,29 @@ class Texts(ProgramTest):
                 self.assertEqual(outcome.code, 2)
                 self.assertIn(message, outcome.err)
 
+    def test_commas_without_blanks_separate_the_coordinates_of_a_list(self):
+        """However signs, blanks and line ends stand; some lists were refused for a decimal comma that was not there."""
+        x, y = -15, 15
+        corners = [(x, x), (x, y), (y, y), (y, x)]
+        lines = [(*a, *b) for a in corners for b in corners if a != b]
+        lists = [f"polygon = {blank.join(map(str, sum(corners, ())))}" for blank in (",", " ", ", ", " ,", ",\n")]
+        lists += ["polygon = 0,0,10,0 10,10,0,10", "polygon = 1,2,3,4,5, 6,7,8", "polygon = -5,-5,5,-5,5,5"]
+        groups = [f"&region name = 'a', {one} /" for one in lists]
+        groups += [f"&boundary kind = 'fixed', along = {','.join(map(str, line))} /" for line in lines]
+        groups += ["&water table = -20,-10,20,-10, unit_weight = 9810 /", "&region name = 'b', box = -15,-10,15,10 /"]
+        self.files(lambda text: text + "\n".join(groups) + "\n" if text.startswith("&") else text)
+        outcome = self.run_program("check", "two.nml")
+        self.assertNotIn("decimal comma", outcome.err)
+        self.assertNotIn("expected", outcome.err)
+
+    def test_blanks_that_part_rows_show_decimal_commas(self):
+        for given, place in (("0,5,0 1,5,0", "'0,5'"), ("0,0 1,5,0 2,2,5 1,1", "'1,5'"), ("-1,5,0, -2,5,1", "'-1,5'")):
+            with self.subTest(given=given):
+                self.files(lambda text, given=given: text.replace("0,0, 1,0, 1,1", given))
+                outcome = self.run_program("check", "two.nml")
+                self.assertEqual(outcome.code, 2)
+                self.assertIn(f"polygon: {place} looks like a number with a decimal comma", outcome.err)
+
     def test_decimal_commas_of_tables(self):
         """Read between semicolons and tabs, refused elsewhere."""
         self.files()

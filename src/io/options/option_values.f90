@@ -175,8 +175,9 @@ contains
       end do
    end subroutine get_reals
 
-   !> Report a list whose commas look like decimal signs though its count fits: 0,05, or numbers without blanks between
-   !> them that go on from one row to the next, as in 0,5,1, 2,5,3 for the points 0.5 1 and 2.5 3.
+   !> Report a list whose commas are decimal signs though its count fits: digits behind a comma that begin with a
+   !> needless 0, as in 0,05; or blanks that part the list in rows of n numbers only when commas are decimal signs, as in
+   !> 0,5,0 1,5,0 for the points 0.5 0 and 1.5 0. A list without such blanks is read as it stands.
    subroutine refuse_decimal_commas(namelist, entry, n, messages, ok)
       type(namelist_type), intent(in) :: namelist
       type(entry_type), intent(in) :: entry
@@ -184,40 +185,49 @@ contains
       type(diagnostics_type), intent(inout) :: messages
       logical, intent(inout) :: ok
       character(len=*), parameter :: digits = '0123456789'
-      integer :: i, first, last
-      logical :: whole(entry%n), joined(entry%n)   !! digits alone; joined with the next one by a comma without blanks
+      integer :: i, length, pairs, first, at
+      logical :: joined, decimal   !! a comma without blanks goes before the next one; it may be a decimal sign
+      logical :: in_rows           !! blanks part the list in rows of n numbers, some of them with decimal commas
+      in_rows = n > 1
+      length = 0
+      pairs = 0
+      at = 0                       ! the first comma of rows that are not whole
+      decimal = .false.
       do i = 1, entry%n
-         associate (text => entry%values(i)%text)
-            first = merge(2, 1, scan(text(1:1), '+-') > 0)
-            whole(i) = verify(text(first:), digits) == 0 .and. len(text) >= first
-         end associate
-      end do
-      joined = .false.
-      do i = 1, entry%n - 1
-         associate (a => entry%values(i), b => entry%values(i + 1))
-            joined(i) = b%place == a%place + len(a%text) + 1 .and. whole(i) .and. whole(i + 1) .and. &
-                        scan(b%text(1:1), digits) > 0
-            if (joined(i) .and. len(b%text) > 1 .and. b%text(1:1) == '0') then
-               call report(i)
-               return
-            end if
-         end associate
-      end do
-      if (.not. all(whole)) return
-      first = 1
-      do while (first <= entry%n)
-         last = first
-         do while (joined(last))
-            last = last + 1
-         end do
-         if ((first - 1)/n /= (last - 1)/n .and. (modulo(first - 1, n) > 0 .or. modulo(last, n) > 0)) then
-            call report(first)
-            return
+         length = length + 1
+         joined = .false.
+         if (i < entry%n) then
+            associate (a => entry%values(i), b => entry%values(i + 1), source => namelist%source%text)
+               joined = b%place == a%place + len(a%text) + 1
+               if (joined) joined = source(b%place - 1:b%place - 1) == ','
+               if (joined .and. is_whole(a%text) .and. verify(b%text, digits) == 0) then
+                  if (len(b%text) > 1 .and. b%text(1:1) == '0') then
+                     call report(i)
+                     return
+                  end if
+                  decimal = .not. decimal
+                  if (decimal) pairs = pairs + 1
+                  if (pairs == 1 .and. decimal) first = i
+               else
+                  decimal = .false.
+               end if
+            end associate
          end if
-         first = last + 1
+         if (joined) cycle
+         in_rows = in_rows .and. length >= n .and. length - pairs <= n
+         if (modulo(length, n) > 0 .and. pairs > 0 .and. at == 0) at = first
+         length = 0
+         pairs = 0
       end do
+      if (in_rows .and. at > 0) call report(at)
 
    contains
+
+      !> Digits alone, perhaps behind a sign?
+      pure logical function is_whole(text)
+         character(len=*), intent(in) :: text
+         is_whole = verify(text(merge(2, 1, scan(text(1:1), '+-') > 0):), digits) == 0
+      end function is_whole
 
       !> Report values k and k + 1.
       subroutine report(k)
@@ -225,9 +235,9 @@ contains
          character(len=:), allocatable :: a, b
          a = entry%values(k)%text
          b = entry%values(k + 1)%text
-      call messages%add(severity%error, entry%name//": '"//a//','//b//"' looks like a number with a decimal comma: "// &
-                           'write '//a//'.'//b//', or '//a//', '//b//' for two numbers', &
-                           namelist%origin(entry%values(k)%place))
+         call messages%add(severity%error, entry%name//": '"//a//','//b// &
+                           "' looks like a number with a decimal comma: write "//a//'.'//b//', or '//a//', '//b// &
+                           ' for two numbers', namelist%origin(entry%values(k)%place))
          ok = .false.
       end subroutine report
 
