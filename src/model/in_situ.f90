@@ -8,12 +8,13 @@
 !>     given                s = stress + gradient*y
 !>
 !> The weight above is that of the blocks on the vertical line through the centroid; where there is no block, up to the
-!> surface, that of the next block below. A block whose centroid lies above the surface has no stress.
+!> surface, that of the next block below. A block has stress when more than half of its area lies below the surface.
 module rockdda_model_in_situ
    use rockdda_base_kinds, only : wp
    use rockdda_base_diagnostics, only : diagnostics_type, severity
    use rockdda_base_strings, only : counted, to_string
-   use rockdda_geometry_polygons, only : polygon_properties
+   use rockdda_geometry_common_area, only : shape_type, set_polygon, common_area
+   use rockdda_geometry_polygons, only : polygon_area, polygon_properties
    use rockdda_model_blocks, only : block_system_type
    use rockdda_model_options, only : in_situ_type, is_set
    use rockdda_model_parameters, only : parameters_type
@@ -126,7 +127,9 @@ contains
       stress = 0
       gradient = 0
       call find_surface(group, centroid(1), surface, slope)
-      if (.not. surface > centroid(2)) return
+      if (.not. is_below(group, blocks%vertices(:, blocks%vertex_offset(i) + 1:blocks%vertex_offset(i + 1)))) return
+      ! the centroid of what tapers may lie above
+      surface = max(surface, centroid(2))
       if (is_set(group%unit_weight)) then
          own = group%unit_weight
          at_top = own
@@ -144,6 +147,37 @@ contains
       gradient(1:2, 1) = -at_top*slope*[group%k0, 1.0_wp]
       gradient(1:2, 2) = own*[group%k0, 1.0_wp]
    end subroutine take_weight
+
+   !> Does more than half of the area of a block lie below the surface?
+   pure logical function is_below(group, corners)
+      type(in_situ_type), intent(in) :: group
+      real(wp), intent(in) :: corners(:, :)      !! (2, n)
+      type(shape_type) :: ground(1)
+      real(wp), allocatable :: surface(:, :)     !! (2, points)
+      real(wp) :: low(2), high(2)
+      integer :: n
+      low = minval(corners, dim=2)
+      high = maxval(corners, dim=2)
+      if (allocated(group%profile)) then
+         n = size(group%profile, 2)
+         allocate (surface(2, n + 4))
+         surface(:, 3:n + 2) = group%profile
+         ! level beyond the ends
+         surface(:, 2) = [min(low(1), surface(1, 3)) - 1, surface(2, 3)]
+         surface(:, n + 3) = [max(high(1), surface(1, n + 2)) + 1, surface(2, n + 2)]
+      else
+         n = 0
+         allocate (surface(2, 4))
+         surface(:, 2) = [low(1) - 1, group%surface]
+         surface(:, 3) = [high(1) + 1, group%surface]
+      end if
+      is_below = high(2) <= minval(surface(2, 2:n + 3))
+      if (is_below .or. low(2) >= maxval(surface(2, 2:n + 3))) return
+      surface(:, 1) = [surface(1, 2), min(low(2), minval(surface(2, 2:n + 3))) - 1]
+      surface(:, n + 4) = [surface(1, n + 3), surface(2, 1)]
+      call set_polygon(ground(1), surface)
+      is_below = common_area(corners, ground) > 0.5_wp*abs(polygon_area(corners))
+   end function is_below
 
    !> Height and slope of the surface above a point.
    pure subroutine find_surface(group, x, surface, slope)

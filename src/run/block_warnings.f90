@@ -22,8 +22,8 @@ contains
       character(len=:), allocatable :: text
       integer :: k
       text = ''
-      if (size(sim%lodging%found) == 0) return
-      associate (pairs => sim%lodging%found)
+      if (size(sim%construction%lodging%found) == 0) return
+      associate (pairs => sim%construction%lodging%found)
       do k = 1, min(size(pairs), most_named)
          if (k > 1) text = text//', '
          text = text//'blocks '//to_string(pairs(k)%blocks(1))//' and '//to_string(pairs(k)%blocks(2))//' at '// &

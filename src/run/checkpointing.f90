@@ -148,7 +148,7 @@ contains
       call exchange_construction(archive, sim%construction, sim%families%contacts%stiffness_is_new)
       call sim%families%exchange_state(archive)
       call exchange_ledger(archive, sim%ledger)
-      call exchange_reported(archive, sim%lodging, sim%strain_was_reported)
+      call exchange_reported(archive, sim%construction%lodging)
       call exchange_record(archive, sim%record)
       call archive%section('solver')
       call archive%item('line_ends', sim%line_ends)

@@ -106,7 +106,7 @@ contains
    subroutine write_step(self, error)
       class(run_type), intent(inout) :: self
       type(error_type), allocatable, intent(out) :: error
-      call self%sim%lodging%look(self%sim%blocks, self%sim%state)
+      call self%sim%construction%lodging%look(self%sim%blocks, self%sim%state)
       if (.not. self%is_open) then
          if (self%strict) call self%check_energy(error)
          if (self%strict .and. .not. allocated(error)) &
@@ -245,7 +245,7 @@ contains
          if (len(overlaps_warning(self%sim)) > 0) call self%warn(overlaps_warning(self%sim), error)
       end if
       if (.not. allocated(error)) call self%object(lodged_warning(self%sim), error)
-      if (.not. (allocated(error) .or. self%sim%strain_was_reported)) call self%check_strain(error)
+      if (.not. (allocated(error) .or. self%sim%construction%lodging%strain_was_reported)) call self%check_strain(error)
       if (.not. allocated(error)) call self%object(unrested_warning(self%sim), error)
       if (.not. allocated(error)) call self%check_load(error)
       if (allocated(error)) return
@@ -298,7 +298,7 @@ contains
       character(len=:), allocatable :: text
       text = strain_warning(self%sim)
       if (len(text) == 0) return
-      self%sim%strain_was_reported = .true.
+      self%sim%construction%lodging%strain_was_reported = .true.
       call self%warn(text, error)
    end subroutine check_strain
 

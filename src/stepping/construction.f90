@@ -5,7 +5,8 @@
 module rockdda_stepping_construction
    use rockdda_base_kinds, only : wp
    use rockdda_geometry_box_pairs, only : box_pairs_work_type, find_box_pairs
-   use rockdda_geometry_polygons, only : polygon_properties, point_in_polygon
+   use rockdda_geometry_common_area, only : shape_type, set_polygon, common_area
+   use rockdda_geometry_polygons, only : polygon_properties
    use rockdda_model_blocks, only : block_system_type
    use rockdda_model_parameters, only : parameters_type
    use rockdda_model_regions, only : blocks_of_region
@@ -16,9 +17,13 @@ module rockdda_stepping_construction
    use rockdda_interaction_bolts, only : bolt_force
    use rockdda_interaction_contacts, only : force_on_a
    use rockdda_interaction_held_forces, only : held_forces_type
+   use rockdda_stepping_lodging, only : lodging_type
    implicit none
    private
    public :: construction_type
+
+   !> Blocks lie on each other with more than this share of their area.
+   real(wp), parameter :: least_share = 0.01_wp
 
    !> Part of the state of a run.
    type :: construction_type
@@ -27,6 +32,7 @@ module rockdda_stepping_construction
       integer, allocatable :: changed(:, :)     !! (nb, changes) 1: it belongs to the regions of the change
       logical, allocatable :: newborn(:)        !! (nb) placed, and without a step since
       integer, allocatable :: overlaps(:, :)    !! (2, n) blocks placed for the last step, and those they lie on
+      type(lodging_type) :: lodging             !! blocks inside each other, and what has been reported
    contains
       procedure :: init
       procedure :: absent_at_start
@@ -139,7 +145,7 @@ contains
 
    contains
 
-      !> Blocks that have moved to where others are placed: pairs of which one has its centroid in the other.
+      !> Blocks that have moved to where others are placed: pairs that have more than 1 % of the smaller one in common.
       subroutine find_overlaps()
          type(box_pairs_work_type) :: work
          real(wp) :: boxes(4, blocks%n_blocks)
@@ -157,7 +163,7 @@ contains
             k = pairs(1, p)
             m = pairs(2, p)
             if (.not. (state%active(k) .and. state%active(m)) .or. (self%newborn(k) .eqv. self%newborn(m))) cycle
-            if (.not. (is_in(k, m) .or. is_in(m, k))) cycle
+            if (.not. lie_on(k, m)) cycle
             n_found = n_found + 1
             ! the placed block first
             pairs(:, n_found) = merge([k, m], [m, k], self%newborn(k))
@@ -165,12 +171,14 @@ contains
          self%overlaps = pairs(:, :n_found)
       end subroutine find_overlaps
 
-      !> Is the centroid of block k in block m?
-      pure logical function is_in(k, m)
+      !> Have two blocks more than a small share of the smaller one's area in common?
+      pure logical function lie_on(k, m)
          integer, intent(in) :: k, m
-         is_in = point_in_polygon(state%centroid(:, k), state%vertices(:, blocks%vertex_offset(m) + 1: &
-                                                                       blocks%vertex_offset(m + 1)))
-      end function is_in
+         type(shape_type) :: shape(1)
+         call set_polygon(shape(1), state%vertices(:, blocks%vertex_offset(m) + 1:blocks%vertex_offset(m + 1)))
+         lie_on = common_area(state%vertices(:, blocks%vertex_offset(k) + 1:blocks%vertex_offset(k + 1)), shape) > &
+                  least_share*min(state%area(k), state%area(m))
+      end function lie_on
 
    end subroutine place
 

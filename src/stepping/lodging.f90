@@ -39,6 +39,7 @@ module rockdda_stepping_lodging
       private
       type(lodged_pair_type), allocatable, public :: found(:)   !! of the last step, told of now
       type(lodged_pair_type), allocatable, public :: told(:)    !! all that have been: a part of the state of a run
+      logical, public :: strain_was_reported = .false.          !! a large strain is reported once
       logical, allocatable :: convex(:)                         !! (nb)
       real(wp), allocatable :: inradius(:)                      !! (nb) at the start
       logical, allocatable :: active(:)                         !! (nb) when last looked

@@ -17,7 +17,6 @@ module rockdda_stepping_simulation
    use rockdda_stepping_acceptance, only : accept_step, start_record
    use rockdda_stepping_construction, only : construction_type
    use rockdda_stepping_ledger, only : ledger_type
-   use rockdda_stepping_lodging, only : lodging_type
    use rockdda_stepping_stage_change, only : change_stage
    use rockdda_stepping_start, only : start_step
    use rockdda_stepping_trial_step, only : trial_step_type, trial_report_type
@@ -30,8 +29,6 @@ module rockdda_stepping_simulation
       ! the rest of the state: what a checkpoint has to hold
       type(construction_type) :: construction
       type(ledger_type) :: ledger
-      type(lodging_type) :: lodging             !! blocks inside each other
-      logical :: strain_was_reported = .false.  !! large strain is reported once
       type(step_record_type) :: record          !! of the last accepted step
       logical :: interrupted = .false.          !! the last `advance` stopped before its step was complete
       type(block_forces_type) :: forces         !! of the last accepted step of this process

@@ -453,7 +453,8 @@ class Building(StageTest):
         # the lowest block goes, the four above fall, in 0.45 s by 1 m
         drawn = self.low_block()
         region = f"&region name = 'low', box = {drawn} /\n"
-        for duration, told in ((0.4, True), (0.02, False)):
+        # at 0.25 s 0.31 m of the next one lie in the drawn block, neither centroid in the other
+        for duration, told in ((0.4, True), (0.25, True), (0.02, False)):
             stages = (
                 f"&stage name = 'dig', kind = 'dynamic', excavate = 'low', duration = {duration} /\n"
                 "&stage name = 'fill', kind = 'dynamic', place = 'low', duration = 0.001 /\n"

@@ -187,10 +187,9 @@ contains
    end subroutine exchange_construction
 
    !> Save or load which pairs of blocks inside each other, and whether a large strain, have been reported.
-   subroutine exchange_reported(archive, lodging, strain_was_reported)
+   subroutine exchange_reported(archive, lodging)
       type(archive_type), intent(inout) :: archive
       type(lodging_type), intent(inout) :: lodging
-      logical, intent(inout) :: strain_was_reported
       integer, allocatable :: blocks(:)
       real(wp), allocatable :: depths(:)
       integer :: k
@@ -198,7 +197,7 @@ contains
       blocks = [(lodging%told(k)%blocks, k=1, size(lodging%told))]
       depths = lodging%told%depth
       call archive%section('reported')
-      call archive%item('strain', strain_was_reported)
+      call archive%item('strain', lodging%strain_was_reported)
       call archive%item('lodged_blocks', blocks)
       call archive%item('lodged_depths', depths)
       if (archive%saving .or. allocated(archive%error)) return
