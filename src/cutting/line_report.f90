@@ -81,9 +81,9 @@ contains
       n_dropped = count(.not. kept)
       n_shortened = count(kept .and. lost)
       if (geometry%allow_open) then
-         call check_outline(geometry, kept, lost, skip, e0, severity%warning, at_fault, messages, error)
+         call check_outline(geometry, graph, kept, lost, skip, e0, severity%warning, at_fault, messages, error)
       else
-         call check_outline(geometry, kept, lost, skip, e0, severity%error, at_fault, found, error)
+         call check_outline(geometry, graph, kept, lost, skip, e0, severity%error, at_fault, found, error)
       end if
       if (allocated(error)) return
       ! these have a message

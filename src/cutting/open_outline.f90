@@ -3,7 +3,9 @@
 !>
 !> A boundary line that bounds blocks along all its length is right, whatever closes them. Of the others those are at
 !> fault that bound no block at all, and those that belong to no closed loop of boundary lines: there the outline has a
-!> gap. What is left are lines of closed loops that go on beyond the corner where they meet, which harms nothing.
+!> gap. What is left are lines of closed loops that go on beyond the corner where they meet, which harms nothing, unless
+!> two of them end outside all blocks, far from the corners and close to each other. Where no line is counted as one of
+!> the boundary this is asked of all lines.
 module rockdda_cutting_open_outline
    use rockdda_base_kinds, only : wp
    use rockdda_base_diagnostics, only : diagnostics_type
@@ -22,6 +24,10 @@ module rockdda_cutting_open_outline
    !> Words of the way out.
    character(len=*), parameter :: way_out = '--allow-open runs all the same (&run allow_open)'
 
+   !> Two free ends face each other when they are closer than this share of what hangs free of their lines, and a third
+   !> one is further off by this factor.
+   real(wp), parameter :: close_by = 0.25_wp, further = 2.0_wp
+
    !> The net of the boundary lines alone.
    type :: outline_net_type
       logical, allocatable :: closes(:)      !! (lines) part of the line is in a closed loop
@@ -29,13 +35,15 @@ module rockdda_cutting_open_outline
       integer :: n_ends = 0                  !! free ends
       integer, allocatable :: end_line(:)    !! (n_ends)
       real(wp), allocatable :: place(:, :)   !! (2, n_ends) [L]
+      real(wp), allocatable :: tail(:)       !! (n_ends) what hangs free of the line there [L]
    end type outline_net_type
 
 contains
 
    !> Report gaps, and boundary lines that bound no block.
-   subroutine check_outline(geometry, kept, lost, skip, e0, level, at_fault, messages, error)
+   subroutine check_outline(geometry, graph, kept, lost, skip, e0, level, at_fault, messages, error)
       type(geometry_input_type), intent(in) :: geometry
+      type(graph_type), intent(in) :: graph    !! of all lines, without dead ends
       logical, intent(in) :: kept(:)           !! (lines) bounds a block
       logical, intent(in) :: lost(:)           !! (lines) has a part that bounds none
       logical, intent(in) :: skip(:)           !! (lines) shorter than e0
@@ -49,10 +57,13 @@ contains
       integer :: n, i
       at_fault = .false.
       n = min(geometry%n_boundary, size(skip))
+      if (n == 0) n = size(skip)
       if (all((kept(1:n) .and. .not. lost(1:n)) .or. skip(1:n))) return
       call trace_boundary(geometry%lines(:, 1:n), skip(1:n), e0, net, error)
       if (allocated(error)) return
-      at_fault(1:n) = .not. skip(1:n) .and. (.not. kept(1:n) .or. (lost(1:n) .and. .not. net%closes))
+      if (geometry%n_boundary > 0) &
+         at_fault(1:n) = .not. skip(1:n) .and. (.not. kept(1:n) .or. (lost(1:n) .and. .not. net%closes))
+      call find_facing_ends(net, graph, lost(1:n), at_fault(1:n))
       if (.not. any(at_fault)) return
       allocate (told(n), source=.false.)
       call report_gaps(geometry, net, at_fault(1:n), level, told, messages)
@@ -94,6 +105,16 @@ contains
       end do
       call number_chains(pieces, graph%n_nodes, n, net%chain)
       call prune_dead_ends(graph)
+      allocate (net%tail(net%n_ends))
+      do i = 1, net%n_ends
+         net%tail(i) = norm2(lines(3:4, net%end_line(i)) - lines(1:2, net%end_line(i)))
+         do k = 1, pieces%n
+            if (pieces%line(k) /= net%end_line(i) .or. .not. graph%alive(graph%piece_edge(k))) cycle
+            do e = 1, 2
+               net%tail(i) = min(net%tail(i), norm2(graph%position(:, pieces%ends(e, k)) - net%place(:, i)))
+            end do
+         end do
+      end do
       allocate (net%closes(n), is_closed(visible%n), source=.false.)
       do k = 1, pieces%n
          if (graph%alive(graph%piece_edge(k))) is_closed(visible%part(k)) = .true.
@@ -102,6 +123,62 @@ contains
          net%closes(i) = any(is_closed(visible%along(visible%from(i):visible%to(i))))
       end do
    end subroutine trace_boundary
+
+   !> Lines at fault that end outside all blocks and face each other.
+   pure subroutine find_facing_ends(net, graph, lost, at_fault)
+      type(outline_net_type), intent(in) :: net
+      type(graph_type), intent(in) :: graph
+      logical, intent(in) :: lost(:)             !! (lines)
+      logical, intent(inout) :: at_fault(:)      !! (lines)
+      integer :: nearest(net%n_ends), i, k
+      real(wp) :: first(net%n_ends), second(net%n_ends), distance
+      first = huge(first)
+      second = first
+      nearest = 0
+      do i = 1, net%n_ends
+         if (.not. lost(net%end_line(i))) cycle
+         do k = 1, net%n_ends
+            if (net%end_line(k) == net%end_line(i)) cycle
+            distance = norm2(net%place(:, k) - net%place(:, i))
+            if (distance < first(i)) then
+               second(i) = first(i)
+               first(i) = distance
+               nearest(i) = k
+            else
+               second(i) = min(second(i), distance)
+            end if
+         end do
+      end do
+      do i = 1, net%n_ends
+         k = nearest(i)
+         if (k < i) cycle
+         if (nearest(k) /= i .or. min(second(i), second(k)) < further*first(i)) cycle
+         if (first(i) > close_by*min(net%tail(i), net%tail(k))) cycle
+         if (.not. is_outside(graph, 0.5_wp*(net%place(:, i) + net%place(:, k)))) cycle
+         at_fault(net%end_line([i, k])) = .true.
+      end do
+   end subroutine find_facing_ends
+
+   !> Is a point outside all blocks: does a line from it to the left, right, below or above meet none?
+   pure logical function is_outside(graph, point)
+      type(graph_type), intent(in) :: graph
+      real(wp), intent(in) :: point(2)
+      logical :: free(2, 2)                      !! (axis, side)
+      integer :: axis, e
+      real(wp) :: p(2), q(2), at
+      free = .true.
+      do e = 1, graph%n_edges
+         if (.not. graph%alive(e)) cycle
+         p = graph%position(:, graph%ends(1, e)) - point
+         q = graph%position(:, graph%ends(2, e)) - point
+         do axis = 1, 2
+            if ((p(3 - axis) > 0) .eqv. (q(3 - axis) > 0)) cycle
+            at = p(axis) - p(3 - axis)*(q(axis) - p(axis))/(q(3 - axis) - p(3 - axis))
+            free(axis, merge(1, 2, at > 0)) = .false.
+         end do
+      end do
+      is_outside = any(free)
+   end function is_outside
 
    !> Number connected lines alike: by the smallest of them.
    pure subroutine number_chains(pieces, n_nodes, n_lines, chain)

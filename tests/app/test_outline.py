@@ -39,6 +39,32 @@ class Outline(ProgramTest):
                 with self.subTest(arguments=arguments, joints=len(joints)):
                     self.assertEqual(self.problems(*arguments), [expected])
 
+    def test_a_gap_was_missed_where_no_line_counts_as_boundary(self):
+        for joints in (JOINTS, ["-1 10 30 10"]):
+            self.write_slope([*OUTLINE[:3], "26 8 18.3 19.6", *OUTLINE[4:]], joints)
+            text = self.path("slope.dc").read_text().splitlines()
+            text[1] = text[1].split()[0] + " 0"
+            self.write("slope.dc", "\n".join(text) + "\n")
+            (problem,) = self.problems("check", "slope.nml")
+            self.assertIn("line 4 ends at (18.3, 19.6) and line 5 at (18, 20), 0.5 apart", problem)
+
+    def test_a_gap_was_missed_where_both_lines_close_another_compartment(self):
+        # walls of the boundary from the face to the left side and through the bench
+        walls = ["-1 10 30 10", "10 -1 10 30"]
+        self.write_slope([*OUTLINE[:3], "26 8 18.3 19.6", *OUTLINE[4:], *walls], [])
+        (problem,) = self.problems("check", "slope.nml")
+        self.assertIn("line 4 ends at (18.3, 19.6) and line 5 at (18, 20), 0.5 apart", problem)
+
+    def test_joints_drawn_beyond_the_outline_or_with_bridges_are_no_gap(self):
+        beyond = [f"{-5 - k % 3} {4 + 0.5 * k} {5 + 2 * k} {4 + 0.5 * k}" for k in range(6)]
+        bridges = ["20 2 26 4", "26.4 4.1 33 6"]
+        for count in (6, 0):
+            self.write_slope(OUTLINE, [*beyond, *bridges])
+            text = self.path("slope.dc").read_text().splitlines()
+            text[1] = f"{text[1].split()[0]} {count}"
+            self.write("slope.dc", "\n".join(text) + "\n")
+            self.assertEqual(self.problems("check", "slope.nml", code=0), [])
+
     def test_two_gaps_and_a_side_that_is_missing(self):
         self.write_slope([OUTLINE[0], "40 0 40 7.75", OUTLINE[2], *OUTLINE[4:]])
         first, second = self.problems("check", "slope.nml")
