@@ -33,7 +33,7 @@ module rockdda_cutting_cut
    use rockdda_cutting_assignment, only : mark_holes, assign_materials, assign_points, assign_bolts
    use rockdda_cutting_faces, only : face_set_type, prune_dead_ends, trace_faces, straighten
    use rockdda_cutting_graph, only : graph_type, pieces_type
-   use rockdda_cutting_line_report, only : report_lines
+   use rockdda_cutting_line_report, only : moves_type, report_lines, find_moves, report_moves
    use rockdda_cutting_location, only : block_locator_type
    use rockdda_cutting_net, only : make_net
    use rockdda_cutting_nesting, only : nesting_type, find_nesting
@@ -78,6 +78,7 @@ contains
       type(face_set_type) :: faces
       type(nesting_type) :: nesting
       type(outline_set_type) :: outlines
+      type(moves_type) :: moves
       type(diagnostics_type) :: found
       logical, allocatable :: skip(:)
       real(wp) :: e0
@@ -107,6 +108,7 @@ contains
       end if
       call found%to_error(error)
       if (allocated(error)) return
+      call find_moves(geometry%lines, pieces, graph, moves)
       call straighten(graph, geometry%line_joint, 1.0e-3_wp*e0)
       call trace_faces(graph, faces)
       call find_nesting(graph, faces, nesting)
@@ -116,6 +118,8 @@ contains
 
       call make_blocks(geometry, graph, faces, nesting, outlines, e0, blocks, report, messages, found)
       call found%to_error(error)
+      if (allocated(error)) return
+      call report_moves(geometry, moves, e0, sqrt(report%area_sum/report%n_blocks), messages)
 
    contains
 

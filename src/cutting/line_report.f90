@@ -5,14 +5,22 @@ module rockdda_cutting_line_report
    use rockdda_base_diagnostics, only : diagnostics_type, origin_type, severity
    use rockdda_base_error, only : error_type
    use rockdda_base_strings, only : to_string
-   use rockdda_geometry_segments, only : cross_product
+   use rockdda_geometry_segments, only : cross_product, distance_to_segment
    use rockdda_model_geometry_input, only : geometry_input_type
-   use rockdda_cutting_graph, only : graph_type
+   use rockdda_cutting_graph, only : graph_type, pieces_type
    use rockdda_cutting_open_outline, only : check_outline
    use rockdda_cutting_overlaps, only : visible_lines_type
    implicit none
    private
-   public :: report_lines
+   public :: moves_type, report_lines, find_moves, report_moves
+
+   !> What merging with the edge-node distance has done to the lines.
+   type :: moves_type
+      real(wp), allocatable :: distance(:)     !! (lines) from the line to the farthest of its nodes
+      real(wp), allocatable :: place(:, :)     !! (2, lines) that node
+      integer, allocatable :: other(:)         !! (lines) a line that shares edges with it; 0: none
+      logical, allocatable :: alone(:)         !! (lines) has it edges that it does not share?
+   end type moves_type
 
 contains
 
@@ -122,6 +130,88 @@ contains
       end subroutine tell_other
 
    end subroutine report_lines
+
+   !> Find how far the nodes of edges that bound blocks have left their lines.
+   pure subroutine find_moves(lines, pieces, graph, moves)
+      real(wp), intent(in) :: lines(:, :)      !! (4, n)
+      type(pieces_type), intent(in) :: pieces  !! nodes by their numbers in the graph
+      type(graph_type), intent(in) :: graph
+      type(moves_type), intent(out) :: moves
+      real(wp) :: d
+      integer :: k, j, i, e, n_lines(graph%n_edges)
+      n_lines = 0
+      do k = 1, pieces%n
+         e = graph%piece_edge(k)
+         n_lines(e) = n_lines(e) + 1
+      end do
+      allocate (moves%alone(size(lines, 2)), source=.false.)
+      allocate (moves%distance(size(lines, 2)), moves%place(2, size(lines, 2)), source=0.0_wp)
+      allocate (moves%other(size(lines, 2)), source=0)
+      do k = 1, pieces%n
+         e = graph%piece_edge(k)
+         if (.not. graph%alive(e)) cycle
+         i = pieces%line(k)
+         if (n_lines(e) == 1) moves%alone(i) = .true.
+         if (graph%line(e) /= i) then
+            moves%other(i) = graph%line(e)
+            moves%other(graph%line(e)) = i
+         end if
+         do j = 1, 2
+            associate (node => graph%position(:, pieces%ends(j, k)))
+               d = distance_to_segment(node, lines(1:2, i), lines(3:4, i))
+               if (.not. d > moves%distance(i)) cycle
+               moves%distance(i) = d
+               moves%place(:, i) = node
+            end associate
+         end do
+      end do
+   end subroutine find_moves
+
+   !> Warn of lines that merging has moved by more than a share of the size of a block, or made one of two with more
+   !> than that share of its area between them.
+   subroutine report_moves(geometry, moves, e0, block_size, messages)
+      type(geometry_input_type), intent(in) :: geometry
+      type(moves_type), intent(in) :: moves
+      real(wp), intent(in) :: e0
+      real(wp), intent(in) :: block_size       !! side of a square of the mean area
+      type(diagnostics_type), intent(inout) :: messages
+      real(wp), parameter :: largest_share = 0.05_wp
+      character(len=:), allocatable :: text, tail
+      logical :: told(size(moves%distance)), lost(size(moves%distance))
+      integer :: i, n, worst, summary
+      ! what lay between two lines
+      lost = moves%other > 0 .and. .not. moves%alone .and. moves%distance* &
+             norm2(geometry%lines(3:4, :) - geometry%lines(1:2, :), 1) > largest_share*block_size**2
+      told = lost .or. moves%distance > largest_share*block_size
+      n = count(told)
+      if (n == 0) return
+      ! first of all a joint that is lost
+      worst = maxloc(moves%distance, 1, merge(lost, told, any(lost)))
+      tail = ', '//to_string(100*moves%distance(worst)/block_size, 2)//' % of the size of a block: the edge-node '// &
+             'distance '//to_string(e0)//' merges what is closer; a smaller one keeps lines apart'
+      summary = 0
+      if (n > 1) call messages%add_summary(severity%warning, n, moved(worst)//tail//' ('// &
+                                           to_string(n)//' lines are moved)', geometry%line_origin(worst), &
+                                           summary)
+      do i = 1, size(moves%distance)
+         if (.not. told(i)) cycle
+         text = moved(i)
+         if (n == 1) text = text//tail
+         call messages%add(severity%warning, text, geometry%line_origin(i), summary)
+      end do
+
+   contains
+
+      !> "line 3 is moved by 0.5 near (10, 5)", and which line it has become one with.
+      function moved(i) result(text)
+         integer, intent(in) :: i
+         character(len=:), allocatable :: text
+         text = 'line '//to_string(i)//' is moved by '//to_string(moves%distance(i), 3)//' near ('// &
+                to_string(moves%place(1, i), 6)//', '//to_string(moves%place(2, i), 6)//')'
+         if (lost(i)) text = text//' and is one with line '//to_string(moves%other(i))
+      end function moved
+
+   end subroutine report_moves
 
    !> "line 3 lies on line 5", or where they cross at so small an angle that they share an edge.
    pure function meeting_of(lines, i, k, e0, place) result(text)
