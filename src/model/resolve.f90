@@ -17,7 +17,8 @@ module rockdda_model_resolve
    use rockdda_model_options, only : run_options_type, dda_windows, old_dda_windows, is_set
    use rockdda_model_parameters, only : parameters_type
    use rockdda_model_quake_options, only : settle_quakes
-   use rockdda_model_stage_options, only : has_end, is_plain, is_given, has_base_motion, first_dynamic_stage, stage_name
+use rockdda_model_stage_options, only : has_end, is_plain, is_given, has_base_motion, first_dynamic_stage, stage_name, &
+      least_extent
    implicit none
    private
    public :: resolve_parameters, length_scale
@@ -75,6 +76,7 @@ contains
       parameters%w0 = reference_length(blocks, length_scale(settings%length_scale, analysis%dialect))
       if (alone) call choose_numbers(blocks, options, parameters, messages)
       call settle_accuracy(analysis, options, parameters, messages)
+      call report_unreached(parameters, messages)
       if (.not. is_set(options%dt_min)) parameters%dt_min = merge(1.0e-2_wp, 1.0e-3_wp, is_windows)*parameters%dt_max
       if (parameters%dt_min > parameters%dt_max) call messages%add(severity%error, 'dt_min = '// &
          to_string(parameters%dt_min)//' is larger than the largest time step '//to_string(parameters%dt_max), &
@@ -191,6 +193,30 @@ contains
          'of the last stage replaces the number of steps '//to_string(parameters%n_steps)//' of the analysis file')
       parameters%n_steps = huge(1)
    end subroutine note_stages
+
+   !> Warn of stages that cannot begin before the run ends.
+   subroutine report_unreached(parameters, messages)
+      type(parameters_type), intent(in) :: parameters
+      type(diagnostics_type), intent(inout) :: messages
+      character(len=:), allocatable :: text
+      real(wp) :: time      !! the stages up to i take at least so long,
+      integer :: i, steps   !! and so many steps
+      time = 0
+      steps = 0
+      do i = 1, size(parameters%stages) - 1
+         call least_extent(parameters%stages(i), time, steps)
+         text = ''
+         if (.not. time < parameters%t_end) text = 'at t_end = '//to_string(parameters%t_end)
+         if (steps >= parameters%n_steps) text = 'after steps = '//to_string(parameters%n_steps)
+         if (len(text) == 0) cycle
+         text = "stage '"//stage_name(parameters%stages, i + 1)//"' is not reached: the run ends "//text//', and '// &
+                'the stages before it last '
+         if (.not. time < parameters%t_end) text = text//'until '//to_string(time, 6)
+         if (steps >= parameters%n_steps) text = text//'at least '//to_string(steps)//' steps'
+         call messages%add(severity%warning, text, parameters%stages(i + 1)%origin)
+         return
+      end do
+   end subroutine report_unreached
 
    !> In a labelled file base motion begins with the first dynamic stage: blocks that come to rest before it do not use
    !> up the record.

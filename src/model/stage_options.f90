@@ -9,7 +9,8 @@ module rockdda_model_stage_options
    implicit none
    private
    public :: describe_stage, describe_new_values, stage_name, seeks_equilibrium, has_end, is_plain, stage_names, &
-      is_given, water_of_stage, water_of_stages, stage_k01, has_base_motion, first_dynamic_stage, stage_number
+      is_given, water_of_stage, water_of_stages, stage_k01, has_base_motion, first_dynamic_stage, stage_number, &
+      least_extent
 
    !> So many steps in a row must be in equilibrium.
    integer, parameter, public :: confirming_steps = 2
@@ -68,6 +69,17 @@ contains
                             default_text='those of the stage before; in the first stage all', &
                             see='user-guide.md#water'), stage%water)
    end subroutine describe_stage
+
+   !> Go on to the earliest end of a stage: time and number of steps since the start of the run.
+   pure subroutine least_extent(stage, time, steps)
+      type(stage_type), intent(in) :: stage
+      real(wp), intent(inout) :: time
+      integer, intent(inout) :: steps
+      if (is_set(stage%until_step)) steps = max(steps, stage%until_step)
+      if (is_set(stage%until_time)) time = max(time, stage%until_time)
+      if (is_set(stage%duration)) time = time + stage%duration
+      if (seeks_equilibrium(stage)) steps = steps + confirming_steps
+   end subroutine least_extent
 
    !> Names of the groups of &water that act in stage i: those of the last stage up to it that names some; empty: all.
    pure function water_of_stage(stages, i) result(names)

@@ -27,7 +27,7 @@ module rockdda_run_model_run
    use rockdda_run_input, only : model_input_type
    use rockdda_run_outcome, only : short_run_warning, weak_start_warning, skipped_stages_warning, &
       time_error_warning, strikes_warning, overlaps_warning, unrested_warning, lost_text, &
-      lodged_warning, strain_warning
+      lodged_warning, strain_warning, unreached_stages_warning
    use rockdda_run_output_choice, only : choose_output
    use rockdda_run_request, only : run_request_type
    use rockdda_run_thread_choice, only : thread_choice_type
@@ -361,6 +361,10 @@ contains
       call warn_of(skipped_stages_warning(self%sim, .true.))
       call warn_of(time_error_warning(self%sim))
       call warn_of(strikes_warning(self%sim))
+      if (self%reason == 'finished' .and. .not. allocated(error)) then
+         call self%object(unreached_stages_warning(self%sim), output_error)
+         call keep_first(output_error)
+      end if
       call self%log%write_outcome(self%sim, output_error)
       call keep_first(output_error)
       call self%results%close(self%reason == 'finished', self%reason, output_error, self%sim%planned_time())
@@ -381,7 +385,7 @@ contains
       subroutine keep_first(other)
          type(error_type), allocatable, intent(inout) :: other
          if (allocated(other) .and. .not. allocated(error)) then
-            self%reason = 'output: '//first_line(other%message)
+            self%reason = merge('output: ', 'failed: ', other%code == error_code%output)//first_line(other%message)
             call move_alloc(other, error)
          end if
          if (allocated(other)) deallocate (other)

@@ -17,6 +17,7 @@ module rockdda_run_outcome
       reactions_text
    public :: time_error_text, time_error_warning, strikes_text, strikes_warning, share_after_strikes
    public :: accuracy_text, overlaps_warning, unrested_warning, lost_text, lodged_warning, strain_warning
+   public :: unreached_stages_warning
 
    !> Warn when all steps cover less than this share of the planned time.
    real(wp), parameter :: least_share = 0.8_wp
@@ -120,6 +121,29 @@ contains
       end do
       if (len(text) > 0) text = text//' (duration counts from the start of a stage)'
    end function skipped_stages_warning
+
+   !> Warning about stages that have not begun at the end of a run; '' otherwise.
+   function unreached_stages_warning(sim) result(text)
+      type(simulation_type), intent(in) :: sim
+      character(len=:), allocatable :: text
+      type(step_control_type) :: control
+      integer :: i, first
+      text = ''
+      control = sim%control
+      call control%end_stages(sim%parameters, sim%state%step, sim%state%time)
+      first = max(control%begun + 1, control%stage)
+      do i = first, size(sim%parameters%stages)
+         text = text//", '"//stage_name(sim%parameters%stages, i)//"'"
+      end do
+      if (len(text) == 0) return
+      text = 'stage'//trim(merge(' ', 's', first == size(sim%parameters%stages)))//text(2:)//' not reached: the run '// &
+             'ends with step '//to_string(sim%state%step)//' at time '//to_string(sim%state%time, 6)//', by '
+      if (sim%state%step >= sim%parameters%n_steps) then
+         text = text//'steps = '//to_string(sim%parameters%n_steps)
+      else
+         text = text//'t_end = '//to_string(sim%parameters%t_end)
+      end if
+   end function unreached_stages_warning
 
    !> Warning about a static stage that ends without equilibrium, whatever ends it, after its last step; '' otherwise,
    !> and where the next step is an error.

@@ -47,6 +47,28 @@ def clipped(x, y, angle, box):
     return [*(np.array([x, y]) + ends[0] * along), *(np.array([x, y]) + ends[1] * along)] if ends[0] < ends[1] else None
 
 
+class Reach(StageTest):
+    def test_stages_that_the_run_does_not_reach_are_told(self):
+        """An end of the run before that of the first stage left the second one out without a word."""
+        stages = "".join(f"&stage name = '{name}', kind = 'dynamic', duration = 0.02 /\n" for name in "ab")
+        for end, early, late in (
+            ("t_end = 0.01", "the run ends at t_end = 0.01, and the stages before it last until 0.02", "t_end = 0.01"),
+            ("t_end = 0.02", "the run ends at t_end = 0.02, and the stages before it last until 0.02", "t_end = 0.02"),
+            ("steps = 1", "", "steps = 1"),
+        ):
+            with self.subTest(end=end):
+                text = f"&contact formulation = 'length' /\n&run {end} /\n{stages}"
+                outcome = self.compute(text)
+                self.assertRegex(outcome.err, f"warning: stage 'b' not reached: the run ends with step .*by {late}")
+                self.assertIn("error: stage 'b' not reached", self.compute(text, code=3, more=("--strict",)).err)
+                outcome = self.run_program("check", *STACK, "out.nml")
+                self.assertEqual("is not reached" in outcome.err, bool(early))
+                self.assertIn(early, outcome.err)
+        for end in ("t_end = 0.03", "steps = 1000"):  # within the last stage, and beyond
+            outcome = self.compute(f"&contact formulation = 'length' /\n&run {end} /\n{stages}")
+            self.assertNotIn("reached", outcome.err)
+
+
 class Equilibrium(StageTest):
     def test_the_measure_is_what_the_forces_of_the_results_give(self):
         # the contacts of the last frame, the weights: the largest resultant with its moment over the radius of inertia
