@@ -84,7 +84,11 @@ contains
             ! with only an end time given, the number of steps is not a limit
             if (.not. is_set(line%steps)) parameters%n_steps = huge(1)
          end if
-         if (is_set(line%steps)) parameters%n_steps = step + min(line%steps, huge(1) - step)
+         if (is_set(line%steps)) then
+            parameters%n_steps = step + min(line%steps, huge(1) - step)
+            ! more steps after an end time that has been reached
+            if (.not. (is_set(line%t_end) .or. time < parameters%t_end*(1 - 1.0e-12_wp))) parameters%t_end = huge(1.0_wp)
+         end if
       end associate
       if (is_set(line%threads)) run%facts%threads = line%threads
       call run%threads%start(run%sim%blocks%n_blocks, run%facts%threads)
@@ -100,7 +104,7 @@ contains
       if (sim%state%step >= sim%parameters%n_steps) then
          text = 'the run has done all its '//to_string(sim%state%step)//' steps; --steps N adds N more'
       else if (.not. sim%state%time < sim%parameters%t_end*(1 - 1.0e-12_wp)) then
-         text = 'the run has reached its end, time '//to_string(sim%state%time)//'; --t-end T continues it'
+         text = 'the run has reached its end, time '//to_string(sim%state%time)//'; --t-end T or --steps N continues it'
       else
          text = 'the last stage of the run is over, after '//to_string(sim%state%step)//' steps; '// &
                 'to continue, run the model with one more &stage'

@@ -179,8 +179,12 @@ class Command(ResumeTest):
         outcome = self.good("resume", "block.ckpt.h5", "--t-end", "0.05", "--steps", "3")
         self.assertEqual(
             outcome.err,
-            "rockdda: nothing left to do: the run has reached its end, time 0.05; --t-end T continues it\n",
+            "rockdda: nothing left to do: the run has reached its end, time 0.05; --t-end T or --steps N "
+            "continues it\n",
         )
+        # more steps are done, as after any complete run
+        done = self.good("resume", "block.ckpt.h5", "--json").json["steps"]
+        self.assertEqual(self.good("resume", "block.ckpt.h5", "--steps", "3", "--json").json["steps"], done + 3)
 
     def test_a_run_whose_stages_are_over(self):
         self.write("staged.nml", "&stage name = 'one', until_step = 2 /\n")
