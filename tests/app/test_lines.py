@@ -53,6 +53,28 @@ class Lines(ProgramTest):
                 self.assertEqual(outcome.code, 2)
                 self.assertIn("bad.dl:" + message, outcome.err)
 
+    def test_rings_may_repeat_their_first_vertex(self):
+        """As maps write them; the outline was said to touch itself."""
+        self.write("ring.csv", "x,y\n3,3\n6,3\n6,5\n3,5\n3,3\n")
+        self.write("rock.nml", "&region name = 'tunnel', polygon = 3,3, 6,3, 6,5, 3,5, 3,3 /\n")
+        texts = []
+        for k, (last, opening) in enumerate(
+            (
+                ("", "shape = 'polygon', vertices = 3,3, 6,3, 6,5, 3,5"),
+                (",0,0", "shape = 'polygon', vertices = 3,3,6,3,6,5,3,5,3,3"),
+                (",0,0", "shape = 'polygon', file = 'ring.csv'"),
+                ("", "outline = 'tunnel', file = 'rock.nml'"),
+            )
+        ):
+            corners = f"0,0,10,0,10,10,0,10{last}"
+            self.write("r.dl", f"&boundary vertices = {corners} /\n&joint_set inclination = 10, spacing = 2 /\n"
+                               f"&opening {opening} /\n")  # fmt: skip
+            outcome = self.run_program("lines", "r.dl", "-o", f"r{k}.dc")
+            self.assertEqual(outcome.code, 0, outcome.err)
+            lines = self.path(f"r{k}.dc").read_text().splitlines()
+            texts.append([line for line in lines if line.count(" ") == 4 and "#" not in line])
+        self.assertEqual(texts[1:], [texts[0]] * 3)
+
     def test_lines_are_cut_into_blocks(self):
         outcome = self.run_program("lines", "tunnel.dl")
         self.assertEqual((outcome.code, outcome.err), (0, ""))

@@ -64,7 +64,7 @@ contains
          else if (allocated(vertices)) then
             if (region%frame > 0 .or. allocated(toe) .or. is_set(angle)) call messages%add(severity%error, &
                "&boundary: 'frame' and 'slope_toe' go with 'window', not with 'vertices'", origin)
-            region%vertices = reshape(vertices, [2, size(vertices)/2])
+            region%vertices = open_ring(reshape(vertices, [2, size(vertices)/2]))
             call check_polygon(region%vertices, '&boundary', namelist, group, messages)
          else if (allocated(toe) .neqv. is_set(angle)) then
             call messages%add(severity%error, "&boundary: 'slope_toe' and 'slope_angle' go together", origin)
@@ -112,7 +112,7 @@ contains
                if (allocated(values)) opening%center = values
             case ('vertices')
                call get_reals(namelist, entry, 2, .true., values, messages)
-               if (allocated(values)) opening%vertices = reshape(values, [2, size(values)/2])
+               if (allocated(values)) opening%vertices = open_ring(reshape(values, [2, size(values)/2]))
             case ('outline'); call get_text(namelist, entry, region, messages)
             case ('file'); call get_file(namelist, entry, file, path, messages)
             end select
@@ -128,8 +128,12 @@ contains
                               'the region has the shape', namelist%origin(group%entries(i)%place))
          end do
          if (allocated(region) .and. allocated(path)) call read_region_outline(path, region, opening, messages)
+         if (allocated(opening%vertices)) opening%vertices = open_ring(opening%vertices)
       else
-         if (allocated(path)) call read_csv_table(path, ['x', 'y'], opening%vertices, messages, in_any_order=.true.)
+         if (allocated(path)) then
+            call read_csv_table(path, ['x', 'y'], opening%vertices, messages, in_any_order=.true.)
+            opening%vertices = open_ring(opening%vertices)
+         end if
          call check_opening(namelist, group, opening, messages)
       end if
       if (opening%shape == 0) return
@@ -140,6 +144,18 @@ contains
       more(n + 1) = opening
       call move_alloc(more, statistics%openings)
    end subroutine read_opening
+
+   !> Vertices without the last one where it repeats the first, as files of maps have them.
+   pure function open_ring(vertices) result(ring)
+      real(wp), intent(in) :: vertices(:, :)   !! (2, n)
+      real(wp), allocatable :: ring(:, :)
+      integer :: n
+      n = size(vertices, 2)
+      if (n > 1) then
+         if (all(abs(vertices(:, n) - vertices(:, 1)) <= 0)) n = n - 1
+      end if
+      ring = vertices(:, 1:n)
+   end function open_ring
 
    !> The options file of the same name as a statistics file.
    pure function options_beside(file) result(path)
