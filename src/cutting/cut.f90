@@ -271,23 +271,24 @@ contains
       integer, intent(in) :: number(:)                         !! final number of each polygon, 0: hole
       type(diagnostics_type), intent(inout) :: messages
       integer :: of_face(faces%n_cycles), g, i, line
+      real(wp) :: place(2)
       of_face = 0
       of_face(outlines%face) = number
       do g = 1, faces%n_groups
          if (nesting%face(g) == 0) cycle
          if (of_face(nesting%face(g)) == 0) cycle
          line = graph%line((faces%first(faces%contour(g)) + 1)/2)
-         call messages%add(severity%warning, 'line '//to_string(line)//' belongs to an island: a closed loop '// &
-                           'inside block '//to_string(of_face(nesting%face(g)))// &
+         call messages%add(severity%warning, 'line '//to_string(line)//' belongs to '//trim(merge( &
+                           'an opening: a closed loop', 'an island: a closed loop ', all(of_face == 0 .or. &
+                           faces%group /= g)))//' inside block '//to_string(of_face(nesting%face(g)))// &
                            ' that touches nothing around it; the block is joined to it by a bridge without contacts', &
                            geometry%line_origin(line))
       end do
       do i = 1, outlines%n
          if (number(i) == 0 .or. outlines%n_touching(i) == 0) cycle
+         place = graph%position(:, outlines%touching(i))
          call messages%add(severity%warning, 'the outline of block '//to_string(number(i))// &
-                           ' touches itself at a corner near ('// &
-                           to_string(graph%position(1, outlines%node(outlines%offset(i) + 1)))//', '// &
-                           to_string(graph%position(2, outlines%node(outlines%offset(i) + 1)))//')')
+                           ' touches itself at a corner near ('//to_string(place(1))//', '//to_string(place(2))//')')
       end do
    end subroutine report_islands
 

@@ -33,6 +33,7 @@ module rockdda_cutting_outlines
       integer, allocatable :: face(:)          !! (n) cycle that the polygon came from
       integer, allocatable :: n_islands(:)     !! (n) islands joined by bridges
       integer, allocatable :: n_touching(:)    !! (n) corners that the outline visits again
+      integer, allocatable :: touching(:)      !! (n) the first of these nodes; 0: none
       real(wp), allocatable :: area(:)         !! (n)
    end type outline_set_type
 
@@ -97,7 +98,7 @@ contains
       outlines%n = n
       allocate (outlines%offset(n + 1), source=0)
       allocate (outlines%node(raw%offset(n + 1)), outlines%joint(raw%offset(n + 1)), outlines%area(n))
-      allocate (outlines%n_touching(n), source=0)
+      allocate (outlines%n_touching(n), outlines%touching(n), source=0)
       outlines%n_islands = raw%n_islands(order)
       outlines%face = raw%face(order)
       do k = 1, n
@@ -114,8 +115,24 @@ contains
          end do
          ! both ends of every bridge are visited twice, without contact
          outlines%n_touching(k) = outlines%n_touching(k) - count(outlines%joint(from:to) == 0)
+         if (outlines%n_touching(k) > 0) &
+            outlines%touching(k) = touching_node(outlines%node(from:to), outlines%joint(from:to))
       end do
    end subroutine make_outlines
+
+   !> The first node that an outline visits again, if possible not at a bridge.
+   pure integer function touching_node(node, joint) result(found)
+      integer, intent(in) :: node(:), joint(:)   !! of each edge the node at its start, and 0: a bridge
+      integer :: k
+      found = 0
+      do k = 2, size(node)
+         if (.not. any(node(1:k - 1) == node(k))) cycle
+         if (found == 0) found = node(k)
+         if (any(node == node(k) .and. (joint == 0 .or. cshift(joint, -1) == 0))) cycle
+         found = node(k)
+         return
+      end do
+   end function touching_node
 
    !> Append a closed chain with the corners of a cycle; `first` is its first entry.
    pure subroutine add_cycle(graph, faces, line_joint, c, chain, first)
