@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Pictures, by what they hold: polygons, limits, labels, widths, colours."""
 
+import itertools
 import time
 
 import matplotlib
@@ -199,6 +200,57 @@ def test_profile_is_exact_for_affine_motion(wall):
     assert [line.get_label() for line in axes.lines] == ["t = 0.1", "t = 0.2"]
     with pytest.raises(ValueError, match="meets no block"):
         pictures.profile(wall, line=(0, 9, 5, 9))
+
+
+@pytest.mark.parametrize("field", ["displacement_x", "stress_x"])
+def test_excavated_blocks_are_gaps_of_a_profile(tmp_path, field):
+    """The line ran on at zero."""
+    path = write_wall(tmp_path / "wall.h5", 5, 4)
+    with h5py.File(path, "a") as file:
+        there = np.ones((3, 20), dtype="i4")
+        there[1:, [6, 7]] = 0  # x from 1 to 3 of the second row
+        file.create_dataset("frames/active", data=there, maxshape=(None, 20))
+    axes = pictures.profile(rockdda.open(path), field, (0, 1.5, 5, 1.5), frames=(0, -1))
+    whole, dug = ((line.get_xdata(), line.get_ydata()) for line in axes.lines)
+    assert not np.isnan(whole[1]).any()
+    np.testing.assert_allclose(dug[0], [0, 1, np.nan, 3, 4, 4, 5])
+    assert np.isnan(dug[1]).tolist() == [False, False, True, False, False, False, False]
+
+
+@pytest.mark.parametrize("kind", ["joints", "contacts"])
+def test_contacts_that_were_not_saved_are_not_drawn(tmp_path, kind):
+    """The picture was empty, with a scale of its own."""
+    path = write_wall(tmp_path / "wall.h5", 3, 2)
+    with h5py.File(path, "a") as file:
+        del file["input/config"]
+        file["input/config"] = "&output contacts = .false. /"
+    assert rockdda.open(path).has_contacts  # whatever the options say
+    with h5py.File(path, "a") as file:
+        file["frames/contact_offset"][:] = 0
+    with pytest.raises(rockdda.InputError, match="there are no contacts in it: they were not saved"):
+        rockdda.open(path).plot(kind=kind)
+    with pytest.raises(rockdda.InputError, match="they were not saved"):
+        rockdda.export.to_csv(rockdda.open(path), tmp_path / "a.csv", kind)
+
+
+def test_colour_bars_of_flat_pictures_have_room_for_their_numbers(wall):
+    """A strip 600 times as long as high: its numbers stood in one another, and in the label."""
+    from rockdda.plot.block_maps import add_colour_bar
+    from rockdda.plot.style import new_axes, size_of
+
+    with style():
+        figure, axes = new_axes(None, size_of(1060.0, 61.5))
+        drawn = PolyCollection([[(0, 0), (1000, 0), (1000, 1.5), (0, 1.5)]], array=np.array([3.0]))
+        axes.add_collection(drawn)
+        axes.set(xlim=(-30, 1030), ylim=(-30, 31.5), aspect="equal")
+        add_colour_bar(axes, drawn, Units(), "displacement", "length")
+        figure.canvas.draw()
+        bar = axes.child_axes[0].yaxis
+        texts = sorted((t.get_window_extent() for t in bar.get_ticklabels() if t.get_text()), key=lambda box: box.y0)
+        label = bar.label.get_window_extent()
+    assert len(texts) > 1
+    assert all(low.y1 <= high.y0 for low, high in itertools.pairwise(texts))
+    assert all(text.x1 <= label.x0 for text in texts) and label.x1 <= figure.bbox.x1
 
 
 def test_energy_ledger_shows_all_columns(wall):

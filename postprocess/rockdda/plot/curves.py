@@ -169,14 +169,14 @@ def profile_data(
     """(n,) distances along the line x1 y1 x2 y2, (n,) values there, (n,) blocks; two points for each block it crosses.
 
     The line is drawn through the blocks at the start. Displacements are those of the points of the line, which move
-    with their blocks; other fields have one value for each block.
+    with their blocks; other fields have one value for each block. Blocks that are not there in the frame are gaps.
     """
     start, end = np.array(line[:2], dtype=float), np.array(line[2:], dtype=float)
     length = float(np.hypot(*(end - start)))
     if length == 0 or not np.isfinite(length):
         raise InputError("the ends of the line of a profile must differ")
     now = results.frames[frame]
-    pieces = sorted((a, b, i) for i, parts in _crossings(results, start, end) for a, b in parts)
+    pieces = sorted((a, b, i) for i, parts in _crossings(results, start, end) if now.active[i] for a, b in parts)
     distance = np.array([s for a, b, _ in pieces for s in (a, b)])
     owner = np.array([i for _, _, i in pieces for _ in range(2)], dtype=np.int64)
     if not field.startswith("displacement"):
