@@ -27,10 +27,18 @@ from .materials import JointStrength
 if TYPE_CHECKING:
     import pandas
 
-__all__ = ["JOINT_FIELDS", "JointField", "joint_points", "joint_summary"]
+    from .results import Results
+
+__all__ = ["JOINT_FIELDS", "JointField", "joint_points", "joint_summary", "need_contacts"]
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
+
+
+def need_contacts(results: Results) -> None:
+    """InputError where the run saved no contacts."""
+    if not results.has_contacts:
+        raise InputError("there are no contacts in it: they were not saved (&output contacts = .false.)", results.path)
 
 
 def joint_points(frame: Frame, strengths: Mapping[int, JointStrength]) -> pandas.DataFrame:

@@ -360,14 +360,21 @@ class Results(StageTables):
     @property
     def has_energies(self) -> bool:
         """False where the options switched the energy balance off: all columns of `history/energy` are then zero."""
-        if np.any(self["history/energy"]):
-            return True
+        return bool(np.any(self["history/energy"])) or not self._is_off("energy")
+
+    @property
+    def has_contacts(self) -> bool:
+        """False where the options left the contacts out of the frames."""
+        return bool(np.any(self["frames/contact_offset"])) or not self._is_off("contacts")
+
+    def _is_off(self, name: str) -> bool:
+        """Do the options switch this of &output off?"""
         try:
             options = parse_groups(str(self["input/config"])).get("output", {})
         except (KeyError, ValueError):  # no text that the program has accepted
-            return True
+            return False
         groups = [options] if isinstance(options, dict) else options
-        return [group["energy"] for group in groups if "energy" in group][-1:] != [False]  # the last one counts
+        return [group[name] for group in groups if name in group][-1:] == [False]  # the last one counts
 
     @property
     def has_joints(self) -> bool:

@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..errors import InputError
-from ..joints import joint_summary
+from ..joints import joint_summary, need_contacts
 from ..results import FIELDS
 from ..text import csv_text
 from ..units import Units, with_units
@@ -65,6 +65,8 @@ def to_csv(
     }  # fmt: skip
     if what not in tables:
         raise InputError(f"there is no table {what!r}; the tables are: history, boundaries, {', '.join(tables)}")
+    if what in ("contacts", "joints", "joint_points"):
+        need_contacts(results)
     numbers = chosen(results, frames)
 
     def write(stream: TextIO) -> None:

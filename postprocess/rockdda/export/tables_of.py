@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from ..errors import InputError, need
 from ..frames import CONTACT_TABLES, FIELDS, JOINT_TABLES
+from ..joints import need_contacts
 from ..stages import STAGE_TABLES
 from ..units import description
 
@@ -121,6 +122,8 @@ def to_geopandas(results: Results, what: str = "blocks", frame: int = -1, crs: A
     tables = {"blocks": _blocks, "joints": _joints, "contacts": _contact_points}
     if what not in tables:
         raise InputError(f"there is no table {what!r}; the tables are: {', '.join(tables)}")
+    if what != "blocks":
+        need_contacts(results)
     columns, shapes = tables[what](results.frames[frame])
     found = geopandas.GeoDataFrame(columns, geometry=shapes, crs=crs)
     found.attrs["units"] = description(results.units)

@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..frames import field_name
+from ..joints import need_contacts
 from ..materials import block_material_names
 from ..text import plain_text
 from ..units import Units
@@ -362,6 +363,7 @@ def contact_forces(
     longest = size * min(0.06 * extent, 0.8 * float(np.median(np.sqrt(results.block_area))))  # half of it
     carrying = force > 1e-9 * largest
     share = np.minimum(force / reference, 1.5)
+    need_contacts(results)
     colours = np.array([STATES[name] for name in STATE_NAMES])[contacts.state]
     with style():
         axes = frame_axes(results, now, now.shown_vertices, axes, units, title)

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..errors import InputError
-from ..joints import JOINT_FIELDS
+from ..joints import JOINT_FIELDS, need_contacts
 from ..units import Units
 from .block_maps import add_bolts, add_colour_bar, add_fixed_points, add_plain_blocks, frame_axes
 from .boundary_marks import add_boundaries
@@ -56,6 +56,7 @@ def joints(
     from matplotlib.lines import Line2D
 
     joint_field_name(field)
+    need_contacts(results)
     now, units = results.frames[frame], Units.parse(units, results)
     points = results.joints(frame)
     values = points[field].to_numpy(dtype=float)
