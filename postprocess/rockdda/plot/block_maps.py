@@ -44,6 +44,9 @@ if TYPE_CHECKING:
 
 FloatArray = npt.NDArray[np.float64]
 MANY = 20_000  # blocks from which on outlines are thinner than they can be printed, and left out of vector files
+FLAT = 40  #: height of a picture with room for few numbers beside it [points]
+LEAST_BAR = 60  #: height of a colour bar [points]
+LEGEND = 56  #: height of a legend beside a picture [points]
 LETTERS = 16  #: of a line of a label beside a colour bar
 STATE_NAMES = ("open", "sliding", "locked")
 
@@ -114,6 +117,8 @@ def frame_axes(
     results: Results, frame: Frame, shown: FloatArray, axes: Axes | None, units: Units, title: str | None
 ) -> Axes:
     """Axes for a map of the blocks: equal scales, limits around start and frame, labels, title with the time."""
+    from matplotlib.ticker import MaxNLocator
+
     corners = np.concatenate([results.vertices, shown])
     low, high = np.nanmin(corners, axis=0), np.nanmax(corners, axis=0)
     margin = 0.03 * float((high - low).max())
@@ -122,6 +127,8 @@ def frame_axes(
     set_limits(axes, low - margin, high + margin)
     axes.set_aspect("equal")
     name_map(axes, units)
+    if _height(axes) < FLAT:
+        axes.yaxis.set_major_locator(MaxNLocator(2))
     parts = [plain_text(results.title), f"{moment(frame, units)}"]
     axes.set_title(", ".join(part for part in parts if part) if title is None else title)
     return axes
@@ -183,12 +190,14 @@ def add_colour_bar(
     """Add a colour bar at the right of the axes, with a tip where some of the values lie beyond its end."""
     figure = axes.get_figure()
     assert figure is not None
-    beside = axes.inset_axes((1.02, 0.0, 0.022, 1.0))  # as high as the picture, whatever its shape
+    # as high as the picture, but not too low for its numbers
+    share = max(1.0, LEAST_BAR / max(_height(axes), 1e-3))
+    beside = axes.inset_axes((1.02, 0.5 - 0.5 * share, 0.022, share))
     bar = figure.colorbar(mappable, cax=beside, extend=_beyond(mappable, values))
     bar.outline.set_linewidth(0.4)  # type: ignore[operator]
     name_axis(bar.ax.yaxis, units, text, dimension)
     label = bar.ax.get_ylabel()
-    if _length(label) > _height(axes):
+    if _length(label) > share * _height(axes):
         # of a flat model: along the bar it would be cut, or squeeze the picture
         bar.set_label(textwrap.fill(label, LETTERS), rotation=0, ha="left", va="center")
     nice_ticks(bar.ax.yaxis)
@@ -354,6 +363,7 @@ def contact_forces(
     from matplotlib.collections import LineCollection
     from matplotlib.lines import Line2D
 
+    need_contacts(results)
     now, units = results.frames[frame], Units.parse(units, results)
     contacts = now.contacts
     force = np.hypot(*contacts.force.T) if len(contacts) else np.zeros(0)
@@ -363,7 +373,6 @@ def contact_forces(
     longest = size * min(0.06 * extent, 0.8 * float(np.median(np.sqrt(results.block_area))))  # half of it
     carrying = force > 1e-9 * largest
     share = np.minimum(force / reference, 1.5)
-    need_contacts(results)
     colours = np.array([STATES[name] for name in STATE_NAMES])[contacts.state]
     with style():
         axes = frame_axes(results, now, now.shown_vertices, axes, units, title)
@@ -461,7 +470,8 @@ def _scale_bar(axes: Axes, length: float, text: str, width: float = 0.9) -> None
     left, right = axes.get_xlim()
     start = right + 0.03 * (right - left)
     low, high = axes.get_ylim()
-    place = low + 0.45 * (high - low)
+    # below the legend, also beside a flat picture
+    place = min(low + 0.45 * (high - low), high - LEGEND * (high - low) / max(_height(axes), 1e-3))
     axes.plot(
         [start, start + length],
         [place, place],

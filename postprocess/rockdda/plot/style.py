@@ -141,7 +141,9 @@ def limits_of(name: str, values: npt.NDArray[Any], given: tuple[float, float] | 
     largest = max(abs(low), abs(high))
     if given is None and low < 0 < high and min(-low, high) > 0.02 * largest:
         return -largest, largest, DIVERGING
-    if low == high:  # one value: a scale of some width around it
+    if (
+        high - low <= 1e-6 * largest
+    ):  # one value, up to rounding and what is shown of it: a scale of some width around it
         margin = 0.5 * largest or 0.5
         low, high = low - margin, high + margin
     if low < 0 < high and math.isclose(-low, high):
