@@ -119,12 +119,6 @@ class Equilibrium(StageTest):
         self.assertEqual(outcome.code, 0, outcome.err)
         self.assertLessEqual(outcome.json["steps"], 30)
         self.assertLessEqual(outcome.json["cuts"]["contacts"], 3)
-        # a column at a side leans out by forces below the tolerance, which grow: that is told
-        found = [m["message"] for m in outcome.json["messages"] if "still moves" in m["message"]]
-        self.assertEqual(len(found), 1)
-        self.assertRegex(
-            found[0], r"stage 'rest' ended while block \d+ at \(.*the forces on it are below the tolerance"
-        )
 
     def test_a_splinter_that_ended_on_its_way_comes_to_rest(self):
         """One of 457 blocks, at the toe, was 6 % of the largest displacement short of where 1e-8 brings it."""
