@@ -125,7 +125,8 @@ contains
       call table%add(option('poisson', "Poisson's ratio", above=-1.0_wp, below=0.5_wp, applies=of_blocks, &
                             default_text='as it was'), change%poisson)
       call table%add(option('unit_weight', 'weight per area', unit='force/length^2', applies=of_blocks, &
-                            default_text='as it was'), change%unit_weight)
+                            default_text='as it was; density times &load gravity while no unit_weight is given '// &
+                            'for any material'), change%unit_weight)
    end subroutine describe_new_values
 
    !> Name of stage i.

@@ -69,6 +69,30 @@ class Reach(StageTest):
             self.assertNotIn("reached", outcome.err)
 
 
+class NewDensity(StageTest):
+    def test_weight_follows_a_new_density_unless_a_unit_weight_is_given(self):
+        self.write("a.dc", "0.001\n4 4\n0 0 0 0 0 0\n0 0 2 0 1\n2 0 2 1 1\n2 1 0 1 1\n0 1 0 0 1\n")
+        for given, change, share in (
+            ("", "density = 5000", 2),
+            ("", "density = 5000, unit_weight = 24525", 1),
+            (", unit_weight = 24525", "density = 5000", 1),
+            ("", "unit_weight = 49050", 2),
+        ):
+            with self.subTest(given=given, change=change):
+                options = (
+                    f"&block_material number = 1, density = 2500, young = 1e10, poisson = 0.25{given} /\n"
+                    "&joint_material number = 1, friction = 30 /\n&load gravity = 9.81 /\n"
+                    "&boundary along = 0,0,2,0, kind = 'fixed' /\n&stage name = 'a', until = 'equilibrium' /\n"
+                    f"&stage name = 'b', until = 'equilibrium' /\n&change stage = 'b', block_material = 1, {change} /\n"
+                )
+                self.write("out.nml", "&model geometry = 'a.dc' /\n" + options)
+                self.good("run", "out.nml", "-o", "out.h5", "--force")
+                data = self.read()
+                force = [data["history/boundary_force"][data["history/stage"] == k][-1, 0, 1] for k in (0, 1)]
+                # 2 m2; balanced up to the tolerance of equilibrium
+                np.testing.assert_allclose(force, [49050, 49050 * share], rtol=1e-4)
+
+
 class Equilibrium(StageTest):
     def test_the_measure_is_what_the_forces_of_the_results_give(self):
         # the contacts of the last frame, the weights: the largest resultant with its moment over the radius of inertia
