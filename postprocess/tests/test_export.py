@@ -14,6 +14,7 @@ import pytest
 import pyvista
 import rockdda
 from rockdda import export
+from rockdda.convert import convert
 from synthetic import write_wall
 
 
@@ -120,6 +121,11 @@ def test_exports_say_the_units_of_the_results(tmp_path, system, length, stress, 
     assert export.to_text(results, tmp_path / "a.txt").read_text().startswith(f"# block vertex x y, units: {said}\n")
     export.to_dxf(results, tmp_path / "a.dxf")
     assert ezdxf.readfile(tmp_path / "a.dxf").header["$INSUNITS"] == code
+    convert(tmp_path / "a.dxf", tmp_path / "b")  # to metres
+    corners = [line.split()[:2] for line in (tmp_path / "b.blk").read_text().splitlines() if line.count(" ") == 2]
+    size = np.ptp([[float(x) for x in row] for row in corners if row[0] != "block"], axis=0)
+    shape = np.ptp(results.frames[-1].vertices, axis=0) * (1e-3 if length == "mm" else 1)
+    np.testing.assert_allclose(size, shape, rtol=1e-9)
     with h5py.File(export.to_vtk(results, tmp_path / "a.vtkhdf")) as file:
         assert file.attrs["units"] == said
     assert pyvista.read(export.to_vtk(results, tmp_path / "a.vtu")).field_data["units"][0] == said
