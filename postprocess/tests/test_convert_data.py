@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: MIT
 """Data as people have them: traces of FracPaQ, GeoPackages, Shapefiles, polygons as blocks, degrees."""
 
+import contextlib
 import json
 import math
+import sqlite3
 import subprocess
 
 import ezdxf
@@ -148,6 +150,41 @@ def test_reference_systems_in_feet_and_degrees(tmp_path):
     done = convert(files, tmp_path / "degrees")
     assert any("longitudes and latitudes become metres" in text for text in done.messages)
     assert (tmp_path / "degrees" / "survey.dc").exists()
+
+
+def test_a_geopackage_without_a_reference_system_is_in_metres(tmp_path):
+    """As a Shapefile is; GDAL says that it is geographic, and it was projected, or refused."""
+    for crs, number in (("EPSG:32633", 0), ("EPSG:32633", -1)):
+        folder = tmp_path / str(number)
+        folder.mkdir()
+        files, _ = survey(folder, "gpkg", crs=crs, at=(0.0, 0.0), unit=0.01)  # 1,000 m
+        with contextlib.closing(sqlite3.connect(files[0])) as file, file:
+            for table in ("gpkg_contents", "gpkg_geometry_columns"):
+                file.execute(f"update {table} set srs_id = {number}")
+        convert(files, folder / "a", origin=(0, 0))
+        assert np.ptp(lines_of(folder / "a.dc")[0][:, [0, 2]]) == pytest.approx(1000, abs=1e-9)
+
+
+def test_numbers_of_materials_may_be_texts(tmp_path):
+    path = tmp_path / "a.geojson"
+    for value in ("2", " 2 ", 2.0):
+        write_map(path, feature("LineString", [[0, 0], [3, 4]], material=value))
+        convert(path, tmp_path / "a", force=True)
+        assert lines_of(tmp_path / "a.dc")[0][:, 4].tolist() == [2]
+    for value in ("2.5", "two", "0", "", True, "1e1", "9999999999"):
+        write_map(path, feature("LineString", [[0, 0], [3, 4]], material=value))
+        with pytest.raises(rockdda.InputError, match="expected a whole number from 1"):
+            convert(path, tmp_path / "a", force=True)
+
+
+def test_blocks_that_overlap_are_told_when_they_are_written(tmp_path, program):
+    squares = [[[x, y], [x + 2, y], [x + 2, y + 2], [x, y + 2], [x, y]] for x, y in ((0, 0), (1, 1), (3, 1))]
+    write_map(tmp_path / "a.geojson", *(feature("Polygon", [ring]) for ring in squares))
+    done = convert(tmp_path / "a.geojson", tmp_path / "a", blocks=True)
+    told = [text for text in done.messages if "overlap" in text]
+    assert len(told) == 1 and "blocks 1 and 2 overlap near 1.5, 1.5, by an area of 1" in told[0]
+    check = subprocess.run([program, "check", tmp_path / "a.blk"], capture_output=True, text=True, check=False)
+    assert "block 2 overlaps block 1 (line 10), by 1 near (1, 1)" in check.stderr
 
 
 def test_degrees_become_metres_as_an_independent_projection_says(tmp_path):

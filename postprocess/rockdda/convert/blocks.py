@@ -15,6 +15,8 @@ from .geometry import Geometry, Point, Ring
 from .regions import close_chains
 from .report import Report
 
+MOST_NAMED = 10  # pairs of blocks that overlap
+
 
 def check_blocks(geometry: Geometry, report: Report) -> None:
     """Make the polygons simple and counter-clockwise; errors for those that are none, warnings for what no block takes.
@@ -36,6 +38,7 @@ def check_blocks(geometry: Geometry, report: Report) -> None:
     blocks = [(material, joint, polygon) for (material, joint, _), polygon in zip(blocks, polygons, strict=True)]
     geometry.blocks = [(material, joint, _rings(polygon)) for material, joint, polygon in blocks]
     tree = shapely.STRtree(polygons)
+    _find_overlaps(tree, polygons, geometry.e0, report)
     for name in ("loading", "measured"):
         points = getattr(geometry, name)
         inside = [point for point in points if _block_at(tree, point)]
@@ -50,6 +53,20 @@ def check_blocks(geometry: Geometry, report: Report) -> None:
         report.warning(f"{len(geometry.fixed) - len(held)} fixed points lie in no block and are left out")
         report.leave("fixed point outside of blocks", "fixed points outside of blocks", len(geometry.fixed) - len(held))
         geometry.fixed = held
+
+
+def _find_overlaps(tree: Any, polygons: list[Any], e0: float, report: Report) -> None:
+    """Warn of blocks that have an area in common wider than e0, which no run takes."""
+    pairs = np.transpose(tree.query(polygons))
+    found = []
+    for i, k in pairs[pairs[:, 0] < pairs[:, 1]].tolist():
+        common = polygons[i].intersection(polygons[k])
+        if common.area > 0 and not (deep := common.buffer(-0.5 * e0)).is_empty:
+            found.append((i, k, common.area, deep.representative_point()))
+    for i, k, area, place in found[:MOST_NAMED]:
+        report.warning(f"blocks {i + 1} and {k + 1} overlap near {place.x:g}, {place.y:g}, by an area of {area:.3g}")
+    if len(found) > MOST_NAMED:
+        report.warning(f"{len(found) - MOST_NAMED} more pairs of blocks overlap")
 
 
 def _polygon(rings: list[Ring], kind: str, report: Report) -> Any:

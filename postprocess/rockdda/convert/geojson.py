@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import itertools
 import json
+import re
 from collections import Counter
 from pathlib import Path
 from typing import Any
@@ -175,15 +176,11 @@ class Reader:
             self.report.leave(f"{shape} of kind skip", f"{shape}s of kind skip")
             return
         names = ("block_material", "material") if kind == "block" else MATERIALS
-        material = next((properties[k] for k in names if k in properties), 1)
-        if (
-            isinstance(material, bool)
-            or not isinstance(material, int | float)
-            or not 1 <= material <= LARGEST_MATERIAL
-            or material % 1
-        ):
+        given = next((properties[k] for k in names if k in properties), 1)
+        material = _material(given)
+        if material is None:
             message = f"material of a {shape}: expected a whole number from 1 to {LARGEST_MATERIAL}"
-            self.fail(owner, f"{message}, found {shown(material)}")
+            self.fail(owner, f"{message}, found {shown(given)}")
             return
         self.report.take(f"{shape} as {kind}", f"{shape}s as {kind}")
         if shape == "Point":
@@ -195,15 +192,15 @@ class Reader:
             self.fail(owner, f"a {shape} cannot be of kind {kind!r}: that takes Points")
             return
         if kind == "block":
-            self._add_block(int(material), properties.get("joint_material", 1), shape, coordinates, here)
+            self._add_block(material, properties.get("joint_material", 1), shape, coordinates, here)
             return
         if kind in REGION_KINDS:
-            self._add_region(kind, int(material), shape, coordinates, here)
+            self._add_region(kind, material, shape, coordinates, here)
             return
         rings = coordinates if shape == "Polygon" and isinstance(coordinates, list) else [coordinates]
         for i, ring in enumerate(rings):
             is_ring = shape == "Polygon"
-            self._add_lines(kind, int(material), ring, (*here, i) if is_ring else here, is_ring)
+            self._add_lines(kind, material, ring, (*here, i) if is_ring else here, is_ring)
 
     def _add_point(self, kind: str, point: Point, owner: JsonPath) -> None:
         geometry = self.geometry
@@ -229,12 +226,8 @@ class Reader:
 
     def _add_block(self, material: int, joint: Any, shape: str, coordinates: Any, here: JsonPath) -> None:
         """A polygon that is one block; its holes are those of the block."""
-        if (
-            isinstance(joint, bool)
-            or not isinstance(joint, int | float)
-            or not 1 <= joint <= LARGEST_MATERIAL
-            or joint % 1
-        ):
+        joint_material = _material(joint)
+        if joint_material is None:
             message = f"joint_material: expected a whole number from 1 to {LARGEST_MATERIAL}"
             self.fail(here, f"{message}, found {shown(joint)}")
         elif shape != "Polygon" or not isinstance(coordinates, list) or not coordinates:
@@ -243,7 +236,7 @@ class Reader:
             rings = [self._corners(ring, (*here, i)) for i, ring in enumerate(coordinates)]
             if all(rings):
                 open_rings = [ring[:-1] if ring[0] == ring[-1] else ring for ring in rings]
-                self.geometry.blocks.append((material, int(joint), open_rings))
+                self.geometry.blocks.append((material, joint_material, open_rings))
 
     def _corners(self, ring: Any, here: JsonPath) -> Ring:
         """The positions of a line; [] after an error."""
@@ -293,6 +286,15 @@ def read_geojson(path: Path, default: str | None = None) -> tuple[Geometry, Repo
         report.error("no lines: there is no LineString or Polygon")
     report.raise_errors()
     return geometry, report, reader.system
+
+
+def _material(value: Any) -> int | None:
+    """A number of a material, also as a text such as "1"; None for anything else."""
+    if isinstance(value, str):
+        value = int(value) if re.fullmatch(r"\s*\d{1,9}\s*", value, re.ASCII) else None
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return None
+    return int(value) if 1 <= value <= LARGEST_MATERIAL and not value % 1 else None
 
 
 def looks_like_degrees(geometry: Geometry) -> bool:

@@ -183,9 +183,8 @@ def _system_of(number: Any, organization: Any, code: Any, definition: Any) -> Sy
     found = systems.of_text(str(definition or ""))
     if found is not None:
         return found
-    if number == 0:
-        return System("degrees")  # undefined, geographic
-    if number in (-1, None) or str(organization).upper() != "EPSG":
+    # 0, too: what has none is said to be geographic, by the programs that write GeoPackages
+    if number in (-1, 0, None) or str(organization).upper() != "EPSG":
         return None
     return systems.of_name(f"EPSG:{code}")
 

@@ -34,7 +34,8 @@ contains
       type(grid_type) :: grid
       type(grid_query_type) :: query
       real(wp), allocatable :: boxes(:, :), inner(:, :), area(:), thickness(:)
-      real(wp) :: tolerance, common(4)
+      real(wp), allocatable :: depth(:, :)                !! (3, pairs) how deep each pair is, and where
+      real(wp) :: tolerance, common(4), deepest(3)
       integer, allocatable :: found(:)
       integer :: i, j, k, m, small
       allocate (boxes(4, blocks%n_blocks), inner(2, blocks%n_blocks), area(blocks%n_blocks), thickness(blocks%n_blocks))
@@ -47,7 +48,7 @@ contains
          end associate
       end do
       call grid%build_boxes(boxes, 0.0_wp)
-      allocate (found(64))
+      allocate (found(64), depth(3, 64))
       do i = 1, blocks%n_blocks
          call grid%query_box(boxes(:, i), query)
          m = 0
@@ -58,17 +59,24 @@ contains
             tolerance = min(max(blocks%edge_node_distance, few_digits*sqrt(area(small))), 0.1_wp*thickness(small))
             common = [max(boxes(1:2, i), boxes(1:2, j)), min(boxes(3:4, i), boxes(3:4, j))]
             if (any(common(3:4) - common(1:2) <= tolerance)) cycle
-            if (.not. overlap(i, j)) cycle
-            if (m == size(found)) found = [found, found]
+            call find_deepest(i, j, deepest(1), deepest(2:3))
+            if (.not. deepest(1) > tolerance) cycle
+            if (m == size(found)) then
+               found = [found, found]
+               depth = reshape([depth, depth], [3, 2*m])
+            end if
             m = m + 1
             found(m) = j
+            depth(:, m) = deepest
          end do
          do while (m > 0)
             k = minloc(found(1:m), dim=1)
             call messages%add(severity%error, 'block '//to_string(i)//' overlaps block '//to_string(found(k))// &
-                              ' (line '//to_string(tokens%line(block_token(found(k))))//')', &
-                              tokens%origin(block_token(i)))
+                              ' (line '//to_string(tokens%line(block_token(found(k))))//'), by '// &
+                              to_string(depth(1, k), 3)//' near ('//to_string(depth(2, k), 6)//', '// &
+                              to_string(depth(3, k), 6)//')', tokens%origin(block_token(i)))
             found(k) = found(m)
+            depth(:, k) = depth(:, m)
             m = m - 1
          end do
          if (messages%n_errors >= most_errors) return
@@ -76,28 +84,31 @@ contains
 
    contains
 
-      !> Do blocks a and b overlap?
-      pure logical function overlap(a, b)
+      !> How deep, and where, do blocks a and b lie in one another?
+      pure subroutine find_deepest(a, b, depth, place)
          integer, intent(in) :: a, b
+         real(wp), intent(out) :: depth, place(2)
+         depth = 0
+         place = inner(:, a)
          associate (va => blocks%vertices(:, blocks%vertex_offset(a) + 1:blocks%vertex_offset(a + 1)), &
                     vb => blocks%vertices(:, blocks%vertex_offset(b) + 1:blocks%vertex_offset(b + 1)))
-            overlap = is_deep(inner(:, a), vb, tolerance)
-            if (.not. overlap) overlap = is_deep(inner(:, b), va, tolerance)
-            if (.not. overlap) overlap = outline_enters(va, vb, common, tolerance)
-            if (.not. overlap) overlap = outline_enters(vb, va, common, tolerance)
+            call take_deeper(inner(:, a), vb, depth, place)
+            call take_deeper(inner(:, b), va, depth, place)
+            call follow_outline(va, vb, common, depth, place)
+            call follow_outline(vb, va, common, depth, place)
          end associate
-      end function overlap
+      end subroutine find_deepest
 
    end subroutine check_overlaps
 
-   !> Does the outline p enter polygon q deeper than a tolerance? Only edges in the box that both have in common can.
-   pure logical function outline_enters(p, q, box, tolerance) result(enters)
+   !> The deepest point of the outline p in polygon q, if deeper. Only edges in the box that both have in common can be.
+   pure subroutine follow_outline(p, q, box, depth, place)
       real(wp), intent(in) :: p(:, :), q(:, :)      !! (2, n) corners
-      real(wp), intent(in) :: box(4), tolerance
+      real(wp), intent(in) :: box(4)
+      real(wp), intent(inout) :: depth, place(2)
       real(wp), allocatable :: near(:, :), cuts(:)
       real(wp) :: a(2), b(2), t
       integer :: i, k, n, m
-      enters = .false.
       allocate (near(4, size(q, 2)))
       n = 0
       do k = 1, size(q, 2)
@@ -112,10 +123,7 @@ contains
          a = p(:, i)
          b = p(:, 1 + mod(i, size(p, 2)))
          if (misses(a, b, box)) cycle
-         if (is_deep(a, q, tolerance)) then
-            enters = .true.
-            return
-         end if
+         call take_deeper(a, q, depth, place)
          ! between two crossings the edge is entirely inside or outside
          cuts(1:2) = [0.0_wp, 1.0_wp]
          m = 2
@@ -127,31 +135,31 @@ contains
          end do
          call sort(cuts(1:m))
          do k = 1, m - 1
-            t = 0.5_wp*(cuts(k) + cuts(k + 1))
-            if (.not. is_deep(a + t*(b - a), q, tolerance)) cycle
-            enters = .true.
-            return
+            call take_deeper(a + 0.5_wp*(cuts(k) + cuts(k + 1))*(b - a), q, depth, place)
          end do
       end do
-   end function outline_enters
+   end subroutine follow_outline
 
-   !> Does a point lie inside a polygon, farther from its outline than a tolerance?
-   pure logical function is_deep(point, polygon, tolerance)
-      real(wp), intent(in) :: point(2), polygon(:, :), tolerance
-      real(wp) :: a(2), d(2), s
+   !> Take a point that lies inside a polygon, farther from its outline than the depth so far.
+   pure subroutine take_deeper(point, polygon, depth, place)
+      real(wp), intent(in) :: point(2), polygon(:, :)
+      real(wp), intent(inout) :: depth, place(2)
+      real(wp) :: a(2), d(2), s, least
       integer :: k, n
-      is_deep = .false.
       if (.not. point_in_polygon(point, polygon)) return
       n = size(polygon, 2)
+      least = huge(least)
       do k = 1, n
          a = point - polygon(:, k)
          d = polygon(:, 1 + mod(k, n)) - polygon(:, k)
          s = dot_product(d, d)
          if (s > 0) a = a - max(0.0_wp, min(1.0_wp, dot_product(a, d)/s))*d
-         if (norm2(a) <= tolerance) return
+         least = min(least, norm2(a))
+         if (least <= depth) return
       end do
-      is_deep = .true.
-   end function is_deep
+      depth = least
+      place = point
+   end subroutine take_deeper
 
    !> Does the segment a b lie wholly on one side of a box?
    pure logical function misses(a, b, box)
