@@ -85,6 +85,21 @@ class Texts(ProgramTest):
             self.assertEqual(outcome.code, 2)
             self.assertIn("two.nml:3:40: error: friction: expected a number, found 'x'", outcome.err)
 
+    def test_other_spaces_are_blanks(self):
+        """A no-break space was an invisible word in an error."""
+        self.write("a.dc", "0.01\n4 4\n0 0 0 0 0 0\n0 0 1 0 1\n1 0 1 1 1\n1 1 0 1 1\n0 1 0 0 1\n")
+        wanted = self.run_program("cut", "a.dc", "-o", "a.blk").out
+        text = self.path("a.dc").read_text()
+        for space, encoding in (("\u00a0", "utf-8"), ("\u00a0", "latin-1"), ("\u202f", "utf-8"), ("\u3000", "utf-8")):
+            with self.subTest(space=space, encoding=encoding):
+                self.path("a.dc").write_bytes(text.replace("1 1 0 1", f"1{space}1{space}{space}0 1").encode(encoding))
+                outcome = self.run_program("cut", "a.dc", "-o", "a.blk", "--force")
+                self.assertEqual((outcome.code, outcome.out), (0, wanted), outcome.err)
+        # letters of which it is a part stay
+        self.files(lambda text: text.replace("Müller", "à la mode"))
+        self.assertIn("à la mode", self.run_program("run", "two.nml", "--force", "--steps", "1").err + Path(
+            self.folder, "two.log").read_text(encoding="utf-8"))  # fmt: skip
+
     def test_text_behind_ctrl_z_is_refused(self):
         self.files()
         with Path(self.folder, "two.nml").open("a") as stream:

@@ -176,12 +176,38 @@ contains
          end if
          previous = this
       end do
+      call blank_spaces(text(:n))
       i = index(text(:n), ctrl_z)
       if (i > 0) then
          if (verify(text(i:n), ctrl_z//achar(0)//' '//achar(9)//achar(10)) == 0) n = i - 1
       end if
       text = text(:n)
    end function plain_text
+
+   !> Blanks for the other spaces of Unicode, which look like them: no-break (also of Latin-1), thin, ideographic ones.
+   pure subroutine blank_spaces(text)
+      character(len=*), intent(inout) :: text
+      integer :: i, a, b
+      do i = 1, len(text)
+         if (ichar(text(i:i)) < 128) cycle
+         a = 0
+         b = 0
+         if (i > 1) a = ichar(text(i - 1:i - 1))
+         if (i > 2) b = ichar(text(i - 2:i - 2))
+         select case (ichar(text(i:i)))
+         case (160)
+            if (a == 194) then                         ! U+00A0
+               text(i - 1:i) = ' '
+            else if (a < 128) then
+               text(i:i) = ' '
+            end if
+         end select
+         if (ichar(text(i:i)) < 128) cycle
+         ! U+2000 to U+200A, U+202F, U+3000
+         if (b == 226 .and. a == 128 .and. (ichar(text(i:i)) <= 138 .or. ichar(text(i:i)) == 175)) text(i - 2:i) = ' '
+         if (b == 227 .and. a == 128 .and. ichar(text(i:i)) == 128) text(i - 2:i) = ' '
+      end do
+   end subroutine blank_spaces
 
    !> UTF-16 as UTF-8; what is no character becomes U+FFFD.
    pure function utf_16_text(bytes, low_first) result(text)
