@@ -130,6 +130,16 @@ class Quake(ResultsTest):
         _, moved = self.moved("&quake record = 'record.csv', scale = 0.02 /")
         self.assertAlmostEqual(moved[-1, 1, 0], -0.5 * 1.962 * 0.25, delta=1e-9)
 
+    def test_a_file_of_peer_under_another_name_is_told_once(self):
+        rows = "  .1  .2  .3  .4  .5\n" * 130
+        for head in ("PEER\nx\nACCELERATION IN UNITS OF G\nNPTS= 650, DT= .01\n", "a\nb\nc\n  650  0.01  NPTS, DT\n"):
+            self.write("record.txt", head + rows)
+            found = self.errors("&quake record = 'record.txt', format = 'csv' /")
+            self.assertEqual(len(found), 1, found[:3])
+            self.assertRegex(
+                found[0], r"record.txt:4:\d+: error: this is a file of the PEER database .* format = 'at2'"
+            )
+
     def test_decimal_commas_between_semicolons_or_tabs_are_read(self):
         for text in ("t;a\n0;0,981\n0,5;0,981\n", "0\t0,981\n0,5\t0,981\n", "t;a\r0,0;9,81e-1\r5,0D-1;0,981;\r\x1a"):
             self.write("record.csv", text)

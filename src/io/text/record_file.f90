@@ -59,7 +59,8 @@ contains
          call tokenise(source, tokens)
          call read_peer(source, tokens, has_scale, rows, unit, messages)
       else
-         call settle_separators(source, 2, 1, messages, ok)
+         call refuse_peer(source, messages, ok)
+         if (ok) call settle_separators(source, 2, 1, messages, ok)
          if (.not. ok) return
          call tokenise(source, tokens)
          call read_table(source, tokens, column, has_scale, rows, places, unit, messages)
@@ -73,6 +74,24 @@ contains
          call check_sampling(tokens, rows(1, :), places, messages)
       end if
    end subroutine read_record
+
+   !> Refuse a file of the PEER database as a table: its first lines have the number of points.
+   subroutine refuse_peer(source, messages, ok)
+      type(source_type), intent(in) :: source
+      type(diagnostics_type), intent(inout) :: messages
+      logical, intent(out) :: ok
+      integer, parameter :: lines_of_head = 5
+      integer :: line, at
+      ok = .true.
+      do line = 1, min(lines_of_head, source%n_lines)
+         at = index(lower_case(source%line_text(line)), 'npts')
+         if (at == 0) cycle
+         ok = .false.
+         call messages%add(severity%error, "this is a file of the PEER database (AT2), and no table: give "// &
+                           "format = 'at2', or name it .at2", source%origin(line, at))
+         return
+      end do
+   end subroutine refuse_peer
 
    !> A table: an optional header, then a row of numbers on each line.
    subroutine read_table(source, tokens, column, has_scale, rows, places, unit, messages)
