@@ -407,6 +407,8 @@ class Refusals(FosTest):
         self.block(slope(20), friction=35)
         self.assertIn("above 0", self.error("block.nml", "--from", "-1"))
         self.assertIn("must be larger", self.error("block.nml", "--from", "2", "--to", "1"))
+        for search, start, end in (("tilt", "10", "5"), ("push", "0.4", "0.1"), ("tilt", "-10", "0")):
+            self.assertIn("further from 0", self.error("block.nml", "--search", search, "--from", start, "--to", end))
         self.assertIn("further apart", self.error("block.nml", "--from", "1", "--to", "1.001"))
         self.assertIn("only a search of the strength", self.error("block.nml", "--search", "push", "--joints", "base"))
 

@@ -79,8 +79,21 @@ contains
          case (search_kind%tilt)
             if ((is_set(o%from) .and. abs(o%from) > 90) .or. (is_set(o%to) .and. abs(o%to) > 90)) call make_error( &
                error, error_code%input, 'options --from, --to: a tilt is an angle from -90 to 90 degrees')
+            if (has_both .and. .not. allocated(error)) call check_way()
+         case (search_kind%push)
+            if (has_both) call check_way()
          end select
       end associate
+
+   contains
+
+      !> A value between 0 and --from is as stable: the search goes away from 0, or to the other side of it.
+      subroutine check_way()
+         if (abs(options%to) < abs(options%from) .and. options%to*options%from >= 0) call make_error(error, &
+            error_code%input, 'options --from, --to: the model has to be stable at --from and fail at --to, which '// &
+            'must be further from 0, or on its other side')
+      end subroutine check_way
+
    end subroutine check_values
 
 end module rockdda_run_search_check
