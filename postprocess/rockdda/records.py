@@ -50,7 +50,7 @@ HIGHEST_DEGREE = 20
 POINTS_A_PERIOD = 40  # at least, of the oscillator: a peak between two of them is missed by less than 0.3 %
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Record:
     """Acceleration of the ground in one direction, (n,) times and values, linear in between."""
 
@@ -71,6 +71,12 @@ class Record:
         acceleration.setflags(write=False)
         object.__setattr__(self, "time", time)
         object.__setattr__(self, "acceleration", acceleration)
+
+    def __repr__(self) -> str:
+        name = f"{self.name!r}, " if self.name else ""
+        return (
+            f"Record({name}{len(self.time)} samples, t = {self.time[0]:g} to {self.time[-1]:g}, peak {self.peak:.4g})"
+        )
 
     @property
     def step(self) -> float:
@@ -100,13 +106,17 @@ class Record:
         return float(np.abs(self.acceleration).max())
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Spectrum:
     """Largest responses of damped oscillators to a record, one for each period."""
 
     period: FloatArray
     damping: float
     displacement: FloatArray  # relative to the ground
+
+    def __repr__(self) -> str:
+        periods = f"{len(self.period)} periods" + (f" to {self.period.max():g}" if len(self.period) else "")
+        return f"Spectrum({periods}, damping {self.damping:g})"
 
     @property
     def velocity(self) -> FloatArray:

@@ -60,6 +60,13 @@ def test_column_by_name_or_number(tmp_path: Path, column: str | int) -> None:
     assert records.read(path, scale=1).acceleration.tolist() == [1, 2]
 
 
+def test_a_record_prints_on_one_line() -> None:
+    """All numbers of it were printed."""
+    found = records.Record(np.arange(5000) * 0.01, np.sin(np.arange(5000)), "e.csv")
+    assert repr(found) == "Record('e.csv', 5000 samples, t = 0 to 49.99, peak 1)"
+    assert repr(records.response_spectrum(found, [0.1, 2.0])) == "Spectrum(2 periods to 2, damping 0.05)"
+
+
 @pytest.mark.parametrize("head", ["NPTS=   7, DT=   .0050 SEC,", "7  0.005  NPTS, DT", "NPTS=7,DT=.005 SEC"])
 def test_peer_file(tmp_path: Path, head: str) -> None:
     path = tmp_path / "a.AT2"
