@@ -61,6 +61,7 @@ module rockdda_interaction_contact_law
       real(wp) :: dilation = 0          !! tan of the dilation angle
       real(wp) :: dilation_slip = huge(1.0_wp)  !! slip at which dilation ends [length]
       real(wp) :: damping_ratio = 0     !! Voigt dashpot, fraction of critical, >= 0
+      real(wp) :: sliding_damping = 0   !! the same while it slides, in the attempt at hand
       real(wp) :: restitution = -1      !! in [0, 1]; < 0: no law of impact
       real(wp) :: reduction = 1         !! by which the strength has been divided
       logical :: brittle = .true.       !! slip breaks the bond

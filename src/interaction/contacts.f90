@@ -128,6 +128,9 @@ contains
       class(contacts_type), intent(inout) :: self
       type(step_context_type), intent(in) :: context
       self%settings = new_joint_settings(context%parameters, context%dt, context%scheme)
+      self%laws%sliding_damping = 0
+      if (context%scheme%is_dynamic) where (.not. self%laws%damping_ratio > 0) &
+         self%laws%sliding_damping = context%parameters%sliding_damping
       call self%trial%begin(self%table, self%laws, self%settings)
       if (allocated(self%trial%extra)) &
          call set_dashpots(context, self%laws, self%table, self%trial%level, self%trial%extra)

@@ -8,7 +8,8 @@
 !>
 !> so that the dashpots, like the springs, add up along a joint: a block on a joint has the damping ratio zeta, however
 !> many contacts and blocks there are below it; so has the fastest vibration of a column. A held block is infinitely
-!> heavy. Contacts count that are closed, or close in the step with the velocities of its start. Where the contacts of a
+!> heavy. Where a joint has no ratio of its own, its contacts that slide have the run's in dynamic stages: undamped,
+!> friction feeds the vibration of normal forces, and blocks slide further with shorter steps. Contacts count that are closed, or close in the step with the velocities of its start. Where the contacts of a
 !> block act in different directions the ratio along one of them is smaller than zeta.
 module rockdda_interaction_dashpots
    use rockdda_base_kinds, only : wp
@@ -29,7 +30,10 @@ contains
       type(contact_table_type), intent(in) :: table
       real(wp), intent(in) :: level(2)                   !! share of the motion that gap and slip are, closed and open
       type(joint_extra_type), intent(inout) :: extra(:)  !! (>= rows)
-      if (any(laws%damping_ratio > 0)) call share_damping(context, laws, table, level, extra)
+      logical :: slides
+      slides = .false.
+      if (any(laws%sliding_damping > 0)) slides = any(table%state(1:table%n) == contact_state%sliding)
+      if (slides .or. any(laws%damping_ratio > 0)) call share_damping(context, laws, table, level, extra)
    end subroutine set_dashpots
 
    !> Coefficients of the dashpots of all contacts.
@@ -57,7 +61,7 @@ contains
       real(wp), allocatable :: stiffness(:, :)           !! (normal and shear, blocks) of the contacts that count
       real(wp) :: holds(context%blocks%n_blocks)         !! a block with two cannot move
       logical :: counts(table%n)
-      real(wp) :: springs(2), squared(2)
+      real(wp) :: springs(2), squared(2), ratio
       integer :: c, k, block
       allocate (stiffness(2, context%blocks%n_blocks), source=0.0_wp)
       call context%blocks%count_holds(holds, context%released, context%held)
@@ -70,8 +74,9 @@ contains
          stiffness(:, table%block_b(c)) = stiffness(:, table%block_b(c)) + springs
       end do
       do c = 1, table%n
-         associate (ratio => laws(table%joint(c))%damping_ratio, &
-                    share => level(merge(2, 1, table%state(c) == contact_state%open)))
+         ratio = laws(table%joint(c))%damping_ratio
+         if (table%state(c) == contact_state%sliding) ratio = max(ratio, laws(table%joint(c))%sliding_damping)
+         associate (share => level(merge(2, 1, table%state(c) == contact_state%open)))
             if (.not. (ratio > 0 .and. share > 0)) cycle
             springs = [table%k_n(c), table%k_s(c)]
             squared = 0

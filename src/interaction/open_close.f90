@@ -488,6 +488,7 @@ contains
       type(contact_law_type), intent(in) :: laws(:)   !! per joint material
       logical :: is_needed
       is_needed = any(laws%tension > 0) .or. any(laws%damping_ratio > 0) .or. any(has_closed_part(laws)) .or. &
+                  any(laws%sliding_damping > 0) .or. &
                   any(laws%dilation > 0)
       if (allocated(self%extra)) then
          if (size(self%extra) < n .or. .not. is_needed) deallocate (self%extra)

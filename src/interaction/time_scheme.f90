@@ -27,6 +27,7 @@ module rockdda_interaction_time_scheme
       real(wp) :: impact = 1               !! c/2: factor of the forces of contacts that close
       real(wp) :: carried = 0              !! of a static step: weight of the change of acceleration since the last step
       logical :: seeks_start = .false.     !! no step: the accelerations at its start are sought
+      logical :: is_dynamic = .false.      !! velocities are carried on whole: a dynamic stage
       logical :: turns_forces = .false.    !! no step: springs and loads of its start turn, dashpots do not
    contains
       procedure :: middle

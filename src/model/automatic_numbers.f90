@@ -47,6 +47,11 @@ contains
       end if
       if (.not. is_set(options%stiffness)) call choose_stiffness(blocks, options, edge, parameters, messages)
       if (.not. is_set(options%dt_max)) call choose_step(blocks, options, edge, parameters, messages)
+      if (parameters%sliding_damping > 0 .and. .not. is_set(options%sliding_damping) .and. .not. all_static(parameters) &
+          .and. any(.not. parameters%joint_materials%damping_ratio > 0)) &
+         call messages%add(severity%note, 'contacts that slide in dynamic stages have '// &
+            to_string(parameters%sliding_damping, 2)//' of critical damping (sliding_damping), where their joint has '// &
+            'no damping_ratio: undamped, they slide further with shorter steps')
    end subroutine choose_numbers
 
    !> Contact stiffness of joints without a stiffness of their own, and of fixed points: from E, or from the joint

@@ -267,6 +267,10 @@ contains
                       'stiffness_length')
       call table%used('largest step in a surface that a block slides over', p%smooth_step, 'smooth_step')
       call table%add(option('shear_ratio', 'normal over shear stiffness', above=0.0_wp, default=2.5_wp), o%shear_ratio)
+      call table%add(option('sliding_damping', 'dashpot of contacts that slide in dynamic stages, fraction of '// &
+                            'critical, of joints without damping_ratio', least=0.0_wp, default=0.0_wp, &
+                            remark='labelled files with contact by length: 0.5', see='theory.md#5-time-integration'), &
+                     o%sliding_damping, p%sliding_damping)
       call table%used('contact stiffness, shear', p%shear_stiffness, 'shear_stiffness')
       call table%add(option('fixed_stiffness_factor', 'stiffness of fixed points over that of contacts', &
                             above=0.0_wp, default=100.0_wp), o%fixed_stiffness_factor)

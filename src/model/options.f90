@@ -202,6 +202,7 @@ module rockdda_model_options
       real(wp) :: sleep_tolerance = unset_real
       ! &contact
       real(wp) :: stiffness = unset_real, shear_ratio = unset_real, search_factor = unset_real
+      real(wp) :: sliding_damping = unset_real
       real(wp) :: angle_tolerance = unset_real        !! [deg]
       real(wp) :: close_tolerance = unset_real        !! penetration that closes a contact, over w0
       real(wp) :: open_tolerance = unset_real         !! gap that opens one, over w0

@@ -39,6 +39,7 @@ module rockdda_model_parameters
       real(wp) :: normal_stiffness = 0        !! [force/length]
       real(wp) :: shear_stiffness = 0         !! [force/length]
       real(wp) :: fixed_stiffness = 0         !! [force/length]
+      real(wp) :: sliding_damping = 0         !! ratio of contacts that slide, of joints without damping
       real(wp) :: search_distance = 0         !! [length]
       real(wp) :: angle_tolerance = 0         !! [rad]
       real(wp) :: close_tolerance = 0         !! an open contact closes beyond this penetration [length]

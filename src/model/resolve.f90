@@ -23,6 +23,9 @@ use rockdda_model_stage_options, only : has_end, is_plain, is_given, has_base_mo
    private
    public :: resolve_parameters, length_scale
 
+   !> Ratio of critical damping: with 0.1 stiff joints still feed their vibration by friction, with 1 blocks slip less.
+   real(wp), parameter :: damps_sliding = 0.5_wp
+
 contains
 
    !> Find the numbers of a run; each value of the analysis file that an option replaces is a note in `messages`.
@@ -49,6 +52,7 @@ contains
       call describe_options(defaults, settings, parameters)
       call choose_formulation(options, defaults%preset, settings, messages)
       call describe_options(transfer, settings, parameters)
+      if (alone .and. .not. defaults%preset) call choose_sliding_damping(options, parameters)
       if (.not. alone) then
          call note_extent(analysis, options, parameters, messages)
          call messages%append(transfer%notes)
@@ -164,6 +168,13 @@ contains
       if (.not. allocated(settings%title)) settings%title = ''
       if (len_trim(settings%title) == 0 .and. allocated(settings%model_title)) settings%title = settings%model_title
    end subroutine take_labelled_defaults
+
+   !> Contacts by length that slide are damped, unless the file says something else.
+   pure subroutine choose_sliding_damping(options, parameters)
+      type(run_options_type), intent(in) :: options
+      type(parameters_type), intent(inout) :: parameters
+      if (parameters%by_length .and. .not. is_set(options%sliding_damping)) parameters%sliding_damping = damps_sliding
+   end subroutine choose_sliding_damping
 
    !> Remove the limit of the number of steps where only an end time is given.
    subroutine note_extent(analysis, options, parameters, messages)

@@ -51,6 +51,7 @@ contains
       if (allocated(input%analysis%block_materials)) call take_analysis(input%analysis, input%parameters, options)
       if (.not. input%labelled .and. .not. is_given(options%plane)) options%plane = 'stress'
       if (.not. input%labelled .and. .not. is_given(options%integrator)) options%integrator = 'shi'
+      if (.not. input%labelled .and. .not. is_set(options%sliding_damping)) options%sliding_damping = 0
       call take_materials(input%parameters, options)
       options%fixed_points = tables_of(input%parameters%fixed_tables)
       options%loading_points = tables_of(input%parameters%loading_tables)

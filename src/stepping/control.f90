@@ -3,8 +3,7 @@
 !>
 !> dt starts at dt_max. A step that does not converge, or moves a vertex further than displacement_ratio*w0, is
 !> begun again with a smaller dt, not below dt_min; after an accepted step dt grows back by at most `growth`
-!> towards dt_max, and not beyond what the last step's displacement allows. Ends of stages and of the run
-!> shorten one step to land on them without changing the dt that follows.
+!> towards dt_max, and not beyond what the last step's displacement allows. Ends of stages and runs shorten one step.
 !>
 !> In a static stage until equilibrium dt grows beyond dt_max, up to max_growth times as far: by `fast_growth` while the
 !> open-close iteration needs few rounds, and back when it needs many. With `&time accuracy` dynamic steps are as long
@@ -147,8 +146,9 @@ contains
       class(step_control_type), intent(in) :: self
       type(parameters_type), intent(in) :: parameters
       scheme = shi_scheme()
-      if (parameters%second_order .and. .not. self%k01(parameters) < 1) &
-         scheme = generalized_alpha(parameters%rho_infinity)
+      if (self%k01(parameters) < 1) return
+      if (parameters%second_order) scheme = generalized_alpha(parameters%rho_infinity)
+      scheme%is_dynamic = .true.
    end function scheme
 
    !> Are steps as long as the wanted accuracy allows?

@@ -210,7 +210,7 @@ class ErrorInTime(ProgramTest):
             "&model geometry = 'hail.blk' /\n"
             "&block_material number = 1, density = 2500, young = 1e10, poisson = 0.2 /\n"
             "&joint_material number = 1, friction = 20, normal_stiffness = 1e10 /\n&load gravity = 9.81 /\n"
-            "&stage name = 'fall', kind = 'dynamic', duration = 1 /\n",
+            "&contact sliding_damping = 0 /\n&stage name = 'fall', kind = 'dynamic', duration = 1 /\n",
         )
         outcome = self.run_program("run", "hail.nml", "--json")
         self.assertEqual((outcome.code, outcome.json["warnings"], outcome.json["struck_blocks"]), (0, 1, 6))

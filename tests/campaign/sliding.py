@@ -277,7 +277,6 @@ KINDS = [
             step=decades(1e-4, 2e-3, 12),
         ),
         newmark,
-        known="with steps below some tenths of a millisecond blocks slide too far on a plane that shakes",
     ),
     Kind(
         "run-out",

@@ -20,7 +20,7 @@ contains
       type(origin_type) :: origin
       character(len=:), allocatable :: names
       integer :: k, n
-      if (.not. has_base_motion(parameters%base, parameters%quakes)) return
+      if (parameters%sliding_damping > 0 .or. .not. has_base_motion(parameters%base, parameters%quakes)) return
       names = ''
       n = 0
       do k = 1, size(used)
