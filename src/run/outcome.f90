@@ -58,6 +58,28 @@ contains
       if (sim%planned_time() > 0) done_share = min(1.0_wp, sim%state%time/sim%planned_time())
    end function done_share
 
+   !> A time with its unit.
+   pure function time_text(sim, time, digits) result(text)
+      type(simulation_type), intent(in) :: sim
+      real(wp), intent(in) :: time
+      integer, intent(in) :: digits
+      character(len=:), allocatable :: text
+      type(unit_system_type) :: u
+      u = unit_system(sim%parameters%units)
+      text = u%shown(time, 'time', digits)
+   end function time_text
+
+   !> A length with its unit.
+   pure function length_text(sim, length, digits) result(text)
+      type(simulation_type), intent(in) :: sim
+      real(wp), intent(in) :: length
+      integer, intent(in) :: digits
+      character(len=:), allocatable :: text
+      type(unit_system_type) :: u
+      u = unit_system(sim%parameters%units)
+      text = u%shown(length, 'length', digits)
+   end function length_text
+
    !> Warning about a run whose steps cover only part of the planned time; '' otherwise.
    function short_run_warning(sim) result(text)
       type(simulation_type), intent(in) :: sim
@@ -65,8 +87,8 @@ contains
       text = ''
       if (done_share(sim) >= least_share) return
       text = 'only '//to_string(100*done_share(sim), 3)//' % of the planned time was computed: '// &
-             to_string(sim%state%step)//' steps ended at time '//to_string(sim%state%time)//' instead of '// &
-             to_string(sim%planned_time())//'. '//cuts_text(sim)// &
+             to_string(sim%state%step)//' steps ended at time '//time_text(sim, sim%state%time, 6)//' instead of '// &
+             time_text(sim, sim%planned_time(), 6)//'. '//cuts_text(sim)// &
              '. Do not take the state at the end for the final one: --t-end computes up to a time'
    end function short_run_warning
 
@@ -110,7 +132,7 @@ contains
             if (is_set(stage%until_step)) then
                text = text//'until_step '//to_string(stage%until_step)//' had passed'
             else
-               text = text//'until_time '//to_string(stage%until_time, 6)//' had passed'
+               text = text//'until_time '//time_text(sim, stage%until_time, 6)//' had passed'
             end if
          end associate
          if (at_end) then
@@ -163,7 +185,7 @@ contains
                    to_string(control%watch%restless)//' at ('// &
                    to_string(state%centroid(1, control%watch%restless) + state%datum(1), 5)//', '// &
                    to_string(state%centroid(2, control%watch%restless) + state%datum(2), 5)//') still moves, by '// &
-                   to_string(sim%record%max_displacement, 3)//' in the last step: the forces on it are below the '// &
+                   length_text(sim, sim%record%max_displacement, 3)//' in the last step: the forces on it are below the '// &
                    'tolerance, but do not fall; a smaller tolerance follows it'
             return
          end if
@@ -252,25 +274,25 @@ contains
          end if
          if (error > wanted) then
             text = 'the wanted accuracy of '//to_string(wanted, 2)//' is not reached: '//time_error_text(sim)// &
-                   ' at time '//to_string(sim%state%time, 5)
+                   ' at time '//time_text(sim, sim%state%time, 5)
             if (accuracy%n_least > 0) then
-               text = text//'; dt_min = '//to_string(sim%parameters%dt_min, 3)//' kept '// &
+               text = text//'; dt_min = '//time_text(sim, sim%parameters%dt_min, 3)//' kept '// &
                       counted(accuracy%n_least, 'step')//' from being shorter'
             else if (accuracy%n_held > 0) then
-               text = text//'; from time '//to_string(accuracy%first_held, 5)// &
+               text = text//'; from time '//time_text(sim, accuracy%first_held, 5)// &
                       ' on shorter steps made no smaller errors'
             end if
          end if
          ! errors are compared with at least g2*w0
          compared = sim%control%time_error%reference(sim%parameters)
          if (.not. error > wanted .and. error*compared > wanted*sim%control%time_error%largest) &
-            text = 'the wanted accuracy of '//to_string(wanted, 2)//' is that of g2*w0 = '//to_string(compared, 3)// &
-                   '; of the largest displacement, '//to_string(sim%control%time_error%largest, 3)// &
+            text = 'the wanted accuracy of '//to_string(wanted, 2)//' is that of g2*w0 = '//length_text(sim, compared, 3)// &
+                   '; of the largest displacement, '//length_text(sim, sim%control%time_error%largest, 3)// &
                    ', the estimated time error is '// &
                    to_string(error*compared/max(tiny(1.0_wp), sim%control%time_error%largest), 2)// &
                    '; give a smaller displacement_ratio'
          unseen = ''
-         if (accuracy%sudden_load > much_unbalanced) call add('at time '//to_string(accuracy%begin, 5)// &
+         if (accuracy%sudden_load > much_unbalanced) call add('at time '//time_text(sim, accuracy%begin, 5)// &
             ' forces are out of balance at once (by '//to_string(accuracy%sudden_load, 2)//') on bolts or joints '// &
             'without damping', unseen)
          if (accuracy%n_passed > much_passed*sim%state%step .and. accuracy%kinks_matter(wanted, compared)) &

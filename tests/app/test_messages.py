@@ -112,4 +112,4 @@ class Messages(ProgramTest):
         self.write("a.dc", LINES.replace("4 4", "6 4") + "-1 1 5 1 1\n-1 1.003 5 1.003 1\n")
         outcome = self.run_program("check", "a.nml")
         (found,) = [line for line in outcome.err.splitlines() if "splinter" in line]
-        self.assertRegex(found, r"warning: block \d at \(2, 1.0015\) is 0.003 thick: a splinter between joints")
+        self.assertRegex(found, r"warning: block \d at \(2, 1.0015\) is 3 mm thick: a splinter between joints")

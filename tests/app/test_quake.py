@@ -140,6 +140,25 @@ class Quake(ResultsTest):
                 found[0], r"record.txt:4:\d+: error: this is a file of the PEER database .* format = 'at2'"
             )
 
+    def test_a_record_in_g_moves_a_model_in_millimetres_as_far(self):
+        """Invariant: the system of units of a model does not change what a record does, whatever unit it names."""
+        at2 = "A\nB\nACCELERATION IN UNITS OF G\nNPTS= 4, DT= .1\n.1 -.05 .02 .1\n"
+        for name, text in (("r.at2", at2), ("r.csv", "t [s], a [cm/s2]\n0, 100\n0.2, -50\n0.4, 80\n")):
+            self.write(name, text)
+            self.write("two.dc", GEOMETRY)
+            _, metres = self.moved(f"&quake record = '{name}' /")
+            lines = [line.split() for line in GEOMETRY.splitlines()]
+            scaled = [[str(1000 * float(x)) for x in row[:4]] + row[4:] for row in lines]
+            scaled = [new if i == 0 or i > 7 else old for i, (old, new) in enumerate(zip(lines, scaled, strict=True))]
+            self.write("two.dc", "\n".join(map(" ".join, scaled)) + "\n")
+            model = MODEL.replace("'two.dc'", "'two.dc', units = 'mm'").replace("2500", "2.5e-9").replace("1e10", "1e4")
+            self.write("two.nml", model + f"&quake record = '{name}' /")
+            data, _ = self.run_model("two.nml")
+            moved = data["history/measured_displacement"]
+            self.assertGreater(np.abs(metres).max(), 0.01)
+            # the same steps but for the rounding of the numbers
+            np.testing.assert_allclose(moved / 1000, metres, rtol=0, atol=1e-12)
+
     def test_decimal_commas_between_semicolons_or_tabs_are_read(self):
         for text in ("t;a\n0;0,981\n0,5;0,981\n", "0\t0,981\n0,5\t0,981\n", "t;a\r0,0;9,81e-1\r5,0D-1;0,981;\r\x1a"):
             self.write("record.csv", text)

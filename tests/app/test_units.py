@@ -47,6 +47,26 @@ class Units(ProgramTest):
         outcome = self.check(SI, "cgs")
         self.assertIn("m.nml:1:50: error: units: must be one of 'SI', 'kN', 'mm', 'none', found 'cgs'", outcome.err)
 
+    def test_warnings_of_a_model_are_the_same_in_all_systems(self):
+        """Invariant: warnings and notes name quantities in engineering multiples, but for places in the input."""
+        told = []
+        soft = {"SI": {"young": "1e6", "stiffness": "1e6"}, "kN": {"young": "1e3", "stiffness": "1e3"},
+                "mm": {"young": "1", "stiffness": "0.001"}}  # fmt: skip
+        splinter = "0.001\n6 4\n0\n0\n0\n0\n0\n0\n" + "".join(
+            f"{x1} {y1} {x2} {y2} 1\n" for x1, y1, x2, y2 in
+            ((0, 0, 4, 0), (4, 0, 4, 2), (4, 2, 0, 2), (0, 2, 0, 0), (0, 1, 4, 1), (0, 1.003, 4, 1.003))
+        )  # fmt: skip
+        for units, values in (("SI", SI), ("kN", KN), ("mm", MM)):
+            self.write("block.dc", in_millimetres(splinter) if units == "mm" else splinter)
+            outcome = self.check(values | soft[units], units)
+            self.assertEqual(outcome.code, 0, outcome.err)
+            told.append(re.sub(r" at \(\S+ \S+\)", " at PLACE", re.sub(r"\n    .*", "", outcome.err)))
+        self.assertIn("is 3 mm thick", told[0])
+        self.assertIn("is 1 MPa: the weight of the model, ", told[0])
+        self.assertIn("kN/m³ times its height 2 m", told[0])
+        self.assertEqual(told[0], told[1])
+        self.assertEqual(told[0], told[2])
+
     def test_one_model_in_three_systems_is_shown_the_same(self):
         """Invariant: what is shown of a model does not depend on the system it is written in."""
         shown = []

@@ -22,7 +22,7 @@ contains
       type(block_system_type), intent(in) :: blocks
       type(parameters_type), intent(in) :: parameters
       type(diagnostics_type), intent(inout) :: messages
-      call check_splinters(blocks, messages)
+      call check_splinters(blocks, parameters%units, messages)
       call check_surcharge(blocks, parameters, messages)
       call check_first_reset(parameters, messages)
    end subroutine check_ground

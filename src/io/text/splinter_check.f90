@@ -6,6 +6,7 @@ module rockdda_io_splinter_check
    use rockdda_base_strings, only : to_string
    use rockdda_geometry_polygons, only : inradius_bound, polygon_properties
    use rockdda_model_blocks, only : block_system_type
+   use rockdda_model_units, only : unit_system_type, unit_system
    implicit none
    private
    public :: check_splinters
@@ -18,8 +19,9 @@ module rockdda_io_splinter_check
 contains
 
    !> A warning for each splinter, with number, place and thickness; one for all in a run.
-   subroutine check_splinters(blocks, messages)
+   subroutine check_splinters(blocks, units, messages)
       type(block_system_type), intent(in) :: blocks
+      character(len=*), intent(in) :: units                !! name of the system
       type(diagnostics_type), intent(inout) :: messages
       type(origin_type) :: origin
       real(wp) :: area(blocks%n_blocks), thickness(blocks%n_blocks), centroid(2, blocks%n_blocks), moments(3)
@@ -55,8 +57,10 @@ contains
       function described(i) result(words)
          integer, intent(in) :: i
          character(len=:), allocatable :: words
+         type(unit_system_type) :: u
+         u = unit_system(units)
          words = to_string(i)//' at ('//to_string(centroid(1, i), 5)//', '//to_string(centroid(2, i), 5)//') is '// &
-                 to_string(thickness(i), 2)//' thick'
+                 u%shown(thickness(i), 'length', 2)//' thick'
       end function described
 
    end subroutine check_splinters
