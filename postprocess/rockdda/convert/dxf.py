@@ -24,7 +24,7 @@ import numpy.typing as npt
 from ..errors import InputError, need
 from ..text import short
 from ..writing import complete_file
-from .dxf_blocks import DRAWN, Clip, Shown, drawn
+from .dxf_blocks import DRAWN, MOST_ENTITIES, Clip, Shown, drawn
 from .geometry import KINDS, LARGEST_MATERIAL, POINT_KINDS, REGION_KINDS, Geometry, Point
 from .placing import from_unit, metres_of
 from .report import MOST_LINES, Report, check_size
@@ -33,6 +33,8 @@ if TYPE_CHECKING:
     from ..results import Frame
 
 FLAT = 1e-9  # of the extent
+MOST_ROWS = 3_000_000  # of a drawing; with that many vertices it takes some 15 s and 450 MB
+ENTITY = re.compile(rb"[\r\n][ \t]*0[ \t]*\r?[\r\n][ \t]*[A-Z]")  # group 0 and a name: no value is followed by a letter
 FRAME = 16  # flag of a vertex of the control frame
 SPEAKING = re.compile(
     r"(boundary|joint|material|area|opening|block(?:[_ ]material)?|fixed|load|loading|measured|hole|bolt)"
@@ -196,6 +198,7 @@ def _read(path: Path, report: Report) -> Any:
     ezdxf = need("ezdxf", "dxf", "reading DXF drawings")
     recover = importlib.import_module("ezdxf.recover")
     check_size(path)
+    _check_work(path)
     try:
         return ezdxf.readfile(path)
     except FileNotFoundError as error:
@@ -210,6 +213,23 @@ def _read(path: Path, report: Report) -> Any:
             raise InputError(f"the DXF drawing is broken: {short(first, 200)}", path) from error
         report.warning(f"the DXF drawing is broken ({short(first, 200)}) and was repaired: something may be missing")
         return document
+
+
+def _check_work(path: Path) -> None:
+    """InputError for a drawing that takes too long and too much memory to read, by what it holds."""
+    try:
+        data = path.read_bytes()
+    except OSError:
+        return  # the reader says why
+    if data.startswith(b"AutoCAD Binary DXF"):
+        what, found, most = "bytes in its binary form", len(data), 32 * MOST_ENTITIES  # a point has 32
+    elif (rows := data.count(b"\n") or data.count(b"\r")) > MOST_ROWS:
+        what, found, most = "lines of text", rows, MOST_ROWS
+    else:
+        what, found, most = "entities", sum(1 for _ in ENTITY.finditer(data)), MOST_ENTITIES
+    if found > most:
+        text = f"the drawing has {found} {what}; at most {most} are converted"
+        raise InputError(f"{text}: leave out layers that are not needed, or parts of the drawing", path)
 
 
 def _states_unit(path: Path) -> bool:

@@ -16,10 +16,12 @@ from typing import Any
 
 from ..errors import InputError
 from ..text import short
-from .report import MOST_LINES, Report
+from .report import Report
 
 DRAWN = ("LINE", "LWPOLYLINE", "POLYLINE", "ARC", "CIRCLE", "ELLIPSE", "SPLINE")
 UNSEEN = ("VIEWPORT",)  # of each layout
+MOST_ENTITIES = 150_000  # of a drawing: some 14 s and 300 MB
+MOST_COUNTED = 1_000_000  # counting ends there
 DEEPEST = 50  # blocks within blocks
 
 
@@ -43,7 +45,7 @@ class Shown:
 def drawn(document: Any, path: Path, report: Report) -> Iterator[Shown]:
     """All lines, curves and points with their layers, also those within block references; the rest is listed.
 
-    InputError when a block holds itself, or when there are more than a million entities.
+    InputError when a block holds itself, or when there are more than 150,000 entities.
     """
     _check_count(document, path)
     layers = _Layers(document)
@@ -154,8 +156,8 @@ def _check_count(document: Any, path: Path) -> None:
             total += 1
             if entity.dxftype() == "INSERT" and (block := entity.block()) is not None:
                 total += abs(entity.mcount) * of_block(block)
-            if total > MOST_LINES:
-                raise InputError(f"the drawing shows more than {MOST_LINES} entities, with those of its blocks", path)
+            if total > MOST_COUNTED:
+                raise InputError(f"the drawing shows more than {MOST_COUNTED} entities, with those of its blocks", path)
         return total
 
     def of_block(block: Any) -> int:
@@ -170,4 +172,7 @@ def _check_count(document: Any, path: Path) -> None:
             open_blocks.pop()
         return counts[name]
 
-    count(document.modelspace())
+    total = count(document.modelspace())
+    if total > MOST_ENTITIES:
+        text = f"the drawing shows {total} entities, with those of its blocks; at most {MOST_ENTITIES} are converted"
+        raise InputError(f"{text}: leave out layers that are not needed, or parts of the drawing", path)

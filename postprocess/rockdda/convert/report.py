@@ -14,8 +14,8 @@ MOST_ERRORS = 1000  # then the conversion ends
 MOST_WARNINGS = 1000  # further ones are counted
 LONGEST_LINE = 400
 LONGEST_MESSAGE = 500
-LARGEST_FILE = 64_000_000  # bytes; in memory it takes 10 to 20 times as much
-MOST_LINES = 1_000_000  # that drawings may give
+LARGEST_FILE = 64_000_000  # bytes
+MOST_LINES = 500_000  # that drawings may give; they take 250 MB
 
 
 class Report:
