@@ -15,6 +15,7 @@ MOST_WARNINGS = 1000  # further ones are counted
 LONGEST_LINE = 400
 LONGEST_MESSAGE = 500
 LARGEST_FILE = 64_000_000  # bytes
+MOST_PARTS = 1_000_000  # half of the lists and members of JSON, and lines that are counted
 MOST_LINES = 500_000  # that drawings may give; they take 250 MB
 
 
@@ -66,7 +67,7 @@ class Report:
     def text(self, problem: Problem) -> str:
         """A problem with its source line and a mark under the place."""
         shown = str(problem)
-        if problem.line is None or not 0 < problem.line <= min(self._text.count("\n") + 1, MOST_LINES):
+        if problem.line is None or not 0 < problem.line <= min(self._text.count("\n") + 1, MOST_PARTS):
             return shown
         begin = 0
         for _ in range(problem.line - 1):
@@ -101,8 +102,8 @@ def check_size(path: Path) -> None:
 def check_json(path: Path, text: str) -> None:
     """InputError for JSON whose values need much more memory than its text."""
     for letters, most, what in (("[{", 2, "lists and objects"), (":", 2, "members"), (",", 6, "values")):
-        if sum(map(text.count, letters)) > most * MOST_LINES:
-            raise InputError(f"has more than {most * MOST_LINES} {what}: JSON that large is not converted", path)
+        if sum(map(text.count, letters)) > most * MOST_PARTS:
+            raise InputError(f"has more than {most * MOST_PARTS} {what}: JSON that large is not converted", path)
 
 
 def _too_large() -> str:
