@@ -28,10 +28,8 @@ module rockdda_io_plausibility
    real(wp), parameter :: smallest_acceleration = 0.1_wp, largest_acceleration = 2.0e4_wp
    !> Unit weights differ from density times gravity by less, when one is rounded.
    real(wp), parameter :: weight_tolerance = 0.02_wp
-   !> Largest plausible strain at the bottom under the weight of the whole height.
-   real(wp), parameter :: largest_strain = 0.01_wp
-   !> Largest plausible penetration at the bottom under the weight of the whole height, over the block size.
-   real(wp), parameter :: largest_penetration = 0.01_wp
+   !> Largest plausible strain, and penetration over the block size, at the bottom under the weight of the whole height.
+   real(wp), parameter :: largest_strain = 0.01_wp, largest_penetration = 0.01_wp
    !> Joints may close under the initial stress by this share of the thickness of a block beside them.
    real(wp), parameter :: largest_closure = 0.2_wp
    !> Contact springs may be softer than the rock by this factor without a warning.
@@ -51,9 +49,7 @@ module rockdda_io_plausibility
       type(diagnostics_type) :: warnings
    contains
       procedure :: warn
-      procedure :: check_friction
-      procedure :: check_weight
-      procedure :: check_gravity
+      procedure :: check_friction, check_weight, check_gravity
       procedure :: check_modulus
       procedure :: check_stiffness
       procedure :: check_closure
@@ -217,10 +213,9 @@ contains
          return
       else if (penetration > largest_penetration) then
          call self%warn('contact stiffness g0 = '//u%shown(parameters%normal_stiffness, 'force/length', 6)// &
-            ': under the weight of the model, '// &
-                   u%shown(self%unit_weight, 'force/length^2', 4)//' times its height '//u%shown(self%height, 'length', 4)// &
-                   ', blocks sink into each other by '//to_string(100*penetration, 2)// &
-                      ' % of their size', from_options)
+            ': under the weight of the model, '//u%shown(self%unit_weight, 'force/length^2', 4)//' times its height '// &
+            u%shown(self%height, 'length', 4)//', blocks sink into each other by '//to_string(100*penetration, 2)// &
+            ' % of their size', from_options)
       else if (parameters%normal_stiffness < smallest_stiffness_ratio*e_max) then
          call self%warn('contact stiffness g0 = '//u%shown(parameters%normal_stiffness, 'force/length', 6)//' is '// &
                    to_string(parameters%normal_stiffness/e_max, 2)//' times Young''s modulus '//u%shown(e_max, 'stress', 6)// &
