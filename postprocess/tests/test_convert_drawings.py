@@ -418,7 +418,8 @@ def test_large_drawings_are_refused_before_they_take_long(tmp_path):
         assert time.process_time() - begin < 2
     document = ezdxf.new("R2010")
     document.blocks.new("B").add_line((0, 0), (1, 1))
-    document.modelspace().add_blockref("B", (0, 0), dxfattribs={"row_count": 400, "column_count": 400})
+    grid = {"row_count": 400, "column_count": 400, "row_spacing": 1, "column_spacing": 1}
+    document.modelspace().add_blockref("B", (0, 0), dxfattribs=grid)
     document.saveas(tmp_path / "a.dxf")
     with pytest.raises(rockdda.InputError, match="shows 160001 entities"):
         convert(tmp_path / "a.dxf", output=tmp_path / "a")

@@ -17,9 +17,8 @@ module rockdda_model_resolve
    use rockdda_model_options, only : run_options_type, dda_windows, old_dda_windows, is_set
    use rockdda_model_parameters, only : parameters_type
    use rockdda_model_quake_options, only : settle_quakes
-   use rockdda_model_stage_options, only : has_end, is_plain, is_given, has_base_motion, first_dynamic_stage, stage_name, &
+use rockdda_model_stage_options, only : has_end, is_plain, is_given, has_base_motion, first_dynamic_stage, stage_name, &
       least_extent
-   use rockdda_model_units, only : unit_system_type, unit_system
    implicit none
    private
    public :: resolve_parameters, length_scale
@@ -271,8 +270,6 @@ contains
       type(diagnostics_type), intent(inout) :: messages
       character(len=:), allocatable :: text
       real(wp) :: e_max, springs
-      type(unit_system_type) :: u
-      u = unit_system(parameters%units)
       springs = springs_of_joint(parameters%by_length)
       e_max = max(0.0_wp, maxval(parameters%block_materials%youngs_modulus))
       if (parameters%normal_stiffness <= 0) then
@@ -284,7 +281,7 @@ contains
             text = trim(merge('twice the largest E', 'the largest E      ', parameters%by_length))//' = '
          end if
          call messages%add(severity%note, 'contact stiffness (g0) is automatic: '//text// &
-                           u%shown(parameters%normal_stiffness, 'force/length', 6)//', constant in the run')
+                           to_string(parameters%normal_stiffness)//', constant in the run')
       else if (parameters%normal_stiffness > far_over_e/springs*e_max) then
          call messages%add(severity%warning, 'the contact stiffness (g0) is '// &
                            to_string(parameters%normal_stiffness/e_max)//' times the largest E: '// &
@@ -302,8 +299,6 @@ contains
       type(parameters_type), intent(inout) :: parameters
       type(diagnostics_type), intent(inout) :: messages
       real(wp) :: edge
-      type(unit_system_type) :: u
-      u = unit_system(parameters%units)
       ! a step that moves blocks further than this searches again; to begin with, blocks further away than their
       ! neighbours' neighbours are no candidates
       parameters%search_distance = min(settings%search_factor*parameters%displacement_ratio*parameters%w0, &
@@ -311,8 +306,8 @@ contains
       edge = mean_edge(blocks)
       if (parameters%displacement_ratio*parameters%w0 > edge .and. edge > 0) call messages%add(severity%warning, &
          'the displacement ratio (g2) lets a block move by '// &
-         u%shown(parameters%displacement_ratio*parameters%w0, 'length', 6)//' in a step, more than the mean length '// &
-         'of edges, '//u%shown(edge, 'length', 6)//': g2 = '//to_string(advised_ratio(edge, parameters%w0))//' is advised')
+         to_string(parameters%displacement_ratio*parameters%w0)//' in a step, more than the mean length of edges, '// &
+         to_string(edge)//': g2 = '//to_string(advised_ratio(edge, parameters%w0))//' is advised')
       parameters%angle_tolerance = settings%angle_tolerance*pi/180
       parameters%smooth_step = blocks%edge_node_distance
       parameters%stiffness_length = merge(0.0_wp, edge, by_blocks)

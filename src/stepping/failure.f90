@@ -15,7 +15,6 @@ module rockdda_stepping_failure
       stiffness_advice, springs_of_joint
    use rockdda_model_parameters, only : parameters_type
    use rockdda_model_state, only : block_state_type
-   use rockdda_model_units, only : unit_system_type, unit_system
    use rockdda_contact_table, only : contact_table_type, contact_state
    use rockdda_interaction_context, only : step_context_type
    use rockdda_interaction_open_close, only : open_close_type
@@ -137,10 +136,8 @@ contains
       real(wp), intent(in) :: x(:, :)                   !! (6, nb) unknowns of the last round
       type(error_type), allocatable, intent(out) :: error
       character(len=:), allocatable :: text
-      type(unit_system_type) :: u
-      u = unit_system(parameters%units)
-      text = 'step '//to_string(state%step + 1)//' at time '//u%shown(state%time, 'time', 6)// &
-             ' cannot be solved with the smallest time step '//u%shown(dt, 'time', 6)//': '
+      text = 'step '//to_string(state%step + 1)//' at time '//to_string(state%time)// &
+             ' cannot be solved with the smallest time step '//to_string(dt)//': '
       if (outcome == attempt%no_solution) then
          call tell_no_solution(dt, detail, blocks, parameters, state, text)
       else if (outcome == attempt%ruined) then
@@ -199,23 +196,21 @@ contains
       type(block_state_type), intent(in) :: state
       real(wp), intent(in) :: x(:, :)
       character(len=:), allocatable, intent(inout) :: text
-      type(unit_system_type) :: u
       real(wp) :: factor, stiffness
       integer :: block
-      u = unit_system(parameters%units)
       call find_ruined_block(blocks, parameters, state, x, block, factor)
       if (block == 0) return
       stiffness = parameters%block_materials(blocks%block_material(block))%youngs_modulus
       if (factor > 0 .and. ieee_is_finite(factor)) then
          text = text//block_at(state, block)//' loses its area: the step would multiply '// &
-                u%shown(state%area(block), 'length^2', 6)//' by '//to_string(factor)
+                to_string(state%area(block))//' by '//to_string(factor)
       else
          text = text//block_at(state, block)//' is inverted: the step would multiply its area of '// &
-                u%shown(state%area(block), 'length^2', 6)//' by '//to_string(factor)
+                to_string(state%area(block))//' by '//to_string(factor)
       end if
       text = text//new_line('a')//'  strains of the step: ex = '//to_string(x(4, block))//', ey = '// &
              to_string(x(5, block))//', gxy = '//to_string(x(6, block))//'; largest stress component before it: '// &
-             u%shown(maxval(abs(state%stress(:, block))), 'stress', 6)//', E = '//u%shown(stiffness, 'stress', 6)
+             to_string(maxval(abs(state%stress(:, block))))//', E = '//to_string(stiffness)
       call advise(text, 'strains of this size need stresses as large as E: check the units of E, density, loads '// &
                   'and contact stiffness')
       call advise(text, 'a block with far larger stresses than its neighbours may be a splinter (use a larger e0) '// &
@@ -308,24 +303,22 @@ contains
       type(block_state_type), intent(in) :: state
       integer, intent(in) :: block   !! the thinnest block that the message names; 0: none
       character(len=:), allocatable, intent(inout) :: text
-      type(unit_system_type) :: u
       real(wp) :: ratio, dt, moved, width, springs
-      u = unit_system(parameters%units)
       springs = springs_of_joint(parameters%by_length)
       ratio = parameters%normal_stiffness/maxval(parameters%block_materials%youngs_modulus)
       if (ratio > highest_over_e/springs) call advise(text, 'the contact stiffness (g0) is '//to_string(ratio)// &
                                                       ' times the largest E: '//stiffness_advice(parameters%by_length))
       dt = advised_time_step(mean_edge(blocks), sum(state%mass(1:blocks%n_blocks))/sum(state%area(1:blocks%n_blocks)), &
                              springs*parameters%normal_stiffness)
-      if (parameters%dt_max > dt) call advise(text, 'the time step (g1) of '//u%shown(parameters%dt_max, 'time', 6)// &
+      if (parameters%dt_max > dt) call advise(text, 'the time step (g1) of '//to_string(parameters%dt_max)// &
                                               ' is long for this block size and contact stiffness: at most '// &
-                                              u%shown(dt, 'time', 6)//' is advised')
+                                              to_string(dt)//' is advised')
       if (block == 0) return
       moved = parameters%displacement_ratio*parameters%w0
       width = thickness(blocks, state, block)
       if (moved <= width) return
-      call advise(text, 'the displacement ratio (g2) allows displacements of '//u%shown(moved, 'length', 6)// &
-                  ' in a step, more than the thickness '//u%shown(width, 'length', 6)//' of '//block_at(state, block)// &
+      call advise(text, 'the displacement ratio (g2) allows displacements of '//to_string(moved)// &
+                  ' in a step, more than the thickness '//to_string(width)//' of '//block_at(state, block)// &
                   ': reduce g2 from '// &
                   to_string(parameters%displacement_ratio)//' to '// &
                   to_string(min(advised_ratio(mean_edge(blocks), parameters%w0), width/parameters%w0)))
