@@ -15,6 +15,7 @@ from .geometry import Geometry, Point, Ring
 from .regions import close_chains
 from .report import Report
 
+FEW_DIGITS = 1e-5  # of the size of the smaller block: files may have six digits, as src/io/text/overlap_check.f90 says
 MOST_NAMED = 10  # pairs of blocks that overlap
 
 
@@ -56,14 +57,20 @@ def check_blocks(geometry: Geometry, report: Report) -> None:
 
 
 def _find_overlaps(tree: Any, polygons: list[Any], e0: float, report: Report) -> None:
-    """Warn of blocks that have an area in common wider than e0, which no run takes."""
-    pairs = np.transpose(tree.query(polygons))
-    found = []
-    for i, k in pairs[pairs[:, 0] < pairs[:, 1]].tolist():
-        common = polygons[i].intersection(polygons[k])
-        if common.area > 0 and not (deep := common.buffer(-0.5 * e0)).is_empty:
-            found.append((i, k, common.area, deep.representative_point()))
-    for i, k, area, place in found[:MOST_NAMED]:
+    """Warn of blocks that have an area in common wider than e0, and than FEW_DIGITS, which no run takes."""
+    one, other = tree.query(polygons)
+    one, other = one[one < other], other[one < other]
+    blocks = np.array(polygons, dtype=object)
+    areas, boxes = shapely.area(blocks), shapely.bounds(blocks)
+    width = np.maximum(e0, FEW_DIGITS * np.sqrt(np.minimum(areas[one], areas[other])))
+    sides = np.minimum(boxes[one, 2:], boxes[other, 2:]) - np.maximum(boxes[one, :2], boxes[other, :2])
+    wide = np.all(sides > width[:, None], axis=1)
+    one, other, width = one[wide], other[wide], width[wide]
+    common = shapely.intersection(blocks[one], blocks[other])
+    deep = shapely.buffer(common, -0.5 * width)
+    found = np.flatnonzero(~shapely.is_empty(deep)).tolist()
+    for pair in found[:MOST_NAMED]:
+        i, k, area, place = one[pair], other[pair], common[pair].area, deep[pair].representative_point()
         report.warning(f"blocks {i + 1} and {k + 1} overlap near {place.x:g}, {place.y:g}, by an area of {area:.3g}")
     if len(found) > MOST_NAMED:
         report.warning(f"{len(found) - MOST_NAMED} more pairs of blocks overlap")
