@@ -311,7 +311,7 @@ class Accuracy(ProgramTest):
         for scheme in ("shi", "generalized_alpha"):
             with self.subTest(scheme=scheme):
                 summary = self.run_labelled(text + f"&time accuracy = 1e-2, integrator = '{scheme}' /\n")
-                self.assertRegex(self.warnings(summary), r"at time 0 forces are out of balance at once \(by (1|0.99)")
+                self.assertRegex(self.warnings(summary), r"at time 0 s forces are out of balance at once \(by (1|0.99)")
                 # no such weight after a static stage
                 stages = "&stage until = 'equilibrium' /\n&stage kind = 'dynamic', duration = 0.3 /\n"
                 rest = text.replace("&run t_end = 0.3 /\n", stages)
