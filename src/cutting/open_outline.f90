@@ -4,14 +4,16 @@
 !> A boundary line that bounds blocks along all its length is right, whatever closes them. Of the others those are at
 !> fault that bound no block at all, and those that belong to no closed loop of boundary lines: there the outline has a
 !> gap. What is left are lines of closed loops that go on beyond the corner where they meet, which harms nothing, unless
-!> two of them end outside all blocks, far from the corners and close to each other. Where no line is counted as one of
-!> the boundary this is asked of all lines.
+!> two of them end outside all blocks, far from the corners and close to each other, and go on from corners of the
+!> outside: walls and joints that cross the outline leave it where it goes on to both sides. Where no line is counted as
+!> one of the boundary this is asked of those drawn end to end with another one.
 module rockdda_cutting_open_outline
    use rockdda_base_kinds, only : wp
    use rockdda_base_diagnostics, only : diagnostics_type
    use rockdda_base_error, only : error_type
+   use rockdda_base_sorting, only : sorted_order
    use rockdda_base_strings, only : to_string
-   use rockdda_geometry_segments, only : nearest_parameter, segment_point
+   use rockdda_geometry_segments, only : distance_to_segment, nearest_parameter, segment_point
    use rockdda_model_geometry_input, only : geometry_input_type
    use rockdda_cutting_faces, only : prune_dead_ends
    use rockdda_cutting_graph, only : graph_type, pieces_type
@@ -53,17 +55,19 @@ contains
       type(diagnostics_type), intent(inout) :: messages
       type(error_type), allocatable, intent(out) :: error
       type(outline_net_type) :: net
-      logical, allocatable :: told(:)
+      logical, allocatable :: told(:), no_part(:)
       integer :: n, i
       at_fault = .false.
       n = min(geometry%n_boundary, size(skip))
       if (n == 0) n = size(skip)
-      if (all((kept(1:n) .and. .not. lost(1:n)) .or. skip(1:n))) return
-      call trace_boundary(geometry%lines(:, 1:n), skip(1:n), e0, net, error)
+      allocate (no_part(n), source=skip(1:n))
+      if (geometry%n_boundary == 0) no_part(:) = skip .or. .not. drawn_on(geometry%lines)
+      if (all((kept(1:n) .and. .not. lost(1:n)) .or. no_part)) return
+      call trace_boundary(geometry%lines(:, 1:n), no_part, e0, net, error)
       if (allocated(error)) return
       if (geometry%n_boundary > 0) &
          at_fault(1:n) = .not. skip(1:n) .and. (.not. kept(1:n) .or. (lost(1:n) .and. .not. net%closes))
-      call find_facing_ends(net, graph, lost(1:n), at_fault(1:n))
+      call find_facing_ends(geometry%lines(:, 1:n), net, graph, e0, lost(1:n), at_fault(1:n))
       if (.not. any(at_fault)) return
       allocate (told(n), source=.false.)
       call report_gaps(geometry, net, at_fault(1:n), level, told, messages)
@@ -73,6 +77,24 @@ contains
             ', bounds no block: delete it, or draw it as a joint; '//way_out, geometry%line_origin(i))
       end do
    end subroutine check_outline
+
+   !> Is an end of a line also one of another line?
+   pure function drawn_on(lines)
+      real(wp), intent(in) :: lines(:, :)      !! (4, n)
+      logical :: drawn_on(size(lines, 2))
+      real(wp) :: ends(2, 2*size(lines, 2))
+      integer :: second(2*size(lines, 2)), order(2*size(lines, 2)), i, n
+      n = size(lines, 2)
+      ends = reshape(lines, [2, 2*n])
+      ! stable sorting twice: equal ends follow each other
+      second = sorted_order(ends(2, :))
+      order = second(sorted_order(ends(1, second)))
+      drawn_on = .false.
+      do i = 2, 2*n
+         if (any(abs(ends(:, order(i)) - ends(:, order(i - 1))) > 0)) cycle
+         drawn_on((order([i - 1, i]) + 1)/2) = .true.
+      end do
+   end function drawn_on
 
    !> Cut the boundary lines alone.
    subroutine trace_boundary(lines, skip, e0, net, error)
@@ -125,9 +147,11 @@ contains
    end subroutine trace_boundary
 
    !> Lines at fault that end outside all blocks and face each other.
-   pure subroutine find_facing_ends(net, graph, lost, at_fault)
+   pure subroutine find_facing_ends(lines, net, graph, e0, lost, at_fault)
+      real(wp), intent(in) :: lines(:, :)        !! (4, n)
       type(outline_net_type), intent(in) :: net
       type(graph_type), intent(in) :: graph
+      real(wp), intent(in) :: e0                 !! [L]
       logical, intent(in) :: lost(:)             !! (lines)
       logical, intent(inout) :: at_fault(:)      !! (lines)
       integer :: nearest(net%n_ends), i, k
@@ -155,9 +179,57 @@ contains
          if (nearest(k) /= i .or. min(second(i), second(k)) < further*first(i)) cycle
          if (first(i) > close_by*min(net%tail(i), net%tail(k))) cycle
          if (.not. is_outside(graph, 0.5_wp*(net%place(:, i) + net%place(:, k)))) cycle
+         if (.not. (leaves_corner(lines, graph, e0, net%end_line([i, k]), net%place(:, i)) .and. &
+                    leaves_corner(lines, graph, e0, net%end_line([k, i]), net%place(:, k)))) cycle
          at_fault(net%end_line([i, k])) = .true.
       end do
    end subroutine find_facing_ends
+
+   !> Do the lines drawn end to end from a free end leave the blocks at a corner, a node of no more than two edges, or
+   !> lead to the other free end without a block?
+   pure logical function leaves_corner(lines, graph, e0, pair, place)
+      real(wp), intent(in) :: lines(:, :)        !! (4, n)
+      type(graph_type), intent(in) :: graph
+      real(wp), intent(in) :: e0                 !! [L]
+      integer, intent(in) :: pair(2)             !! lines of the free end and of the other one
+      real(wp), intent(in) :: place(2)           !! of the free end
+      real(wp) :: from(2), distance, nearest, p(2), q(2)
+      integer :: at, step, e, k, node
+      leaves_corner = .false.
+      from = place
+      at = pair(1)
+      do step = 1, size(lines, 2)
+         nearest = huge(nearest)
+         node = 0
+         p = lines(1:2, at)
+         q = lines(3:4, at)
+         do e = 1, graph%n_edges
+            if (.not. graph%alive(e)) cycle
+            if (distance_to_segment(graph%position(:, graph%ends(1, e)), p, q) > e0) cycle
+            if (distance_to_segment(graph%position(:, graph%ends(2, e)), p, q) > e0) cycle
+            do k = 1, 2
+               distance = norm2(graph%position(:, graph%ends(k, e)) - from)
+               if (.not. distance < nearest) cycle
+               nearest = distance
+               node = graph%ends(k, e)
+            end do
+         end do
+         if (node > 0) then
+            leaves_corner = count(graph%alive .and. (graph%ends(1, :) == node .or. graph%ends(2, :) == node)) <= 2
+            return
+         end if
+         leaves_corner = at == pair(2)
+         if (leaves_corner) return
+         ! nothing of this line bounds a block: the next one begins at its other end
+         if (norm2(p - from) > norm2(q - from)) q = p
+         from = q
+         do k = 1, size(lines, 2)
+            if (k /= at .and. (all(abs(lines(1:2, k) - from) <= 0) .or. all(abs(lines(3:4, k) - from) <= 0))) exit
+         end do
+         if (k > size(lines, 2)) return
+         at = k
+      end do
+   end function leaves_corner
 
    !> Is a point outside all blocks: does a line from it to the left, right, below or above meet none?
    pure logical function is_outside(graph, point)

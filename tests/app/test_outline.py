@@ -1,6 +1,9 @@
 # SPDX-License-Identifier: MIT
 """Lines meant as the outer boundary that leave a gap, or bound no block, are an error that names both ends."""
 
+import math
+import random
+
 from support import ProgramTest
 
 # a slope of 12 m: base, right side, bench, face, top, left side; a joint from the face to the left side
@@ -64,6 +67,31 @@ class Outline(ProgramTest):
             text[1] = f"{text[1].split()[0]} {count}"
             self.write("slope.dc", "\n".join(text) + "\n")
             self.assertEqual(self.problems("check", "slope.nml", code=0), [])
+
+    def test_pairs_of_joints_that_end_beyond_the_outline_were_refused(self):
+        walls = ["-5 4 45 4", "-5 4.5 45 4.5", "-5 12 30 12"]
+        chains = [row for y in (6, 6.4, 14) for row in (f"-5 {y} 5 {y + 0.5}", f"5 {y + 0.5} 15 {y}")]
+        for outline, joints in (([*OUTLINE, *walls], []), (OUTLINE, walls), (OUTLINE, [*walls, *chains])):
+            for count in (len(outline), 0):
+                self.write_slope(outline, joints)
+                text = self.path("slope.dc").read_text().splitlines()
+                text[1] = f"{text[1].split()[0]} {count}"
+                self.write("slope.dc", "\n".join(text) + "\n")
+                with self.subTest(boundary=count, lines=len(outline) + len(joints)):
+                    self.assertEqual(self.problems("check", "slope.nml", code=0), [])
+
+    def test_random_joints_across_a_square_that_no_line_counts_as_boundary_were_refused(self):
+        draw = random.Random(3)
+        square = ["0 0 9 0", "9 0 9 9", "9 9 0 9", "0 9 0 0"]
+        joints = []
+        for _ in range(300):
+            x, y = draw.uniform(0, 9), draw.uniform(0, 9)
+            angle, length = draw.choice((0.3, 1.4)) + draw.gauss(0, 0.1), draw.expovariate(0.25)
+            dx, dy = length * math.cos(angle), length * math.sin(angle)
+            joints.append(f"{x - dx:.6f} {y - dy:.6f} {x + dx:.6f} {y + dy:.6f}")
+        rows = [f"{row} 1" for row in [*square, *joints]]
+        self.write("net.dc", "\n".join(["0.001", f"{len(rows)} 0", "0 0 0 0 0 0", *rows, ""]))
+        self.assertEqual(self.problems("cut", "net.dc", code=0), [])
 
     def test_two_gaps_and_a_side_that_is_missing(self):
         self.write_slope([OUTLINE[0], "40 0 40 7.75", OUTLINE[2], *OUTLINE[4:]])
