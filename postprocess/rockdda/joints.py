@@ -21,13 +21,11 @@ import numpy.typing as npt
 
 from .errors import InputError
 from .fields import JOINT_FIELDS, JointField
-from .frames import Frame
+from .frames import Frame, FrameTables
 from .materials import JointStrength
 
 if TYPE_CHECKING:
     import pandas
-
-    from .results import Results
 
 __all__ = ["JOINT_FIELDS", "JointField", "joint_points", "joint_summary", "need_contacts"]
 
@@ -35,7 +33,7 @@ FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
 
 
-def need_contacts(results: Results) -> None:
+def need_contacts(results: FrameTables) -> None:
     """InputError where the run saved no contacts."""
     if not results.has_contacts:
         raise InputError("there are no contacts in it: they were not saved (&output contacts = .false.)", results.path)

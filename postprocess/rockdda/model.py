@@ -254,7 +254,8 @@ class Model(OptionGroups):
 
         friction is the name that labelled files have for friction_angle.
         """
-        refuse_problems("joint material", "joint_material", values)
+        if values:  # the table of names is in the compiled part
+            refuse_problems("joint material", "joint_material", values)
         friction_angle = _one_of("joint material", friction_angle=friction_angle, friction=friction)
         self.joint_materials.append(JointMaterial(friction_angle, cohesion, tension, name, values))
         return len(self.joint_materials)

@@ -87,7 +87,10 @@ def cut(lines: np.ndarray, folder: Path) -> list[np.ndarray]:
     rows += [" ".join(repr(float(x)) for x in line) + " 1" for line in lines]
     (folder / "model.dc").write_text("\n".join(rows) + "\n")
     run = subprocess.run(
-        [find_program(), "cut", "model.dc", "-o", "model.blk", "--force"], cwd=folder, capture_output=True, text=True
+        [find_program(), "cut", "model.dc", "-o", "model.blk", "--force", "--allow-open"],
+        cwd=folder,
+        capture_output=True,
+        text=True,
     )
     if run.returncode == 2 and "no closed block" in run.stderr:
         return []
