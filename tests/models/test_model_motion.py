@@ -59,8 +59,8 @@ def test_bedding_slab_slides_with_automatic_numbers(run_model, near):
     run = run_model("bedding_slab")
     expected = 0.5 * slide(30, 22) * run.time[-1] ** 2
     for point in (0, 1):
-        # The slab begins without weight on the seam and rings on it, and friction swings with it. Contacts that slide are
-        # damped, so that the error falls with the step: 2.1e-3 with 10 ms, 1.9e-3 with 2 ms, 7e-4 with 0.5 ms.
+        # The slab begins without weight on the seam and rings on it, and friction swings with it. Contacts that slide
+        # are damped, so that the error falls with the step: 2.1e-3 with 10 ms, 1.9e-3 with 2 ms, 7e-4 with 0.5 ms.
         near("bedding_slab, slide down the slope [m]", downhill(run.displacement(point), 30)[-1], expected, 2.5e-3)
 
 
