@@ -92,7 +92,7 @@ contains
          end do
          if (n > most_listed) text = text//', ...'
          if (steps < options%max_steps) text = text//new_line('a')//'  they run away: the unbalanced force has not '// &
-            'fallen to half in a tenth of max_steps = '//to_string(options%max_steps)
+            'fallen to half while they moved on'
       end associate
       ! positions are as wrong as their rounding, forces by that times the stiffness
       rounding = stiffest*epsilon(1.0_wp)*maxval(abs(state%vertices))/max(forces%mean_magnitude(state), tiny(1.0_wp))

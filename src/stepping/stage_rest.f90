@@ -18,6 +18,10 @@ module rockdda_stepping_stage_rest
 
    !> Ways beyond this share of a block's size and so many times what the model deforms by are no deformation.
    real(wp), parameter :: most_moved = 0.01_wp, most_deformed = 4.0_wp
+   !> Ways from this share of a block's size on, each so many times the last one; an unbalanced force that falls less than
+   !> by the factor `stays` between them stays. Steps between two looks.
+   real(wp), parameter :: falls = 0.25_wp, fourfold = 4.0_wp, stays = 0.5_wp
+   integer, parameter :: steps_between = 5
    !> Inertia carries more than this share of what the load has risen by: the model does not follow.
    real(wp), parameter :: much = 0.5_wp
    !> Motions below so many roundings of the largest coordinate are none.
@@ -46,14 +50,38 @@ contains
          if (forces%driven) then
             watch%progress = progress_type()
             watch%grown_before = watch%grown
+            watch%grown_from = watch%grown
+            watch%next_way = 0
+            watch%least = huge(1.0_wp)
+            watch%least_at_mark = huge(1.0_wp)
             return
          end if
+         watch%least = min(watch%least, unbalanced)
+         if (mod(watch%progress%steps, steps_between) == 0) call compare_pulls(step)
          stalls = watch%progress%stalls(unbalanced, step%parameters%stages(control%stage)%max_steps)
          if (watch%progress%least < huge(1.0_wp)) return
          if (stalls) watch%runs_away = watch%grown - watch%grown_before > beyond_deformation(step)
          watch%grown_before = watch%grown
       end associate
    end subroutine watch_stage
+
+   !> Has the way grown fourfold, from a share of a block's size on, and the unbalanced force has not fallen to half? That
+   !> is how a search for a factor finds a model to fail (rockdda_stepping_verdict), for the model as a whole.
+   subroutine compare_pulls(step)
+      class(trial_step_type), intent(inout) :: step
+      real(wp) :: way
+      associate (watch => step%control%watch)
+         way = watch%grown - watch%grown_from
+         if (way < watch%next_way) return
+         if (.not. watch%next_way > 0) then
+            watch%next_way = max(falls*typical_size(step), beyond_deformation(step))
+            return
+         end if
+         if (watch%least_at_mark < huge(1.0_wp) .and. watch%least > stays*watch%least_at_mark) watch%runs_away = .true.
+         watch%least_at_mark = watch%least
+         watch%next_way = fourfold*way
+      end associate
+   end subroutine compare_pulls
 
    !> A way that is no deformation [length].
    real(wp) function beyond_deformation(step) result(way)

@@ -107,7 +107,8 @@ contains
       call check%in_range(control%cuts, 0, most_counted, 'cuts')
       call check%in_range([control%short_steps], 0, most_counted, 'short_steps')
       associate (watch => control%watch)
-         call check%is_finite([watch%grown, watch%grown_before, watch%progress%least, watch%progress%least_before, &
+         call check%is_finite([watch%grown, watch%grown_before, watch%grown_from, watch%next_way, watch%least, &
+                               watch%least_at_mark, watch%progress%least, watch%progress%least_before, &
                                watch%way, watch%lags, watch%times, watch%lost_share, watch%lost_time], 'watch')
          call check%in_range([watch%progress%steps, watch%marks], 0, most_counted, 'watch')
       end associate
