@@ -130,7 +130,7 @@ contains
    end function moves_on
 
    !> Ratio of the resultants at the end of a static step to those of the last one, along its motion; 1 where
-   !> they do not fall, or none is known.
+   !> they do not fall, or none is known; negative where the motion turns back.
    real(wp) function decay(step, before) result(r)
       class(trial_step_type), intent(in) :: step
       real(wp), intent(in), contiguous :: before(:, :)   !! (6, nb)
@@ -148,6 +148,8 @@ contains
          end associate
       end do
       if (work(2) > 0) r = min(work(1)/work(2), 1.0_wp)
+      ! blocks go back and forth, by what contacts may miss their laws: they have no way to go
+      if (work(2) < 0) r = work(1)/work(2)
    end function decay
 
    !> Which blocks have moved in a step?
