@@ -123,7 +123,7 @@ def _handler(viewer: Answers, names: set[str]) -> type[BaseHTTPRequestHandler]:
 class _Server(ThreadingHTTPServer):
     """A server with a bounded number of connections, and so of threads: a new one ends the one that waits longest."""
 
-    daemon_threads = True
+    daemon_threads = False  # one that reads results while the interpreter ends would end it with a crash
     request_queue_size = 128  # the system lets further connections wait for seconds
 
     def __init__(self, port: int) -> None:
@@ -164,6 +164,13 @@ class _Server(ThreadingHTTPServer):
             for connection, since in list(self._since.items()):
                 if time.monotonic() - since > MOST_SECONDS:
                     self._end(connection)
+
+    def server_close(self) -> None:
+        """End all connections, and wait for the answers that are being made."""
+        with self._lock:
+            for connection in list(self._since):
+                self._end(connection)
+        super().server_close()
 
     def _end(self, connection: socket.socket) -> None:
         with contextlib.suppress(OSError):
