@@ -8,9 +8,11 @@
 !>
 !> so that the dashpots, like the springs, add up along a joint: a block on a joint has the damping ratio zeta, however
 !> many contacts and blocks there are below it; so has the fastest vibration of a column. A held block is infinitely
-!> heavy. Where a joint has no ratio of its own, its contacts that slide have the run's in dynamic stages: undamped,
-!> friction feeds the vibration of normal forces, and blocks slide further with shorter steps. Contacts count that are closed, or close in the step with the velocities of its start. Where the contacts of a
+!> heavy. Contacts count that are closed, or close in the step with the velocities of its start. Where the contacts of a
 !> block act in different directions the ratio along one of them is smaller than zeta.
+!>
+!> In dynamic stages the contacts that slide have the run's ratio where their joint has a smaller one or none: undamped,
+!> friction feeds the vibration of normal forces, and blocks slide further with shorter steps.
 module rockdda_interaction_dashpots
    use rockdda_base_kinds, only : wp
    use rockdda_contact_table, only : contact_table_type, contact_state
@@ -19,9 +21,18 @@ module rockdda_interaction_dashpots
    use rockdda_interaction_joint_law, only : joint_extra_type
    implicit none
    private
-   public :: set_dashpots, dashpots_of, dashpot_coefficient, opening_speed
+   public :: has_dashpots, set_dashpots, dashpots_of, dashpot_coefficient, opening_speed
 
 contains
+
+   !> Can contacts have dashpots in this attempt: with a ratio of their joint, or because they slide?
+   pure logical function has_dashpots(laws, table)
+      type(contact_law_type), intent(in) :: laws(:)      !! per joint material
+      type(contact_table_type), intent(in) :: table
+      has_dashpots = any(laws%damping_ratio > 0)
+      if (has_dashpots .or. .not. any(laws%sliding_damping > 0)) return
+      has_dashpots = any(table%state(1:table%n) == contact_state%sliding)
+   end function has_dashpots
 
    !> Dashpots of all contacts in an attempt, of which `context` has the step.
    pure subroutine set_dashpots(context, laws, table, level, extra)
@@ -30,10 +41,7 @@ contains
       type(contact_table_type), intent(in) :: table
       real(wp), intent(in) :: level(2)                   !! share of the motion that gap and slip are, closed and open
       type(joint_extra_type), intent(inout) :: extra(:)  !! (>= rows)
-      logical :: slides
-      slides = .false.
-      if (any(laws%sliding_damping > 0)) slides = any(table%state(1:table%n) == contact_state%sliding)
-      if (slides .or. any(laws%damping_ratio > 0)) call share_damping(context, laws, table, level, extra)
+      if (has_dashpots(laws, table)) call share_damping(context, laws, table, level, extra)
    end subroutine set_dashpots
 
    !> Coefficients of the dashpots of all contacts.

@@ -13,6 +13,7 @@ module rockdda_interaction_open_close
    use rockdda_interaction_closing, only : closing_gap, stays_closed
    use rockdda_interaction_closed_part, only : has_closed_part, set_closed_parts
    use rockdda_interaction_contact_law, only : contact_law_type
+   use rockdda_interaction_dashpots, only : has_dashpots
    use rockdda_interaction_joint_end, only : joint_end_type, end_joints
    use rockdda_interaction_joint_law, only : joint_settings_type, joint_state_type, joint_extra_type, joint_type, &
       joint_response_type, recall_joint, find_held, stay_locked, map_joint, miss_of_joint, sliding_friction, &
@@ -77,7 +78,7 @@ contains
       self%level = [settings%level, 1.0_wp]
       self%factor = [1.0_wp, settings%impact]
       call make_room(self, n)
-      call make_extra_room(self, n, laws)
+      call make_extra_room(self, table, laws)
       if (allocated(self%extra)) self%extra(1:n) = joint_extra_type()
       !$omp parallel do default(none) shared(self, table, laws, settings, n) private(p) schedule(static) &
       !$omp if (n > parallel_contacts)
@@ -481,19 +482,18 @@ contains
       self%n_begun = n
    end subroutine make_room
 
-   !> What n contacts have with some laws only.
-   pure subroutine make_extra_room(self, n, laws)
+   !> What the contacts of a table have with some laws only.
+   pure subroutine make_extra_room(self, table, laws)
       class(open_close_type), intent(inout) :: self
-      integer, intent(in) :: n
+      type(contact_table_type), intent(in) :: table
       type(contact_law_type), intent(in) :: laws(:)   !! per joint material
       logical :: is_needed
-      is_needed = any(laws%tension > 0) .or. any(laws%damping_ratio > 0) .or. any(has_closed_part(laws)) .or. &
-                  any(laws%sliding_damping > 0) .or. &
-                  any(laws%dilation > 0)
+      is_needed = any(laws%tension > 0) .or. any(laws%dilation > 0) .or. any(has_closed_part(laws)) .or. &
+                  has_dashpots(laws, table)
       if (allocated(self%extra)) then
-         if (size(self%extra) < n .or. .not. is_needed) deallocate (self%extra)
+         if (size(self%extra) < table%n .or. .not. is_needed) deallocate (self%extra)
       end if
-      if (is_needed .and. .not. allocated(self%extra)) allocate (self%extra(n + n/32 + 16))
+      if (is_needed .and. .not. allocated(self%extra)) allocate (self%extra(table%n + table%n/32 + 16))
    end subroutine make_extra_room
 
 end module rockdda_interaction_open_close
