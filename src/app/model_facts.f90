@@ -3,7 +3,7 @@
 module rockdda_app_model_facts
    use rockdda_base_kinds, only : wp
    use rockdda_base_strings, only : counted, to_string
-   use rockdda_model_automatic_stiffness, only : stiffness_range
+   use rockdda_model_automatic_stiffness, only : all_stiffenings, stiffness_range
    use rockdda_model_contact_numbers, only : mean_edge
    use rockdda_model_units, only : unit_system
    use rockdda_model_survey, only : survey_type, survey_model, unit_weight_of, joint_strength
@@ -107,7 +107,7 @@ contains
             call facts%add('joint_stiffness', p%normal_stiffness/mean_edge(input%blocks)* &
                            merge(1.0_wp, 2.0_wp, p%by_length), 'stress/length')
          else
-            associate (range => stiffness_range(input%blocks, p))
+            associate (range => stiffness_range(all_stiffenings(input%blocks, p)))
                call facts%add('least_joint_stiffness', range(1), 'stress/length')
                call facts%add('largest_joint_stiffness', range(2), 'stress/length')
             end associate

@@ -6,8 +6,7 @@ module rockdda_model_automatic_numbers
    use rockdda_base_diagnostics, only : diagnostics_type, severity
    use rockdda_base_strings, only : to_string, counted
    use rockdda_geometry_polygons, only : polygon_area
-   use rockdda_model_automatic_stiffness, only : stiffening_type, all_stiffenings, stiffness_range, &
-      lost_tilt
+   use rockdda_model_automatic_stiffness, only : stiffening_type, all_stiffenings, stiffness_range, lost_tilt
    use rockdda_model_blocks, only : block_system_type
    use rockdda_model_contact_numbers, only : mean_edge, advised_ratio, advised_step, automatic_over_e, &
       springs_of_joint
@@ -64,6 +63,7 @@ contains
       type(diagnostics_type), intent(inout) :: messages
       character(len=:), allocatable :: reason
       logical, allocatable :: used(:)
+      type(stiffening_type), allocatable :: stiffenings(:)
       real(wp) :: e_max, k_n
       type(unit_system_type) :: u
       integer :: i
@@ -82,8 +82,9 @@ contains
                   u%shown(k_n, 'stress/length')//', times the mean edge of '//u%shown(edge, 'length')// &
                   '; it holds fixed points, joints have their own'
       else if (parameters%by_length) then
+         stiffenings = all_stiffenings(blocks, parameters)
          parameters%normal_stiffness = automatic_over_e*e_max
-         reason = 'twice the largest E of the blocks; '//said_of_joints(blocks, parameters)
+         reason = 'twice the largest E of the blocks; '//range_text(stiffenings, u)
       else
          parameters%normal_stiffness = automatic_over_e/springs_of_joint(.false.)*e_max
          reason = 'the largest E of the blocks, at both ends of a joint, so that it closes by half of what the '// &
@@ -98,37 +99,32 @@ contains
       end if
       call messages%add(severity%note, 'contact stiffness (g0) is automatic: '// &
                         u%shown(parameters%normal_stiffness, 'force/length')//', '//reason)
-      if (parameters%by_length .and. .not. k_n > 0) call report_soft_stands(blocks, parameters, messages)
+      if (allocated(stiffenings)) call report_soft_stands(stiffenings, messages)
    end subroutine choose_stiffness
 
    !> What joints without a stiffness of their own have, from the least to the most of the blocks.
-   function said_of_joints(blocks, parameters) result(text)
-      type(block_system_type), intent(in) :: blocks
-      type(parameters_type), intent(in) :: parameters
+   pure function range_text(stiffenings, u) result(text)
+      type(stiffening_type), intent(in) :: stiffenings(:)   !! of all blocks
+      type(unit_system_type), intent(in) :: u
       character(len=:), allocatable :: text
       real(wp) :: range(2)
-      type(unit_system_type) :: u
-      u = unit_system(parameters%units)
-      range = stiffness_range(blocks, parameters)
+      range = stiffness_range(stiffenings)
       text = 'joints without normal_stiffness have '//u%shown(range(1), 'stress/length')
       if (range(2) > range(1)) text = text//' to '//u%shown(range(2), 'stress/length')
       text = text//trim(merge('           ', ' per length', u%is_known()))//', by the blocks that meet: 2 E over the '// &
              'square root of the smaller area, more where a slender block stands free'
-   end function said_of_joints
+   end function range_text
 
    !> Blocks that stand so heavily on joints of this stiffness that it decides when they fall.
-   subroutine report_soft_stands(blocks, parameters, messages)
-      type(block_system_type), intent(in) :: blocks
-      type(parameters_type), intent(in) :: parameters
+   subroutine report_soft_stands(stiffenings, messages)
+      type(stiffening_type), intent(in) :: stiffenings(:)   !! of all blocks
       type(diagnostics_type), intent(inout) :: messages
-      type(stiffening_type) :: own(blocks%n_blocks)
       integer :: i
-      own = all_stiffenings(blocks, parameters)
-      i = maxloc(own%lost, dim=1)
-      if (.not. own(i)%lost > 1.001_wp*lost_tilt) return
+      i = maxloc(stiffenings%lost, dim=1)
+      if (.not. stiffenings(i)%lost > 1.001_wp*lost_tilt) return
       call messages%add(severity%warning, 'block '//to_string(i)//' is so slender and heavy that the automatic '// &
-         'stiffness of its joints decides when it falls: at about '//to_string(100*min(1.0_wp, own(i)%lost), 2)// &
-         ' % less tilt than a rigid block ('//counted(count(own%lost > 1.001_wp*lost_tilt), 'block')// &
+         'stiffness of its joints decides when it falls: at about '//to_string(100*min(1.0_wp, stiffenings(i)%lost), 2)// &
+         ' % less tilt than a rigid block ('//counted(count(stiffenings%lost > 1.001_wp*lost_tilt), 'block')// &
          ' by more than '//to_string(100*lost_tilt, 2)//' %); give normal_stiffness where that matters')
    end subroutine report_soft_stands
 

@@ -15,6 +15,7 @@
 module rockdda_model_automatic_stiffness
    use rockdda_base_kinds, only : wp
    use rockdda_geometry_polygons, only : polygon_properties
+   use rockdda_model_analysis_input, only : block_material_type
    use rockdda_model_blocks, only : block_system_type
    use rockdda_model_contact_numbers, only : automatic_over_e, far_over_e
    use rockdda_model_parameters, only : parameters_type
@@ -39,24 +40,13 @@ module rockdda_model_automatic_stiffness
 
 contains
 
-   !> Of a block among others, with the material that it has now.
-   pure type(stiffening_type) function new_stiffening(blocks, parameters, block) result(self)
-      type(block_system_type), intent(in) :: blocks     !! at the start
-      type(parameters_type), intent(in) :: parameters
-      integer, intent(in) :: block
-      real(wp) :: area, centroid(2), moments(3)
-      call polygon_properties(blocks%vertices(:, blocks%vertex_offset(block) + 1:blocks%vertex_offset(block + 1)), &
-                              area, centroid, moments)
-      self%modulus = parameters%block_materials(blocks%block_material(block))%youngs_modulus
-      self%size = sqrt(area)
-   end function new_stiffening
-
-   !> Of all blocks.
+   !> Of all blocks, with the materials that they have now.
    pure function all_stiffenings(blocks, parameters) result(all)
       type(block_system_type), intent(in) :: blocks     !! at the start
       type(parameters_type), intent(in) :: parameters
       type(stiffening_type) :: all(blocks%n_blocks)
       real(wp) :: box(4, blocks%n_blocks)               !! xmin ymin xmax ymax
+      real(wp) :: area, centroid(2), moments(3)
       integer :: i
       do i = 1, blocks%n_blocks
          associate (v => blocks%vertices(:, blocks%vertex_offset(i) + 1:blocks%vertex_offset(i + 1)))
@@ -64,8 +54,12 @@ contains
          end associate
       end do
       do i = 1, blocks%n_blocks
-         all(i) = new_stiffening(blocks, parameters, i)
-         if (stands_free(i, box)) call stand(blocks, parameters, i, all(i))
+         call polygon_properties(blocks%vertices(:, blocks%vertex_offset(i) + 1:blocks%vertex_offset(i + 1)), &
+                                 area, centroid, moments)
+         associate (material => parameters%block_materials(blocks%block_material(i)))
+            all(i) = stiffening_type(modulus=material%youngs_modulus, size=sqrt(area))
+            if (stands_free(i, box)) call stand(material, parameters%gravity, area, moments, all(i))
+         end associate
       end do
    end function all_stiffenings
 
@@ -87,21 +81,18 @@ contains
       end do
    end function stands_free
 
-   !> A block that stands free.
-   pure subroutine stand(blocks, parameters, block, self)
-      type(block_system_type), intent(in) :: blocks
-      type(parameters_type), intent(in) :: parameters
-      integer, intent(in) :: block
+   !> What a block has that stands free.
+   pure subroutine stand(material, gravity, area, moments, self)
+      type(block_material_type), intent(in) :: material
+      real(wp), intent(in) :: gravity                   !! < 0: from the weight of the material
+      real(wp), intent(in) :: area                      !! [length^2]
+      real(wp), intent(in) :: moments(3)                !! of polygon_properties [length^4]
       type(stiffening_type), intent(inout) :: self
-      real(wp) :: area, centroid(2), moments(3), extent(2), weight
-      call polygon_properties(blocks%vertices(:, blocks%vertex_offset(block) + 1:blocks%vertex_offset(block + 1)), &
-                              area, centroid, moments)
+      real(wp) :: extent(2), weight
       ! of the rectangle with the same area and moments
       extent = sqrt(12*moments(1:2)/area)
-      associate (material => parameters%block_materials(blocks%block_material(block)))
-         weight = abs(material%weight)
-         if (parameters%gravity >= 0) weight = material%density*parameters%gravity
-      end associate
+      weight = abs(material%weight)
+      if (gravity >= 0) weight = material%density*gravity
       if (.not. weight > 0) return
       weight = weight*area
       self%stands = min(6*weight*extent(2)/(lost_tilt*extent(1))**3, far_over_e*self%modulus/extent(1))
@@ -115,17 +106,14 @@ contains
    end function stiffness_between
 
    !> The least and the largest stiffness of joints between two blocks of one kind.
-   pure function stiffness_range(blocks, parameters) result(range)
-      type(block_system_type), intent(in) :: blocks
-      type(parameters_type), intent(in) :: parameters
+   pure function stiffness_range(stiffenings) result(range)
+      type(stiffening_type), intent(in) :: stiffenings(:)
       real(wp) :: range(2)
-      type(stiffening_type) :: own(blocks%n_blocks)
       real(wp) :: k
       integer :: i
-      own = all_stiffenings(blocks, parameters)
       range = [huge(1.0_wp), 0.0_wp]
-      do i = 1, blocks%n_blocks
-         k = stiffness_between(own(i), own(i))
+      do i = 1, size(stiffenings)
+         k = stiffness_between(stiffenings(i), stiffenings(i))
          range = [min(range(1), k), max(range(2), k)]
       end do
    end function stiffness_range
