@@ -5,7 +5,6 @@ module rockdda_app_running
    use rockdda_base_diagnostics, only : diagnostics_type
    use rockdda_base_strings, only : to_string
    use rockdda_model_stage_options, only : stage_name
-   use rockdda_model_units, only : unit_system_type, unit_system
    use rockdda_io_posix, only : get_path_kind, path_kind
    use rockdda_run_model_run, only : run_type
    use rockdda_run_step_loop, only : step_observer_type, advance_run
@@ -72,18 +71,9 @@ contains
       if (.not. accepted) return
       if (allocated(run%warning) .and. .not. self%quiet) call print_error('rockdda: warning: '//run%warning)
       call self%progress%update(run%fraction_done(), 'step '//to_string(run%sim%state%step)//', time '// &
-                                time_text(run)//stage_text(run)//', unbalanced '// &
-                                to_string(run%sim%record%unbalanced, 2))
+                                run%sim%parameters%shown(run%sim%state%time, 'time', 6)//stage_text(run)// &
+                                ', unbalanced '//to_string(run%sim%record%unbalanced, 2))
    end subroutine end_step
-
-   !> The time with its unit.
-   pure function time_text(run) result(text)
-      type(run_type), intent(in) :: run
-      character(len=:), allocatable :: text
-      type(unit_system_type) :: u
-      u = unit_system(run%sim%parameters%units)
-      text = u%shown(run%sim%state%time, 'time', 6)
-   end function time_text
 
    !> ", stage 'name'" in a run with stages.
    pure function stage_text(run) result(text)

@@ -6,6 +6,7 @@ module rockdda_model_parameters
    use rockdda_model_analysis_input, only : block_material_type, joint_material_type, time_table_type
    use rockdda_model_options, only : stage_type, change_type, line_load_type, base_motion_type, region_type, &
       subdivision_type, boundary_type, in_situ_type, water_type, quake_type
+   use rockdda_model_units, only : unit_system_type, unit_system
    implicit none
    private
    public :: parameters_type
@@ -79,6 +80,7 @@ module rockdda_model_parameters
       logical :: single_frames = .false.      !! reals of frames, but places and times, of 32 bits
    contains
       procedure :: keeps_old_ways
+      procedure :: shown
    end type parameters_type
 
 contains
@@ -90,5 +92,17 @@ contains
       class(parameters_type), intent(in) :: self
       keeps_old_ways = self%peer_contacts .and. .not. self%by_length
    end function keeps_old_ways
+
+   !> A value as it is shown in the units of the run, '5.3 mm'; the number alone where they are not known.
+   pure function shown(self, value, dimension, digits) result(text)
+      class(parameters_type), intent(in) :: self
+      real(wp), intent(in) :: value
+      character(len=*), intent(in) :: dimension      !! as in rockdda_model_units
+      integer, intent(in), optional :: digits        !! default 4
+      character(len=:), allocatable :: text
+      type(unit_system_type) :: system
+      system = unit_system(self%units)
+      text = system%shown(value, dimension, digits)
+   end function shown
 
 end module rockdda_model_parameters

@@ -2,7 +2,6 @@
 !> Warnings about blocks at the end of a step: those that stand inside each other, and large strains.
 module rockdda_run_block_warnings
    use rockdda_base_kinds, only : wp
-   use rockdda_model_units, only : unit_system
    use rockdda_base_strings, only : counted, to_string
    use rockdda_interaction_elasticity, only : compliance
    use rockdda_stepping_simulation, only : simulation_type
@@ -24,17 +23,18 @@ contains
       integer :: k
       text = ''
       if (size(sim%construction%lodging%found) == 0) return
-      associate (pairs => sim%construction%lodging%found, u => unit_system(sim%parameters%units))
-      do k = 1, min(size(pairs), most_named)
-         if (k > 1) text = text//', '
-         text = text//'blocks '//to_string(pairs(k)%blocks(1))//' and '//to_string(pairs(k)%blocks(2))//' at '// &
-                at(pairs(k)%place + sim%state%datum)//' by '//u%shown(pairs(k)%depth, 'length', 3)//' ('// &
-                to_string(100*pairs(k)%share, 2)//' % of the inradius of the smaller one)'
-      end do
-      if (size(pairs) > most_named) text = text//' and '//counted(size(pairs) - most_named, 'more pair')
-      text = 'blocks stand inside each other after step '//to_string(sim%state%step)//', time '// &
-             u%shown(sim%state%time, 'time', 6)//': '//text//'. What follows is not to be trusted: take shorter steps '// &
-             '(dt_max, displacement_ratio) or stiffer joints, and look at blocks that are placed or struck'
+      associate (pairs => sim%construction%lodging%found)
+         do k = 1, min(size(pairs), most_named)
+            if (k > 1) text = text//', '
+            text = text//'blocks '//to_string(pairs(k)%blocks(1))//' and '//to_string(pairs(k)%blocks(2))//' at '// &
+                   at(pairs(k)%place + sim%state%datum)//' by '//sim%parameters%shown(pairs(k)%depth, 'length', 3)// &
+                   ' ('//to_string(100*pairs(k)%share, 2)//' % of the inradius of the smaller one)'
+         end do
+         if (size(pairs) > most_named) text = text//' and '//counted(size(pairs) - most_named, 'more pair')
+         text = 'blocks stand inside each other after step '//to_string(sim%state%step)//', time '// &
+                sim%parameters%shown(sim%state%time, 'time', 6)//': '//text// &
+                '. What follows is not to be trusted: take shorter steps '// &
+                '(dt_max, displacement_ratio) or stiffer joints, and look at blocks that are placed or struck'
       end associate
    end function lodged_warning
 
@@ -46,7 +46,7 @@ contains
       real(wp) :: e(3), strain, largest
       integer :: i, block
       text = ''
-      associate (p => sim%parameters, state => sim%state, u => unit_system(sim%parameters%units))
+      associate (p => sim%parameters, state => sim%state)
          allocate (c(3, 3, size(p%block_materials)))
          do i = 1, size(p%block_materials)
             c(:, :, i) = compliance(p%block_materials(i)%youngs_modulus, p%block_materials(i)%poisson_ratio, &
@@ -65,7 +65,7 @@ contains
          if (block == 0) return
          text = 'block '//to_string(block)//' at '//at(state%centroid(:, block) + state%datum)//' is strained by '// &
                 to_string(100*largest, 2)//' % after step '//to_string(state%step)//', time '// &
-                u%shown(state%time, 'time', 6)//': blocks are linear elastic, which holds up to about '// &
+                sim%parameters%shown(state%time, 'time', 6)//': blocks are linear elastic, which holds up to about '// &
                 to_string(nint(100*much_strain))//' %; are E, density and loads in units that fit together?'
       end associate
    end function strain_warning

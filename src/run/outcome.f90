@@ -5,7 +5,6 @@ module rockdda_run_outcome
    use rockdda_base_strings, only : counted, is_given, to_string
    use rockdda_model_options, only : is_set
    use rockdda_model_parameters, only : parameters_type
-   use rockdda_model_units, only : unit_system_type, unit_system
    use rockdda_model_boundary_options, only : is_quiet
    use rockdda_model_stage_options, only : stage_name, stage_k01, has_base_motion
    use rockdda_stepping_control, only : step_control_type, n_cut_reasons
@@ -58,28 +57,6 @@ contains
       if (sim%planned_time() > 0) done_share = min(1.0_wp, sim%state%time/sim%planned_time())
    end function done_share
 
-   !> A time with its unit.
-   pure function time_text(sim, time, digits) result(text)
-      type(simulation_type), intent(in) :: sim
-      real(wp), intent(in) :: time
-      integer, intent(in) :: digits
-      character(len=:), allocatable :: text
-      type(unit_system_type) :: u
-      u = unit_system(sim%parameters%units)
-      text = u%shown(time, 'time', digits)
-   end function time_text
-
-   !> A length with its unit.
-   pure function length_text(sim, length, digits) result(text)
-      type(simulation_type), intent(in) :: sim
-      real(wp), intent(in) :: length
-      integer, intent(in) :: digits
-      character(len=:), allocatable :: text
-      type(unit_system_type) :: u
-      u = unit_system(sim%parameters%units)
-      text = u%shown(length, 'length', digits)
-   end function length_text
-
    !> Warning about a run whose steps cover only part of the planned time; '' otherwise.
    function short_run_warning(sim) result(text)
       type(simulation_type), intent(in) :: sim
@@ -87,8 +64,8 @@ contains
       text = ''
       if (done_share(sim) >= least_share) return
       text = 'only '//to_string(100*done_share(sim), 3)//' % of the planned time was computed: '// &
-             to_string(sim%state%step)//' steps ended at time '//time_text(sim, sim%state%time, 6)//' instead of '// &
-             time_text(sim, sim%planned_time(), 6)//'. '//cuts_text(sim)// &
+             to_string(sim%state%step)//' steps ended at time '//sim%parameters%shown(sim%state%time, 'time', 6)// &
+             ' instead of '//sim%parameters%shown(sim%planned_time(), 'time', 6)//'. '//cuts_text(sim)// &
              '. Do not take the state at the end for the final one: --t-end computes up to a time'
    end function short_run_warning
 
@@ -132,7 +109,7 @@ contains
             if (is_set(stage%until_step)) then
                text = text//'until_step '//to_string(stage%until_step)//' had passed'
             else
-               text = text//'until_time '//time_text(sim, stage%until_time, 6)//' had passed'
+               text = text//'until_time '//sim%parameters%shown(stage%until_time, 'time', 6)//' had passed'
             end if
          end associate
          if (at_end) then
@@ -158,8 +135,9 @@ contains
          text = text//", '"//stage_name(sim%parameters%stages, i)//"'"
       end do
       if (len(text) == 0) return
-      text = 'stage'//trim(merge(' ', 's', first == size(sim%parameters%stages)))//text(2:)//' not reached: the run '// &
-             'ends with step '//to_string(sim%state%step)//' at time '//to_string(sim%state%time, 6)//', by '
+      text = 'stage'//trim(merge(' ', 's', first == size(sim%parameters%stages)))//text(2:)// &
+             ' not reached: the run ends with step '//to_string(sim%state%step)//' at time '// &
+             to_string(sim%state%time, 6)//', by '
       if (sim%state%step >= sim%parameters%n_steps) then
          text = text//'steps = '//to_string(sim%parameters%n_steps)
       else
@@ -185,8 +163,9 @@ contains
                    to_string(control%watch%restless)//' at ('// &
                    to_string(state%centroid(1, control%watch%restless) + state%datum(1), 5)//', '// &
                    to_string(state%centroid(2, control%watch%restless) + state%datum(2), 5)//') still moves, by '// &
-                   length_text(sim, sim%record%max_displacement, 3)//' in the last step: the forces on it are below the '// &
-                   'tolerance, but do not fall; a smaller tolerance follows it'
+                   sim%parameters%shown(sim%record%max_displacement, 'length', 3)// &
+                   ' in the last step: the forces on it are below the tolerance, but do not fall; '// &
+                   'a smaller tolerance follows it'
             return
          end if
          text = "stage '"//stage_name(p%stages, control%stage)//"' ended without equilibrium after "// &
@@ -274,25 +253,27 @@ contains
          end if
          if (error > wanted) then
             text = 'the wanted accuracy of '//to_string(wanted, 2)//' is not reached: '//time_error_text(sim)// &
-                   ' at time '//time_text(sim, sim%state%time, 5)
+                   ' at time '//sim%parameters%shown(sim%state%time, 'time', 5)
             if (accuracy%n_least > 0) then
-               text = text//'; dt_min = '//time_text(sim, sim%parameters%dt_min, 3)//' kept '// &
+               text = text//'; dt_min = '//sim%parameters%shown(sim%parameters%dt_min, 'time', 3)//' kept '// &
                       counted(accuracy%n_least, 'step')//' from being shorter'
             else if (accuracy%n_held > 0) then
-               text = text//'; from time '//time_text(sim, accuracy%first_held, 5)// &
+               text = text//'; from time '//sim%parameters%shown(accuracy%first_held, 'time', 5)// &
                       ' on shorter steps made no smaller errors'
             end if
          end if
          ! errors are compared with at least g2*w0
          compared = sim%control%time_error%reference(sim%parameters)
          if (.not. error > wanted .and. error*compared > wanted*sim%control%time_error%largest) &
-            text = 'the wanted accuracy of '//to_string(wanted, 2)//' is that of g2*w0 = '//length_text(sim, compared, 3)// &
-                   '; of the largest displacement, '//length_text(sim, sim%control%time_error%largest, 3)// &
+            text = 'the wanted accuracy of '//to_string(wanted, 2)//' is that of g2*w0 = '// &
+                   sim%parameters%shown(compared, 'length', 3)//'; of the largest displacement, '// &
+                   sim%parameters%shown(sim%control%time_error%largest, 'length', 3)// &
                    ', the estimated time error is '// &
                    to_string(error*compared/max(tiny(1.0_wp), sim%control%time_error%largest), 2)// &
                    '; give a smaller displacement_ratio'
          unseen = ''
-         if (accuracy%sudden_load > much_unbalanced) call add('at time '//time_text(sim, accuracy%begin, 5)// &
+         if (accuracy%sudden_load > much_unbalanced) call add('at time '// &
+            sim%parameters%shown(accuracy%begin, 'time', 5)// &
             ' forces are out of balance at once (by '//to_string(accuracy%sudden_load, 2)//') on bolts or joints '// &
             'without damping', unseen)
          if (accuracy%n_passed > much_passed*sim%state%step .and. accuracy%kinks_matter(wanted, compared)) &
@@ -450,15 +431,13 @@ contains
    function reactions_text(sim) result(text)
       type(simulation_type), intent(in) :: sim
       character(len=:), allocatable :: text
-      type(unit_system_type) :: system
       integer :: g
       text = ''
-      system = unit_system(sim%parameters%units)
       do g = 1, size(sim%record%boundary_force, 2)
          if (g > 1) text = text//new_line('a')
          text = text//'# boundary '//to_string(g)//' ('//sim%parameters%boundaries(g)%kind// &
-                '): force on the blocks ('//system%shown(sim%record%boundary_force(1, g), 'force', 10)//', '// &
-                system%shown(sim%record%boundary_force(2, g), 'force', 10)//')'
+                '): force on the blocks ('//sim%parameters%shown(sim%record%boundary_force(1, g), 'force', 10)//', '// &
+                sim%parameters%shown(sim%record%boundary_force(2, g), 'force', 10)//')'
       end do
    end function reactions_text
 

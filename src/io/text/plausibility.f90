@@ -16,7 +16,6 @@ module rockdda_io_plausibility
    use rockdda_io_damping_check, only : check_damping
    use rockdda_io_ground_check, only : check_ground
    use rockdda_model_parameters, only : parameters_type
-   use rockdda_model_units, only : unit_system_type, unit_system
    use rockdda_io_unit_check, only : check_units
    implicit none
    private
@@ -165,11 +164,12 @@ contains
       integer :: k
       if (parameters%gravity >= 0) return        ! no material has a weight of its own
       do k = 1, size(self%block_used)
-         associate (m => parameters%block_materials(k), u => unit_system(parameters%units))
+         associate (m => parameters%block_materials(k))
             if (.not. self%block_used(k)) cycle
             if (abs(m%weight - m%density*gravity) <= weight_tolerance*abs(m%density*gravity)) cycle
-            call self%warn('unit_weight '//u%shown(m%weight, 'force/length^2', 6)//' of block material '//to_string(k)// &
-                           ' is not its density times the gravity of &load, '//u%shown(m%density*gravity, 'force/length^2', 6)// &
+            call self%warn('unit_weight '//parameters%shown(m%weight, 'force/length^2', 6)//' of block material '// &
+                           to_string(k)//' is not its density times the gravity of &load, '// &
+                           parameters%shown(m%density*gravity, 'force/length^2', 6)// &
                            ': the unit weight counts', .false., m%origin)
          end associate
          return
@@ -183,13 +183,15 @@ contains
       real(wp) :: strain
       integer :: k
       do k = 1, size(self%block_used)
-         associate (e => parameters%block_materials(k)%youngs_modulus, u => unit_system(parameters%units))
+         associate (e => parameters%block_materials(k)%youngs_modulus)
             if (.not. self%block_used(k)) cycle
             strain = self%unit_weight*self%height/e
             if (.not. strain > largest_strain) cycle
-            call self%warn('Young''s modulus of block material '//to_string(k)//' is '//u%shown(e, 'stress', 6)// &
-                      ': the weight of the model, '//u%shown(self%unit_weight, 'force/length^2', 4)//' times its height '// &
-                      u%shown(self%height, 'length', 4)//', strains such blocks by '//to_string(100*strain, 2)// &
+            call self%warn('Young''s modulus of block material '//to_string(k)//' is '// &
+                      parameters%shown(e, 'stress', 6)// &
+                      ': the weight of the model, '//parameters%shown(self%unit_weight, 'force/length^2', 4)// &
+                      ' times its height '//parameters%shown(self%height, 'length', 4)// &
+                      ', strains such blocks by '//to_string(100*strain, 2)// &
                       ' %: is E in the unit of stress that fits the weights?', .false., &
                            parameters%block_materials(k)%origin)
          end associate
@@ -203,8 +205,6 @@ contains
       type(parameters_type), intent(in) :: parameters
       logical, intent(in) :: from_options              !! the options file has the stiffness
       real(wp) :: penetration, e_max
-      type(unit_system_type) :: u
-      u = unit_system(parameters%units)
       penetration = self%unit_weight*self%height/(2*parameters%normal_stiffness)
       e_max = maxval(parameters%block_materials%youngs_modulus, mask=self%block_used)
       if (penetration > largest_penetration .and. parameters%normal_stiffness >= e_max .and. &
@@ -212,13 +212,14 @@ contains
          ! E is too low already; the contact stiffness follows from it and is not reported again
          return
       else if (penetration > largest_penetration) then
-         call self%warn('contact stiffness g0 = '//u%shown(parameters%normal_stiffness, 'force/length', 6)// &
-            ': under the weight of the model, '//u%shown(self%unit_weight, 'force/length^2', 4)//' times its height '// &
-            u%shown(self%height, 'length', 4)//', blocks sink into each other by '//to_string(100*penetration, 2)// &
-            ' % of their size', from_options)
+         call self%warn('contact stiffness g0 = '//parameters%shown(parameters%normal_stiffness, 'force/length', 6)// &
+            ': under the weight of the model, '//parameters%shown(self%unit_weight, 'force/length^2', 4)// &
+            ' times its height '//parameters%shown(self%height, 'length', 4)// &
+            ', blocks sink into each other by '//to_string(100*penetration, 2)//' % of their size', from_options)
       else if (parameters%normal_stiffness < smallest_stiffness_ratio*e_max) then
-         call self%warn('contact stiffness g0 = '//u%shown(parameters%normal_stiffness, 'force/length', 6)//' is '// &
-                   to_string(parameters%normal_stiffness/e_max, 2)//' times Young''s modulus '//u%shown(e_max, 'stress', 6)// &
+         call self%warn('contact stiffness g0 = '//parameters%shown(parameters%normal_stiffness, 'force/length', 6)// &
+                   ' is '//to_string(parameters%normal_stiffness/e_max, 2)//' times Young''s modulus '// &
+                   parameters%shown(e_max, 'stress', 6)// &
                    ': contacts are far softer than the blocks', from_options)
       end if
    end subroutine check_stiffness
@@ -232,9 +233,7 @@ contains
       type(initial_stress_type) :: initial
       integer, allocatable :: material(:)                 !! joint that closes most, of each block
       real(wp), allocatable :: closure(:), share(:)       !! of it [length], over the thickness of the block
-      type(unit_system_type) :: u
       integer :: i
-      u = unit_system(parameters%units)
       if (.not. parameters%by_length) return
       call find_initial_stress(blocks, parameters, initial)
       allocate (material(blocks%n_blocks), source=0)
@@ -249,7 +248,8 @@ contains
       end do
       if (.not. any(share > largest_closure)) return
       i = maxloc(share, dim=1)
-      call self%warn('joints of material '//to_string(material(i))//' close by '//u%shown(closure(i), 'length', 3)// &
+      call self%warn('joints of material '//to_string(material(i))//' close by '// &
+                     parameters%shown(closure(i), 'length', 3)// &
                      ' under the initial stress of block '//to_string(i)//' at ('// &
                      to_string(initial%centroid(1, i), 5)//', '//to_string(initial%centroid(2, i), 5)//'), '// &
                      to_string(100*share(i), 2)//' % of its thickness ('// &
