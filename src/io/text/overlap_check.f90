@@ -11,7 +11,7 @@ module rockdda_io_overlap_check
    use rockdda_base_strings, only : to_string
    use rockdda_base_diagnostics, only : diagnostics_type, severity
    use rockdda_geometry_grid, only : grid_type, grid_query_type
-   use rockdda_geometry_polygons, only : point_in_polygon, polygon_area
+   use rockdda_geometry_polygons, only : point_in_polygon, polygon_area, distance_to_outline
    use rockdda_model_blocks, only : block_system_type
    use rockdda_io_tokens, only : token_list_type
    implicit none
@@ -144,20 +144,11 @@ contains
    pure subroutine take_deeper(point, polygon, depth, place)
       real(wp), intent(in) :: point(2), polygon(:, :)
       real(wp), intent(inout) :: depth, place(2)
-      real(wp) :: a(2), d(2), s, least
-      integer :: k, n
+      real(wp) :: d
       if (.not. point_in_polygon(point, polygon)) return
-      n = size(polygon, 2)
-      least = huge(least)
-      do k = 1, n
-         a = point - polygon(:, k)
-         d = polygon(:, 1 + mod(k, n)) - polygon(:, k)
-         s = dot_product(d, d)
-         if (s > 0) a = a - max(0.0_wp, min(1.0_wp, dot_product(a, d)/s))*d
-         least = min(least, norm2(a))
-         if (least <= depth) return
-      end do
-      depth = least
+      d = distance_to_outline(point, polygon)
+      if (.not. d > depth) return
+      depth = d
       place = point
    end subroutine take_deeper
 
