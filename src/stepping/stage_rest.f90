@@ -11,16 +11,15 @@ module rockdda_stepping_stage_rest
    use rockdda_interaction_block_forces, only : block_forces_type
    use rockdda_stepping_stage_watch, only : progress_type, stage_watch_type
    use rockdda_stepping_trial_step, only : trial_step_type
-   use rockdda_stepping_verdict, only : deformation_of, typical_size
+   use rockdda_stepping_verdict, only : apart, deformation_of, stays, typical_size
    implicit none
    private
    public :: watch_stage, moves_on
 
    !> Ways beyond this share of a block's size and so many times what the model deforms by are no deformation.
    real(wp), parameter :: most_moved = 0.01_wp, most_deformed = 4.0_wp
-   !> Ways from this share of a block's size on, each so many times the last one; an unbalanced force that falls less than
-   !> by the factor `stays` between them stays. Steps between two looks.
-   real(wp), parameter :: falls = 0.25_wp, fourfold = 4.0_wp, stays = 0.5_wp
+   !> Pulls are compared at ways from this share of a block's size on. Steps between two looks.
+   real(wp), parameter :: falls = 0.25_wp
    integer, parameter :: steps_between = 5
    !> Inertia carries more than this share of what the load has risen by: the model does not follow.
    real(wp), parameter :: much = 0.5_wp
@@ -65,8 +64,8 @@ contains
       end associate
    end subroutine watch_stage
 
-   !> Has the way grown fourfold, from a share of a block's size on, and the unbalanced force has not fallen to half? That
-   !> is how a search for a factor finds a model to fail (rockdda_stepping_verdict), for the model as a whole.
+   !> Does the unbalanced force stay while the way grows by the factor `apart`, from a share of a block's size on? A
+   !> search for a factor finds so that a block fails (rockdda_stepping_verdict); here it is the model as a whole.
    subroutine compare_pulls(step)
       class(trial_step_type), intent(inout) :: step
       real(wp) :: way
@@ -79,7 +78,7 @@ contains
          end if
          if (watch%least_at_mark < huge(1.0_wp) .and. watch%least > stays*watch%least_at_mark) watch%runs_away = .true.
          watch%least_at_mark = watch%least
-         watch%next_way = fourfold*way
+         watch%next_way = apart*way
       end associate
    end subroutine compare_pulls
 
