@@ -112,7 +112,7 @@ contains
                if (allocated(values)) opening%center = values
             case ('vertices')
                call get_reals(namelist, entry, 2, .true., values, messages)
-               if (allocated(values)) opening%vertices = open_ring(reshape(values, [2, size(values)/2]))
+               if (allocated(values)) opening%vertices = reshape(values, [2, size(values)/2])
             case ('outline'); call get_text(namelist, entry, region, messages)
             case ('file'); call get_file(namelist, entry, file, path, messages)
             end select
@@ -128,14 +128,11 @@ contains
                               'the region has the shape', namelist%origin(group%entries(i)%place))
          end do
          if (allocated(region) .and. allocated(path)) call read_region_outline(path, region, opening, messages)
-         if (allocated(opening%vertices)) opening%vertices = open_ring(opening%vertices)
-      else
-         if (allocated(path)) then
-            call read_csv_table(path, ['x', 'y'], opening%vertices, messages, in_any_order=.true.)
-            opening%vertices = open_ring(opening%vertices)
-         end if
-         call check_opening(namelist, group, opening, messages)
+      else if (allocated(path)) then
+         call read_csv_table(path, ['x', 'y'], opening%vertices, messages, in_any_order=.true.)
       end if
+      if (allocated(opening%vertices)) opening%vertices = open_ring(opening%vertices)
+      if (opening%is_hole) call check_opening(namelist, group, opening, messages)
       if (opening%shape == 0) return
       if (opening%shape == shape_kind%polygon .and. .not. allocated(opening%vertices)) return
       n = size(statistics%openings)
