@@ -87,7 +87,8 @@ contains
          if (is_set(line%steps)) then
             parameters%n_steps = step + min(line%steps, huge(1) - step)
             ! more steps after an end time that has been reached
-            if (.not. (is_set(line%t_end) .or. time < parameters%t_end*(1 - 1.0e-12_wp))) parameters%t_end = huge(1.0_wp)
+            if (.not. (is_set(line%t_end) .or. time < parameters%t_end*(1 - 1.0e-12_wp))) &
+               parameters%t_end = huge(1.0_wp)
          end if
       end associate
       if (is_set(line%threads)) run%facts%threads = line%threads

@@ -46,11 +46,11 @@ contains
       end if
       if (.not. is_set(options%stiffness)) call choose_stiffness(blocks, options, edge, parameters, messages)
       if (.not. is_set(options%dt_max)) call choose_step(blocks, options, edge, parameters, messages)
-      if (parameters%sliding_damping > 0 .and. .not. is_set(options%sliding_damping) .and. .not. all_static(parameters) &
-          .and. any(.not. parameters%joint_materials%damping_ratio > 0)) &
+      if (parameters%sliding_damping > 0 .and. .not. is_set(options%sliding_damping) .and. &
+          .not. all_static(parameters) .and. any(.not. parameters%joint_materials%damping_ratio > 0)) &
          call messages%add(severity%note, 'contacts that slide in dynamic stages have '// &
-            to_string(parameters%sliding_damping, 2)//' of critical damping (sliding_damping), where their joint has '// &
-            'no damping_ratio: undamped, they slide further with shorter steps')
+            to_string(parameters%sliding_damping, 2)//' of critical damping (sliding_damping), where their '// &
+            'joint has no damping_ratio: undamped, they slide further with shorter steps')
    end subroutine choose_numbers
 
    !> Contact stiffness of joints without a stiffness of their own, and of fixed points: from E, or from the joint
@@ -111,8 +111,9 @@ contains
       range = stiffness_range(stiffenings)
       text = 'joints without normal_stiffness have '//u%shown(range(1), 'stress/length')
       if (range(2) > range(1)) text = text//' to '//u%shown(range(2), 'stress/length')
-      text = text//trim(merge('           ', ' per length', u%is_known()))//', by the blocks that meet: 2 E over the '// &
-             'square root of the smaller area, more where a slender block stands free'
+      text = text//trim(merge('           ', ' per length', u%is_known()))// &
+             ', by the blocks that meet: 2 E over the square root of the smaller area, '// &
+             'more where a slender block stands free'
    end function range_text
 
    !> Blocks that stand so heavily on joints of this stiffness that it decides when they fall.
@@ -123,7 +124,8 @@ contains
       i = maxloc(stiffenings%lost, dim=1)
       if (.not. stiffenings(i)%lost > 1.001_wp*lost_tilt) return
       call messages%add(severity%warning, 'block '//to_string(i)//' is so slender and heavy that the automatic '// &
-         'stiffness of its joints decides when it falls: at about '//to_string(100*min(1.0_wp, stiffenings(i)%lost), 2)// &
+         'stiffness of its joints decides when it falls: at about '// &
+         to_string(100*min(1.0_wp, stiffenings(i)%lost), 2)// &
          ' % less tilt than a rigid block ('//counted(count(stiffenings%lost > 1.001_wp*lost_tilt), 'block')// &
          ' by more than '//to_string(100*lost_tilt, 2)//' %); give normal_stiffness where that matters')
    end subroutine report_soft_stands

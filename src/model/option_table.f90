@@ -328,8 +328,10 @@ contains
       call table%add_file(option('base_acceleration', 'file with the acceleration of the base, see below', &
                                  columns='t, ax, ay', quantity='base acceleration'), o%base%table, p%base%table, &
                           o%base%file)
-      call table%add(option('harmonic', 'acceleration a sin(2 pi f (t - t0) + phase) of the base, 0 before t0, f in '// &
-                            '1/time, phase in rad; may hold several terms, or be given again', columns='ax, ay, f, phase, t0', &
+      call table%add(option('harmonic', &
+                            'acceleration a sin(2 pi f (t - t0) + phase) of the base, 0 before t0, f in '// &
+                            '1/time, phase in rad; may hold several terms, or be given again', &
+                            columns='ax, ay, f, phase, t0', &
                             quantity='harmonic base acceleration', adds_up=.true., rule=list_rule%frequency), &
                      o%base%harmonics, p%base%harmonics)
       call table%add(option('base_stage', 'name of the stage with whose start base_acceleration, harmonic and '// &

@@ -17,8 +17,8 @@ module rockdda_model_resolve
    use rockdda_model_options, only : run_options_type, dda_windows, old_dda_windows, is_set
    use rockdda_model_parameters, only : parameters_type
    use rockdda_model_quake_options, only : settle_quakes
-use rockdda_model_stage_options, only : has_end, is_plain, is_given, has_base_motion, first_dynamic_stage, stage_name, &
-      least_extent
+   use rockdda_model_stage_options, only : has_end, is_plain, is_given, has_base_motion, first_dynamic_stage, &
+      stage_name, least_extent
    implicit none
    private
    public :: resolve_parameters, length_scale

@@ -176,8 +176,8 @@ contains
    end subroutine get_reals
 
    !> Report a list whose commas are decimal signs though its count fits: digits behind a comma that begin with a
-   !> needless 0, as in 0,05; or blanks that part the list in rows of n numbers only when commas are decimal signs, as in
-   !> 0,5,0 1,5,0 for the points 0.5 0 and 1.5 0. A list without such blanks is read as it stands.
+   !> needless 0, as in 0,05; or blanks that part the list in rows of n numbers only when commas are decimal signs, as
+   !> in 0,5,0 1,5,0 for the points 0.5 0 and 1.5 0. A list without such blanks is read as it stands.
    subroutine refuse_decimal_commas(namelist, entry, n, messages, ok)
       type(namelist_type), intent(in) :: namelist
       type(entry_type), intent(in) :: entry
@@ -191,6 +191,7 @@ contains
       in_rows = n > 1
       length = 0
       pairs = 0
+      first = 0
       at = 0                       ! the first comma of rows that are not whole
       decimal = .false.
       do i = 1, entry%n
