@@ -177,15 +177,15 @@ def test_numbers_of_materials_may_be_texts(tmp_path):
             convert(path, tmp_path / "a", force=True)
 
 
-def test_blocks_that_overlap_are_told_when_they_are_written(tmp_path, program):
+def test_blocks_that_overlap_are_reported_when_they_are_written(tmp_path, program):
     squares = [[[x, y], [x + 2, y], [x + 2, y + 2], [x, y + 2], [x, y]] for x, y in ((0, 0), (1, 1), (3, 1))]
     far = 100 / 3  # squares that touch up to rounding
     beside = [[2, 0], [4, 0], [4, 2], [2, 2], [2, 0]]
     squares += [[[x + far, y + far] for x, y in ring] for ring in (squares[0], beside)]
     write_map(tmp_path / "a.geojson", *(feature("Polygon", [ring]) for ring in squares))
     done = convert(tmp_path / "a.geojson", tmp_path / "a", blocks=True, origin=(0, 0))
-    told = [text for text in done.messages if "overlap" in text]
-    assert len(told) == 1 and "blocks 1 and 2 overlap near 1.5, 1.5, by an area of 1" in told[0]
+    reported = [text for text in done.messages if "overlap" in text]
+    assert len(reported) == 1 and "blocks 1 and 2 overlap near 1.5, 1.5, by an area of 1" in reported[0]
     check = subprocess.run([program, "check", tmp_path / "a.blk"], capture_output=True, text=True, check=False)
     assert "block 2 overlaps block 1 (line 10), by 1 near (1, 1)" in check.stderr
 

@@ -393,14 +393,14 @@ def test_huge_files_are_not_read(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("code", "scale", "told"),
+    ("code", "scale", "unit_line"),
     [(6, None, "lengths in m"), (4, None, "lengths in m"), (4, 1.0, "lengths of the drawing times 1"),
      (0, None, "lengths as in a.dxf, which states no unit")],
 )  # fmt: skip
-def test_files_that_are_written_say_the_unit_of_their_lengths(tmp_path, code, scale, told):
+def test_files_that_are_written_say_the_unit_of_their_lengths(tmp_path, code, scale, unit_line):
     section(tmp_path / "a.dxf", unit=0.001 if code == 4 else 1.0, code=code)
     convert(tmp_path / "a.dxf", output=tmp_path / "a", scale=scale, template=True)
-    assert (tmp_path / "a.dc").read_text().splitlines()[0].startswith(f"# from a.dxf; {told}")
+    assert (tmp_path / "a.dc").read_text().splitlines()[0].startswith(f"# from a.dxf; {unit_line}")
     assert "units = 'SI'" in (tmp_path / "a.nml").read_text()
 
 
@@ -409,11 +409,11 @@ def test_large_drawings_are_refused_before_they_take_long(tmp_path):
     lines = "0\nSECTION\n2\nENTITIES\n" + "0\nLINE\n8\n0\n10\n0\n20\n0\n11\n1\n21\n1\n" * 150_001
     vertices = "0\nSECTION\n2\nENTITIES\n0\nLWPOLYLINE\n8\n0\n" + "10\n0\n20\n0\n" * 800_000
     binary = b"AutoCAD Binary DXF\r\n\x1a\0" + bytes(5_000_000)
-    for text, told in ((lines, "has 15000[0-9] entities"), (vertices, "has 320000[0-9] lines of text"),
+    for text, message in ((lines, "has 15000[0-9] entities"), (vertices, "has 320000[0-9] lines of text"),
                        (binary, "has 5000022 bytes in its binary form")):  # fmt: skip
         (tmp_path / "a.dxf").write_bytes(text if isinstance(text, bytes) else text.encode())
         begin = time.process_time()
-        with pytest.raises(rockdda.InputError, match=told):
+        with pytest.raises(rockdda.InputError, match=message):
             convert(tmp_path / "a.dxf", output=tmp_path / "a")
         assert time.process_time() - begin < 2
     document = ezdxf.new("R2010")
@@ -497,14 +497,14 @@ def test_a_transformation_of_a_compas_block_is_applied(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("transformation", "shape", "told"),
+    ("transformation", "shape", "message"),
     [
         ({"data": {"matrix": [[1, 0], [0, 1]]}}, True, "4 × 4"),
         ({"data": {"vector": [1, 0, 0]}}, True, "matrix"),
         ({"data": {"matrix": [[1, 0, 0, 3], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]}}, False, "shape of its own"),
     ],
 )
-def test_a_transformation_that_cannot_be_applied_is_refused(tmp_path, transformation, shape, told):
+def test_a_transformation_that_cannot_be_applied_is_refused(tmp_path, transformation, shape, message):
     compas_file(tmp_path / "a.json", transformation, shape)
-    with pytest.raises(rockdda.InputError, match=told):
+    with pytest.raises(rockdda.InputError, match=message):
         convert(tmp_path / "a.json", output=tmp_path / "a")

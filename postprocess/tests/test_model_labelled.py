@@ -106,7 +106,7 @@ def test_densities_of_a_labelled_file_tell_its_units(tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize(
-    ("call", "told"),
+    ("call", "meant"),
     [
         (lambda m: m.add_joint_material(phi=38), "'friction'"),
         (lambda m: m.add_joint_material(friction=38, kn=1e9), "'normal_stiffness'"),
@@ -120,7 +120,7 @@ def test_densities_of_a_labelled_file_tell_its_units(tmp_path, monkeypatch):
         (lambda m: rockdda.options.check_options({"earthquake": {}}), "'quake'"),
     ],
 )
-def test_the_usual_word_for_an_argument_names_the_one_that_is_there(call, told):
-    with pytest.raises(rockdda.InputError, match=f"did you mean .*{told}") as found:
+def test_the_usual_word_for_an_argument_names_the_one_that_is_there(call, meant):
+    with pytest.raises(rockdda.InputError, match=f"did you mean .*{meant}") as found:
         call(rockdda.Model("a", labelled=True))
     assert isinstance(found.value, TypeError) or "options[" in str(found.value)

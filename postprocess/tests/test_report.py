@@ -250,7 +250,7 @@ def test_numbers_in_words():
 
 
 @pytest.mark.parametrize(
-    ("group", "name", "metres", "millimetres", "told"),
+    ("group", "name", "metres", "millimetres", "shown"),
     [
         ("load", "gravity", 9.81, 9810, "9.81 m/s²"),
         ("in_situ", "surface", 15, 15000, "15 m"),
@@ -265,9 +265,9 @@ def test_numbers_in_words():
         ("joint_material", "friction", 35, 35, "35°"),
     ],
 )
-def test_values_of_the_input_have_their_unit_in_any_system(native, group, name, metres, millimetres, told):
+def test_values_of_the_input_have_their_unit_in_any_system(native, group, name, metres, millimetres, shown):
     for value, system in ((metres, ("m", "s", "N")), (millimetres, ("mm", "s", "N"))):
-        assert facts.option_text(group, name, value, Units(*system, multiples=True)) == told
+        assert facts.option_text(group, name, value, Units(*system, multiples=True)) == shown
     assert facts.option_text(group, name, metres, Units()) == facts.number(metres)
 
 
