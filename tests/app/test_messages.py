@@ -77,7 +77,10 @@ class Messages(ProgramTest):
         self.assertEqual(outcome.err.count("warning"), 1, outcome.err)
 
     def test_joints_without_damping_on_a_base_that_moves_are_named(self):
-        shaken = ("&load gravity = 9.81", "&load gravity = 9.81, harmonic = 1, 0, 2, 0, 0 /\n&contact sliding_damping = 0")
+        shaken = (
+            "&load gravity = 9.81",
+            "&load gravity = 9.81, harmonic = 1, 0, 2, 0, 0 /\n&contact sliding_damping = 0",
+        )
         (found,) = [m for m in self.problems(shaken, level="warning") if "damping" in m]
         self.assertIn("the base moves, and joint material 1 has no damping_ratio", found)
         damped = ("friction = 38", "friction = 38, damping_ratio = 0.5")
