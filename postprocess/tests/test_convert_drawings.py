@@ -380,6 +380,7 @@ def test_hostile_ddaml_ends_soon(tmp_path):
         ),
         (head + f"<Jointlist><Joint> 0 0 1 {'9' * 5000} </Joint></Jointlist></Geometry></DDA>", "expected a number"),
         ("<a>" * 20_000, "the XML is broken"),
+        ("<?xml vers" * 20_000, "the XML is broken"),
     ):
         (tmp_path / "a.geo").write_text(text)
         refused(tmp_path / "a.geo", message, 30.0)

@@ -46,7 +46,7 @@ def parse_xml(text: str, report: Report) -> Element | None:
 
     Nothing outside the text is read, and entities are refused: no file of DDA for Windows has any.
     """
-    parser = expat.ParserCreate()
+    parser = expat.ParserCreate("utf-8")  # the text is decoded already: whatever encoding its first line names
     parser.buffer_text = False
     stack: list[Element] = []
     roots: list[Element] = []
@@ -80,8 +80,7 @@ def parse_xml(text: str, report: Report) -> Element | None:
     parser.CharacterDataHandler = characters
     parser.EntityDeclHandler = entity
     try:
-        # the text is decoded already: whatever encoding its first line names, it goes in as UTF-8
-        parser.Parse(re.sub(r"(<\?xml[^>]*?)\s+encoding=[\"'][^\"']*[\"']", r"\1", text, count=1).encode(), True)
+        parser.Parse(text.encode(), True)
     except _EntityFound:  # nothing is read any more: they can multiply
         pass
     except expat.ExpatError as error:
