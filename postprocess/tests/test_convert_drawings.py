@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 import rockdda
 from rockdda.convert import convert
+from rockdda.convert.dxf import read_dxf
 from rockdda.json_places import places_of
 
 
@@ -362,6 +363,17 @@ def test_places_are_those_of_the_values():
     for path, start in paths.items():
         line, column = found[path]
         assert text.split("\n")[line - 1][column - 1 :].startswith(start)
+
+
+def test_what_ezdxf_logs_is_a_warning_once(tmp_path):
+    path = tmp_path / "a.dxf"
+    section(path)
+    bad = "  0\nCLAS\n  1\nX\n" * 20_000
+    path.write_text(path.read_text().replace("  2\nCLASSES\n", "  2\nCLASSES\n" + bad, 1))
+    _, report, _ = read_dxf(path)
+    assert [str(p) for p in report.problems if "CLAS" in str(p)] == [
+        f"{path}: warning: Ignored invalid DXF entity type 'CLAS' in section CLASSES."
+    ]
 
 
 def test_hostile_ddaml_ends_soon(tmp_path):

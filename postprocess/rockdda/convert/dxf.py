@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import importlib
 import itertools
+import logging
 import math
 import re
 from collections import Counter
@@ -27,7 +28,7 @@ from ..writing import complete_file
 from .dxf_blocks import DRAWN, MOST_ENTITIES, Clip, Shown, drawn
 from .geometry import KINDS, LARGEST_MATERIAL, POINT_KINDS, REGION_KINDS, Geometry, Point
 from .placing import from_unit, metres_of
-from .report import MOST_LINES, Report, check_size
+from .report import LONGEST_MESSAGE, MOST_LINES, Report, check_size
 
 if TYPE_CHECKING:
     from ..results import Frame
@@ -106,9 +107,12 @@ def read_dxf(
     `known` are the layers of other drawings; those of this one are added.
     """
     report = Report(path)
-    document = _read(path, report)
+    logged = _Logged(report)
+    with logged:
+        document = _read(path, report)
     try:
-        entities = list(drawn(document, path, report))
+        with logged:
+            entities = list(drawn(document, path, report))
     except (InputError, MemoryError):
         raise
     except Exception as error:  # broken drawings end in errors of any kind in ezdxf
@@ -138,7 +142,8 @@ def read_dxf(
     adding = _Adding(geometry, report, max(chord or extent / 2000, smallest), axes, smallest)
     for shown in entities:
         try:
-            adding.add(shown, *kinds[shown.layer])
+            with logged:
+                adding.add(shown, *kinds[shown.layer])
         except MemoryError:
             raise
         except Exception as error:  # of any kind in ezdxf
@@ -158,6 +163,27 @@ def read_dxf(
         report.error(f"no lines: the model space has none of {', '.join(DRAWN)} on a layer of joints or boundaries")
     report.raise_errors()
     return geometry, report, stated
+
+
+class _Logged(logging.Handler):
+    """Makes warnings of the report, each text once, of what ezdxf logs within its `with`."""
+
+    def __init__(self, report: Report) -> None:
+        super().__init__(logging.WARNING)
+        self._report = report
+        self._texts: set[str] = set()
+
+    def __enter__(self) -> None:
+        logging.getLogger("ezdxf").addHandler(self)
+
+    def __exit__(self, *_: object) -> None:
+        logging.getLogger("ezdxf").removeHandler(self)
+
+    def emit(self, record: logging.LogRecord) -> None:
+        text = short(record.getMessage(), LONGEST_MESSAGE)
+        if text not in self._texts:
+            self._texts.add(text)
+            self._report.warning(text)
 
 
 def _plane(entities: list[Shown], report: Report) -> tuple[float, tuple[int, int]]:
