@@ -55,7 +55,7 @@ contains
       exit_code = 0
       messages = messages%summarised()
       if (.not. line%quiet) call show_messages(messages, severity%warning)
-      call print_summary(line, n_parents, blocks, report, output, messages, ok)
+      call print_summary(line, n_parents, blocks, report, output, options, messages, ok)
       if (.not. ok) exit_code = error_code%output
    end subroutine run_cut
 

@@ -6,6 +6,9 @@ module rockdda_app_cut_summary
    use rockdda_base_diagnostics, only : diagnostics_type
    use rockdda_base_strings, only : counted, to_string
    use rockdda_model_blocks, only : block_system_type
+   use rockdda_model_options, only : run_options_type
+   use rockdda_model_resolve, only : units_of
+   use rockdda_model_units, only : unit_system, unit_system_type
    use rockdda_cutting_cut, only : cut_report_type
    use rockdda_app_arguments, only : command_line_type
    use rockdda_app_json, only : json_type
@@ -18,18 +21,20 @@ module rockdda_app_cut_summary
 contains
 
    !> Print the summary.
-   subroutine print_summary(line, n_parents, blocks, report, output, messages, ok)
+   subroutine print_summary(line, n_parents, blocks, report, output, options, messages, ok)
       type(command_line_type), intent(in) :: line
       integer, intent(in) :: n_parents        !! blocks before some were cut into cells
       type(block_system_type), intent(in) :: blocks
       type(cut_report_type), intent(in) :: report
       character(len=*), intent(in) :: output
+      type(run_options_type), intent(in) :: options
       type(diagnostics_type), intent(in) :: messages
       logical, intent(out) :: ok
       type(json_type) :: json
       type(error_type), allocatable :: none
       character(len=1), parameter :: nl = new_line('a')
       character(len=:), allocatable :: cells
+      type(unit_system_type) :: units
       real(wp) :: difference
       difference = report%area_sum + report%hole_area - report%enclosed_area
       if (line%json) then
@@ -55,12 +60,15 @@ contains
          call end_json(json, messages, none, ok)
          return
       end if
+      units = unit_system(units_of(options))
       cells = ''
       if (allocated(blocks%parent)) cells = ' (cut from '//to_string(n_parents)//' blocks)'
       call print_line(output//': '//counted(blocks%n_blocks, 'block')//cells//', '// &
                to_string(blocks%n_vertices())//' vertices'//nl// &
-               'area: blocks '//to_string(report%area_sum, 10)//' + holes '//to_string(report%hole_area, 10)// &
-               ', enclosed '//to_string(report%enclosed_area, 10)//', difference '//to_string(difference, 3)//nl// &
+               'area: blocks '//units%shown(report%area_sum, 'length^2', 10)//' + holes '// &
+               units%shown(report%hole_area, 'length^2', 10)//', enclosed '// &
+               units%shown(report%enclosed_area, 'length^2', 10)//', difference '// &
+               units%shown(difference, 'length^2', 3)//nl// &
                'lines: '//to_string(report%n_lines)//', dropped '//to_string(report%n_dropped_lines)// &
                ', shortened '//to_string(report%n_shortened_lines)//nl// &
                'points: '//to_string(blocks%fixed%n)//' fixed, '//to_string(blocks%loading%n)//' loading, '// &

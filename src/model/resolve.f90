@@ -21,7 +21,7 @@ module rockdda_model_resolve
       stage_name, least_extent
    implicit none
    private
-   public :: resolve_parameters, length_scale
+   public :: resolve_parameters, length_scale, units_of
 
    !> Ratio of critical damping: with 0.1 stiff joints still feed their vibration by friction, with 1 blocks slip less.
    real(wp), parameter :: damps_sliding = 0.5_wp
@@ -45,6 +45,7 @@ contains
       is_windows = analysis%dialect == dialect%peer
       alone = .not. allocated(analysis%block_materials)
       call take_analysis(blocks, analysis, parameters)
+      parameters%units = units_of(options)
       settings = options
       if (allocated(options%preset)) defaults%preset = any(options%preset == [character(len=len(dda_windows)) :: &
                                                                               dda_windows, old_dda_windows])
@@ -59,12 +60,11 @@ contains
       end if
       if (.not. parameters%by_length) call report_unused(options, messages)
       if (is_set(options%gravity) .and. .not. alone) call messages%add(severity%note, 'gravity '// &
-         to_string(options%gravity)//' replaces weight over density of the analysis file')
+         parameters%shown(options%gravity, 'length/time^2')//' replaces weight over density of the analysis file')
       parameters%line_loads = settings%line_loads
       parameters%stages = settings%stages
       parameters%changes = settings%changes
       parameters%boundaries = settings%boundaries
-      parameters%units = units_of(options)
       parameters%quakes = settings%quakes
       call settle_quakes(parameters%quakes, parameters%units, any([(parameters%boundaries(i)%kind == 'viscous', &
                                                   i=1, size(parameters%boundaries))]), messages)
@@ -83,12 +83,12 @@ contains
       call report_unreached(parameters, messages)
       if (.not. is_set(options%dt_min)) parameters%dt_min = merge(1.0e-2_wp, 1.0e-3_wp, is_windows)*parameters%dt_max
       if (parameters%dt_min > parameters%dt_max) call messages%add(severity%error, 'dt_min = '// &
-         to_string(parameters%dt_min)//' is larger than the largest time step '//to_string(parameters%dt_max), &
-         options%dt_min_origin)
+         parameters%shown(parameters%dt_min, 'time', 6)//' is larger than the largest time step '// &
+         parameters%shown(parameters%dt_max, 'time', 6), options%dt_min_origin)
       call refuse_short_times(parameters, messages)
       if (is_set(options%save_every) .and. is_set(options%save_dt)) call messages%add(severity%note, &
          'save_every and save_dt are both given: a frame is saved every '//to_string(options%save_every)// &
-         ' steps and every '//to_string(options%save_dt)//' of time')
+         ' steps and every '//parameters%shown(options%save_dt, 'time')//' of time')
       if (settings%strict .and. .not. parameters%energy) call messages%add(severity%error, &
          'strict needs the energy balance, but &output energy is .false.: leave one of them out')
       call resolve_stiffness(settings, parameters, messages)
@@ -118,7 +118,7 @@ contains
          real(wp), intent(in) :: time
          character(len=*), intent(in) :: name
          if (time > 0 .and. time < shortest) call messages%add(severity%error, name//' is too short: '// &
-                                                               to_string(time)//'; at least '//to_string(shortest))
+            parameters%shown(time, 'time')//'; at least '//parameters%shown(shortest, 'time'))
       end subroutine need
 
    end subroutine refuse_short_times
@@ -184,8 +184,8 @@ contains
       type(diagnostics_type), intent(inout) :: messages
       if (is_set(options%steps) .or. .not. is_set(options%t_end)) return
       parameters%n_steps = huge(1)
-      call messages%add(severity%note, 'end time '//to_string(options%t_end)//' replaces the number of steps '// &
-                        to_string(analysis%n_steps)//' of the analysis file')
+      call messages%add(severity%note, 'end time '//parameters%shown(options%t_end, 'time', 10)// &
+                        ' replaces the number of steps '//to_string(analysis%n_steps)//' of the analysis file')
    end subroutine note_extent
 
    !> Does the run end with its last stage? Then the number of steps of the analysis file does not count. It does in a
@@ -217,12 +217,12 @@ contains
       do i = 1, size(parameters%stages) - 1
          call least_extent(parameters%stages(i), time, steps)
          text = ''
-         if (.not. time < parameters%t_end) text = 'at t_end = '//to_string(parameters%t_end)
+         if (.not. time < parameters%t_end) text = 'at t_end = '//parameters%shown(parameters%t_end, 'time', 6)
          if (steps >= parameters%n_steps) text = 'after steps = '//to_string(parameters%n_steps)
          if (len(text) == 0) cycle
          text = "stage '"//stage_name(parameters%stages, i + 1)//"' is not reached: the run ends "//text//', and '// &
                 'the stages before it last '
-         if (.not. time < parameters%t_end) text = text//'until '//to_string(time, 6)
+         if (.not. time < parameters%t_end) text = text//'until '//parameters%shown(time, 'time', 6)
          if (steps >= parameters%n_steps) text = text//'at least '//to_string(steps)//' steps'
          call messages%add(severity%warning, text, parameters%stages(i + 1)%origin)
          return
@@ -281,7 +281,7 @@ contains
             text = trim(merge('twice the largest E', 'the largest E      ', parameters%by_length))//' = '
          end if
          call messages%add(severity%note, 'contact stiffness (g0) is automatic: '//text// &
-                           to_string(parameters%normal_stiffness)//', constant in the run')
+                           parameters%shown(parameters%normal_stiffness, 'force/length')//', constant in the run')
       else if (parameters%normal_stiffness > far_over_e/springs*e_max) then
          call messages%add(severity%warning, 'the contact stiffness (g0) is '// &
                            to_string(parameters%normal_stiffness/e_max)//' times the largest E: '// &
@@ -306,8 +306,9 @@ contains
       edge = mean_edge(blocks)
       if (parameters%displacement_ratio*parameters%w0 > edge .and. edge > 0) call messages%add(severity%warning, &
          'the displacement ratio (g2) lets a block move by '// &
-         to_string(parameters%displacement_ratio*parameters%w0)//' in a step, more than the mean length of edges, '// &
-         to_string(edge)//': g2 = '//to_string(advised_ratio(edge, parameters%w0))//' is advised')
+         parameters%shown(parameters%displacement_ratio*parameters%w0, 'length')//' in a step, more than the mean '// &
+         'length of edges, '//parameters%shown(edge, 'length')//': g2 = '// &
+         to_string(advised_ratio(edge, parameters%w0))//' is advised')
       parameters%angle_tolerance = settings%angle_tolerance*pi/180
       parameters%smooth_step = blocks%edge_node_distance
       parameters%stiffness_length = merge(0.0_wp, edge, by_blocks)

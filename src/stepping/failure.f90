@@ -136,8 +136,8 @@ contains
       real(wp), intent(in) :: x(:, :)                   !! (6, nb) unknowns of the last round
       type(error_type), allocatable, intent(out) :: error
       character(len=:), allocatable :: text
-      text = 'step '//to_string(state%step + 1)//' at time '//to_string(state%time)// &
-             ' cannot be solved with the smallest time step '//to_string(dt)//': '
+      text = 'step '//to_string(state%step + 1)//' at time '//parameters%shown(state%time, 'time', 10)// &
+             ' cannot be solved with the smallest time step '//parameters%shown(dt, 'time')//': '
       if (outcome == attempt%no_solution) then
          call tell_no_solution(dt, detail, blocks, parameters, state, text)
       else if (outcome == attempt%ruined) then
@@ -203,14 +203,15 @@ contains
       stiffness = parameters%block_materials(blocks%block_material(block))%youngs_modulus
       if (factor > 0 .and. ieee_is_finite(factor)) then
          text = text//block_at(state, block)//' loses its area: the step would multiply '// &
-                to_string(state%area(block))//' by '//to_string(factor)
+                parameters%shown(state%area(block), 'length^2')//' by '//to_string(factor)
       else
          text = text//block_at(state, block)//' is inverted: the step would multiply its area of '// &
-                to_string(state%area(block))//' by '//to_string(factor)
+                parameters%shown(state%area(block), 'length^2')//' by '//to_string(factor)
       end if
       text = text//new_line('a')//'  strains of the step: ex = '//to_string(x(4, block))//', ey = '// &
              to_string(x(5, block))//', gxy = '//to_string(x(6, block))//'; largest stress component before it: '// &
-             to_string(maxval(abs(state%stress(:, block))))//', E = '//to_string(stiffness)
+             parameters%shown(maxval(abs(state%stress(:, block))), 'stress')//', E = '// &
+             parameters%shown(stiffness, 'stress')
       call advise(text, 'strains of this size need stresses as large as E: check the units of E, density, loads '// &
                   'and contact stiffness')
       call advise(text, 'a block with far larger stresses than its neighbours may be a splinter (use a larger e0) '// &
@@ -240,13 +241,15 @@ contains
             vertex = v
          end do
       end do
-      text = text//'block '//to_string(block)//' moves by '//to_string(largest)//' at its vertex '// &
-             at(state%vertices(:, vertex) + state%datum)//', more than w0 = '//to_string(parameters%w0)// &
-             ', half the size of the model (speed '//to_string(largest/dt)//')'
+      text = text//'block '//to_string(block)//' moves by '//parameters%shown(largest, 'length')//' at its vertex '// &
+             at(state%vertices(:, vertex) + state%datum)//', more than w0 = '// &
+             parameters%shown(parameters%w0, 'length')//', half the size of the model (speed '// &
+             parameters%shown(largest/dt, 'length/time')//')'
       if (table%n > 0) then
          deepest = minloc(table%gap(1:table%n), dim=1)
          if (table%gap(deepest) < 0) then
-            text = text//new_line('a')//'  deepest overlap: '//to_string(-table%gap(deepest))//', block '// &
+            text = text//new_line('a')//'  deepest overlap: '// &
+                   parameters%shown(-table%gap(deepest), 'length')//', block '// &
                    to_string(table%block_a(deepest))//' in block '//to_string(table%block_b(deepest))//' at '// &
                    at(table%point(:, deepest) + state%datum)
             if (-table%gap(deepest) > 1.0e-3_wp*parameters%w0) call advise(text, 'contact springs push overlapping '// &
@@ -280,15 +283,15 @@ contains
          text = text//new_line('a')//'  block '//to_string(table%block_a(c))//' against block '// &
                 to_string(table%block_b(c))//' at '//at(table%point(:, c) + state%datum)//': '// &
                 to_string(int(trial%changes(c)))// &
-                ' changes, now '//state_name(int(trial%joint(c)%state))//', gap '//to_string(trial%gap(c))// &
-                ', force residual '//to_string(trial%miss(c))
+                ' changes, now '//state_name(int(trial%joint(c)%state))//', gap '// &
+                parameters%shown(trial%gap(c), 'length')//', force residual '//parameters%shown(trial%miss(c), 'force')
          thinnest = thinner(blocks, state, thinnest, table%block_a(c))
          thinnest = thinner(blocks, state, thinnest, table%block_b(c))
       end do
       if (parameters%max_open_close < 20) call advise(text, 'allow more rounds: &time max_open_close, now '// &
                                                       to_string(parameters%max_open_close)//', 20 by default')
       if (parameters%dt_min > 1.0e-4_wp*parameters%dt_max) call advise(text, &
-         'allow shorter steps: &time dt_min, now '//to_string(parameters%dt_min))
+         'allow shorter steps: &time dt_min, now '//parameters%shown(parameters%dt_min, 'time'))
       call advise_numbers(blocks, parameters, state, thinnest, text)
       if (parameters%k01 >= 1) call advise(text, 'k01 slightly below 1 (0.98) damps the vibration that keeps '// &
                                            'contacts changing')
@@ -310,15 +313,16 @@ contains
                                                       ' times the largest E: '//stiffness_advice(parameters%by_length))
       dt = advised_time_step(mean_edge(blocks), sum(state%mass(1:blocks%n_blocks))/sum(state%area(1:blocks%n_blocks)), &
                              springs*parameters%normal_stiffness)
-      if (parameters%dt_max > dt) call advise(text, 'the time step (g1) of '//to_string(parameters%dt_max)// &
-                                              ' is long for this block size and contact stiffness: at most '// &
-                                              to_string(dt)//' is advised')
+      if (parameters%dt_max > dt) call advise(text, 'the time step (g1) of '// &
+         parameters%shown(parameters%dt_max, 'time')//' is long for this block size and contact stiffness: at most '// &
+         parameters%shown(dt, 'time')//' is advised')
       if (block == 0) return
       moved = parameters%displacement_ratio*parameters%w0
       width = thickness(blocks, state, block)
       if (moved <= width) return
-      call advise(text, 'the displacement ratio (g2) allows displacements of '//to_string(moved)// &
-                  ' in a step, more than the thickness '//to_string(width)//' of '//block_at(state, block)// &
+      call advise(text, 'the displacement ratio (g2) allows displacements of '// &
+                  parameters%shown(moved, 'length')//' in a step, more than the thickness '// &
+                  parameters%shown(width, 'length')//' of '//block_at(state, block)// &
                   ': reduce g2 from '// &
                   to_string(parameters%displacement_ratio)//' to '// &
                   to_string(min(advised_ratio(mean_edge(blocks), parameters%w0), width/parameters%w0)))

@@ -19,6 +19,11 @@ class Cut(ProgramTest):
         self.assertIn("area: blocks 6 + holes 0, enclosed 6, difference", outcome.out)
         self.assertEqual(self.files(), ["block.dc", "block.df", "elsewhere/block.blk"])
 
+    def test_areas_have_the_units_of_the_options(self):
+        self.write("run.nml", "&model geometry = 'block.dc' /\n")
+        outcome = self.run_program("cut", "block.dc", "--config", "run.nml")
+        self.assertIn("area: blocks 6 m² + holes 0 mm², enclosed 6 m², difference", outcome.out)
+
     def test_json(self):
         data = self.run_program("cut", "block.dc", "-o", "x.blk", "--json").json
         self.assertEqual(data["blocks"], 2)
