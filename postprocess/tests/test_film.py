@@ -180,6 +180,16 @@ def test_blocks_are_where_they_belong_on_the_screen(wall, tmp_path, page):
     assert set(seen[1::2]) == {(0xE6, 0x9F, 0x00)}
 
 
+def test_the_cursor_shows_values_with_their_units(wall, tmp_path, page):
+    path = wall.animate(tmp_path / "wall.html", field="displacement", units="m,s,N", fields=["displacement"])
+    page.open(path.as_uri() + "#frame=6")
+    x, y = wall.frames[6].centroid[13]
+    page.evaluate(f"hover(places([{x}, {y}]))")
+    value = rf"{page.evaluate('values[13]'):.2g}"
+    text = rf"x \S+ m, y \S+ m · block 14: displacement \[m?m\] {value}\d*"
+    assert re.fullmatch(text, page.evaluate("$('tip').textContent"))
+
+
 def test_picking_a_block_shows_its_history(wall, tmp_path, page):
     path = wall.animate(tmp_path / "wall.html", field="displacement_y", fields=["displacement"])
     page.open(path.as_uri() + "#frame=3")

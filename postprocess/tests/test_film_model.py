@@ -2,6 +2,7 @@
 """The page that shows a model before any run: its data, and the page in a browser while the file is edited."""
 
 import json
+import re
 import threading
 
 import pytest
@@ -119,6 +120,8 @@ def test_the_page_follows_the_file(model, tmp_path):
         page.open(f"http://127.0.0.1:{server.server_address[1]}/?token={viewer.token}")
         shown = [page.data(name) for name in ("blocks", "stages", "errors", "gone", "water")]
         assert shown == ["4", "2", "0", "0", "1"]
+        page.evaluate("canvas.dispatchEvent(new PointerEvent('pointermove', {clientX: 300, clientY: 300}))")
+        assert re.fullmatch(r"x \S+ m, y \S+ m", page.evaluate("$('tip').textContent"))
         page.key("]")
         assert (page.data("gone"), page.data("water")) == ("0", "0")  # at rest: no water
         page.key("]")

@@ -17,6 +17,7 @@ from ..errors import InputError
 from ..namelist import parse_groups
 from ..program import find_program
 from ..text import decoded
+from ..units import SYSTEMS
 
 __all__ = ["ModelData", "model_files", "read_model"]
 
@@ -96,10 +97,13 @@ def read_model(path: Path, before: ModelData | None = None) -> ModelData:
     if told is not None:
         # notes without a line tell the numbers that the program has chosen
         messages = [e for e in told.get("messages", []) if e.get("severity") != "note" or e.get("line")]
+    system = (told or {}).get("model", {}).get("units", "").partition(" ")[0]
+    length = SYSTEMS[system][0] if system in SYSTEMS else ""
     found.page = found.geometry | {
         "file": str(options or geometry),
         "geometryFile": str(geometry or ""),
         "text": text.split("\n"),
+        "length": f" {length}".rstrip(),
         "regions": _regions(found, told or {}),
         "boundaries": _boundaries(found),
         "water": [

@@ -251,7 +251,7 @@ function connect() {
   canvas.addEventListener("pointerdown", (event) => { canvas.setPointerCapture(event.pointerId); from = [event.offsetX, event.offsetY]; });
   canvas.addEventListener("pointermove", (event) => {
     const x = view.x + (event.offsetX - canvas.clientWidth / 2) / view.scale, y = view.y - (event.offsetY - canvas.clientHeight / 2) / view.scale;
-    $("tip").textContent = `x ${text(x)}, y ${text(y)}`;
+    $("tip").textContent = `x ${text(x)}${model.length}, y ${text(y)}${model.length}`;
     if (!from) return;
     fitted = false;
     view.x -= (event.offsetX - from[0]) / view.scale; view.y += (event.offsetY - from[1]) / view.scale;

@@ -919,7 +919,7 @@ function connect() {
 function hover([px, py]) {
   const block = blockAt(px, py), row = jointAt(px, py);
   const x = view.x + (px - canvas.clientWidth / 2) / view.scale, y = view.y - (py - canvas.clientHeight / 2) / view.scale;
-  $("tip").textContent = `x ${lengthText(x)}, y ${lengthText(y)}` + (row >= 0 ? jointText(row) : block >= 0 ? ` · block ${block + 1}` + (ofBlocks(field) ? `: ${text(values[block])}` : "") : "") + boltAt(px, py);
+  $("tip").textContent = `x ${lengthText(x)}, y ${lengthText(y)}` + (row >= 0 ? jointText(row) : block >= 0 ? ` · block ${block + 1}` + (ofBlocks(field) ? `: ${field.label} ${text(values[block])}` : "") : "") + boltAt(px, py);
 }
 
 function boltAt(px, py) { // number from 1 and force of the nearest bolt within some pixels
@@ -937,7 +937,7 @@ function boltAt(px, py) { // number from 1 and force of the nearest bolt within 
 
 function jointText(row) {
   const value = joints[row + 3 + field.joint], state = STATES[joints[row + 3]];
-  return field.map === "states" ? ` · joint: ${state}` : ` · joint: ${Number.isNaN(value) ? "without a value" : text(value)} (${state})`;
+  return field.map === "states" ? ` · joint: ${state}` : ` · joint: ${Number.isNaN(value) ? "without a value" : `${field.label} ${text(value)}`} (${state})`;
 }
 
 async function follow() { // new frames of a running job
