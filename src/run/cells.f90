@@ -155,7 +155,8 @@ contains
                  allocated(region%material), allocated(region%outline)])
       if (n /= 1) call fail('give one of box, circle, polygon, material, outline; groups of one name add up')
       if (allocated(region%outline) .neqv. is_set(region%width)) &
-         call fail('outline, the names of regions, and width make a ring: give both')
+         call fail('outline, the names of regions, and width make a ring: give both. An opening and its region '// &
+                   'have one outline where the region is drawn and the &opening of the statistics names it')
       if (allocated(region%outline)) call check_names('&region: outline', before, region%outline, region%origin, &
                                                       messages, ' before it')
       if (allocated(region%boxes)) then

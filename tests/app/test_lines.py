@@ -53,6 +53,16 @@ class Lines(ProgramTest):
                 self.assertEqual(outcome.code, 2)
                 self.assertIn("bad.dl:" + message, outcome.err)
 
+    def test_an_opening_and_its_region_are_drawn_as_the_region(self):
+        self.write("rock.dl", "&boundary window = 0,0, 10,10 /\n&opening name = 't', shape = 'circle', radius = 2 /\n")
+        outcome = self.run_program("lines", "rock.dl")
+        self.assertEqual(outcome.code, 2)
+        self.assertIn("2:10: error: unknown name 'name' in &opening; draw it as &region of the options", outcome.err)
+        self.write("run.nml", "&model geometry = 'block.dc' /\n&region name = 't', outline = 'tunnel' /\n")
+        outcome = self.run_program("check", "run.nml")
+        self.assertEqual(outcome.code, 2)
+        self.assertIn("have one outline where the region is drawn and the &opening", outcome.err)
+
     def test_rings_may_repeat_their_first_vertex(self):
         """As maps write them; the outline was said to touch itself."""
         self.write("ring.csv", "x,y\n3,3\n6,3\n6,5\n3,5\n3,3\n")

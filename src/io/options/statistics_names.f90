@@ -59,6 +59,8 @@ contains
          end associate
       end do
       text = name_hint(name, group, group_of, names)
+      if (group == 'opening' .and. any(name == ['name  ', 'region'])) text = &
+         '; draw it as &region of the options file, which stages name, and take its outline here: outline = ''NAME'''
    end function statistics_name_hint
 
 end module rockdda_io_statistics_names
