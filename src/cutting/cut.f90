@@ -99,7 +99,7 @@ contains
       if (allocated(error)) return
       call prune_dead_ends(graph)
       call trace_faces(graph, faces)
-      call report_lines(geometry, skip, e0, visible, graph, report%n_dropped_lines, report%n_shortened_lines, &
+      call report_lines(geometry, skip, e0, visible, graph, faces, report%n_dropped_lines, report%n_shortened_lines, &
                         messages, found, error)
       if (allocated(error)) return
       if (faces%n_groups == 0 .and. .not. found%has_errors()) then

@@ -7,6 +7,7 @@ module rockdda_cutting_line_report
    use rockdda_base_strings, only : to_string
    use rockdda_geometry_segments, only : cross_product, distance_to_segment
    use rockdda_model_geometry_input, only : geometry_input_type
+   use rockdda_cutting_faces, only : face_set_type
    use rockdda_cutting_graph, only : graph_type, pieces_type
    use rockdda_cutting_open_outline, only : check_outline
    use rockdda_cutting_overlaps, only : visible_lines_type
@@ -25,12 +26,13 @@ module rockdda_cutting_line_report
 contains
 
    !> Report the lines that bound no block, and an outline that does not close; count those that lost an end.
-   subroutine report_lines(geometry, skip, e0, visible, graph, n_dropped, n_shortened, messages, found, error)
+   subroutine report_lines(geometry, skip, e0, visible, graph, faces, n_dropped, n_shortened, messages, found, error)
       type(geometry_input_type), intent(in) :: geometry
       logical, intent(in) :: skip(:)
       real(wp), intent(in) :: e0
       type(visible_lines_type), intent(in) :: visible
       type(graph_type), intent(in) :: graph
+      type(face_set_type), intent(in) :: faces
       integer, intent(out) :: n_dropped                          !! lines that bound no block
       integer, intent(out) :: n_shortened                        !! lines that lost an end
       type(diagnostics_type), intent(inout) :: messages          !! warnings
@@ -89,9 +91,9 @@ contains
       n_dropped = count(.not. kept)
       n_shortened = count(kept .and. lost)
       if (geometry%allow_open) then
-         call check_outline(geometry, graph, kept, lost, skip, e0, severity%warning, at_fault, messages, error)
+         call check_outline(geometry, graph, faces, kept, lost, skip, e0, severity%warning, at_fault, messages, error)
       else
-         call check_outline(geometry, graph, kept, lost, skip, e0, severity%error, at_fault, found, error)
+         call check_outline(geometry, graph, faces, kept, lost, skip, e0, severity%error, at_fault, found, error)
       end if
       if (allocated(error)) return
       ! these have a message

@@ -15,7 +15,7 @@ module rockdda_cutting_open_outline
    use rockdda_base_strings, only : to_string
    use rockdda_geometry_segments, only : distance_to_segment, nearest_parameter, segment_point
    use rockdda_model_geometry_input, only : geometry_input_type
-   use rockdda_cutting_faces, only : prune_dead_ends
+   use rockdda_cutting_faces, only : face_set_type, prune_dead_ends, half_edge_origin, twin
    use rockdda_cutting_graph, only : graph_type, pieces_type
    use rockdda_cutting_net, only : make_net
    use rockdda_cutting_overlaps, only : visible_lines_type
@@ -43,9 +43,10 @@ module rockdda_cutting_open_outline
 contains
 
    !> Report gaps, and boundary lines that bound no block.
-   subroutine check_outline(geometry, graph, kept, lost, skip, e0, level, at_fault, messages, error)
+   subroutine check_outline(geometry, graph, faces, kept, lost, skip, e0, level, at_fault, messages, error)
       type(geometry_input_type), intent(in) :: geometry
       type(graph_type), intent(in) :: graph    !! of all lines, without dead ends
+      type(face_set_type), intent(in) :: faces !! of the graph
       logical, intent(in) :: kept(:)           !! (lines) bounds a block
       logical, intent(in) :: lost(:)           !! (lines) has a part that bounds none
       logical, intent(in) :: skip(:)           !! (lines) shorter than e0
@@ -67,7 +68,7 @@ contains
       if (allocated(error)) return
       if (geometry%n_boundary > 0) &
          at_fault(1:n) = .not. skip(1:n) .and. (.not. kept(1:n) .or. (lost(1:n) .and. .not. net%closes))
-      call find_facing_ends(geometry%lines(:, 1:n), net, graph, e0, lost(1:n), at_fault(1:n))
+      call find_facing_ends(geometry%lines(:, 1:n), net, graph, faces, e0, lost(1:n), at_fault(1:n))
       if (.not. any(at_fault)) return
       allocate (told(n), source=.false.)
       call report_gaps(geometry, net, at_fault(1:n), level, told, messages)
@@ -147,10 +148,11 @@ contains
    end subroutine trace_boundary
 
    !> Lines at fault that end outside all blocks and face each other.
-   pure subroutine find_facing_ends(lines, net, graph, e0, lost, at_fault)
+   pure subroutine find_facing_ends(lines, net, graph, faces, e0, lost, at_fault)
       real(wp), intent(in) :: lines(:, :)        !! (4, n)
       type(outline_net_type), intent(in) :: net
       type(graph_type), intent(in) :: graph
+      type(face_set_type), intent(in) :: faces
       real(wp), intent(in) :: e0                 !! [L]
       logical, intent(in) :: lost(:)             !! (lines)
       logical, intent(inout) :: at_fault(:)      !! (lines)
@@ -178,7 +180,7 @@ contains
          if (k < i) cycle
          if (nearest(k) /= i .or. min(second(i), second(k)) < further*first(i)) cycle
          if (first(i) > close_by*min(net%tail(i), net%tail(k))) cycle
-         if (.not. is_outside(graph, 0.5_wp*(net%place(:, i) + net%place(:, k)))) cycle
+         if (.not. is_outside(graph, faces, 0.5_wp*(net%place(:, i) + net%place(:, k)))) cycle
          if (.not. (leaves_corner(lines, graph, e0, net%end_line([i, k]), net%place(:, i)) .and. &
                     leaves_corner(lines, graph, e0, net%end_line([k, i]), net%place(:, k)))) cycle
          at_fault(net%end_line([i, k])) = .true.
@@ -231,25 +233,24 @@ contains
       end do
    end function leaves_corner
 
-   !> Is a point outside all blocks: does a line from it to the left, right, below or above meet none?
-   pure logical function is_outside(graph, point)
+   !> Is a point outside all blocks: does a line from it to the right meet the contour of each connected group of lines
+   !> an even number of times?
+   pure logical function is_outside(graph, faces, point)
       type(graph_type), intent(in) :: graph
+      type(face_set_type), intent(in) :: faces
       real(wp), intent(in) :: point(2)
-      logical :: free(2, 2)                      !! (axis, side)
-      integer :: axis, e
-      real(wp) :: p(2), q(2), at
-      free = .true.
-      do e = 1, graph%n_edges
-         if (.not. graph%alive(e)) cycle
-         p = graph%position(:, graph%ends(1, e)) - point
-         q = graph%position(:, graph%ends(2, e)) - point
-         do axis = 1, 2
-            if ((p(3 - axis) > 0) .eqv. (q(3 - axis) > 0)) cycle
-            at = p(axis) - p(3 - axis)*(q(axis) - p(axis))/(q(3 - axis) - p(3 - axis))
-            free(axis, merge(1, 2, at > 0)) = .false.
-         end do
+      logical :: within(faces%n_cycles)
+      integer :: h
+      real(wp) :: p(2), q(2)
+      within = .false.
+      do h = 1, 2*graph%n_edges
+         if (faces%cycle(h) == 0) cycle
+         p = graph%position(:, half_edge_origin(graph, h)) - point
+         q = graph%position(:, half_edge_origin(graph, twin(h))) - point
+         if ((p(2) > 0) .eqv. (q(2) > 0)) cycle
+         if (p(1) - p(2)*(q(1) - p(1))/(q(2) - p(2)) > 0) within(faces%cycle(h)) = .not. within(faces%cycle(h))
       end do
-      is_outside = any(free)
+      is_outside = .not. any(within .and. faces%area < 0)
    end function is_outside
 
    !> Number connected lines alike: by the smallest of them.

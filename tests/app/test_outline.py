@@ -51,6 +51,17 @@ class Outline(ProgramTest):
             (problem,) = self.problems("check", "slope.nml")
             self.assertIn("line 4 ends at (18.3, 19.6) and line 5 at (18, 20), 0.5 apart", problem)
 
+    def test_a_gap_was_missed_at_the_end_of_a_drift_where_all_four_directions_meet_blocks(self):
+        outline = ["0 0 20 0", "20 0 20 10", "20 10 6 10", "6 10 6 6", "6 6 14 6", "14 6 14 5.1", "14 4.9 14 4"]
+        outline += ["14 4 4 4", "4 4 4 10", "4 10 0 10", "0 10 0 0"]
+        joints = ["-1 2 21 2", "-1 8 4 8", "6 8 21 8", "2 -1 2 11", "16 -1 16 11", "12 -1 12 4", "12 6 12 11"]
+        self.write_slope(outline, joints)
+        text = self.path("slope.dc").read_text().splitlines()
+        text[1] = text[1].split()[0] + " 0"
+        self.write("slope.dc", "\n".join(text) + "\n")
+        (problem,) = self.problems("check", "slope.dc")
+        self.assertIn("line 6 ends at (14, 5.1) and line 7 at (14, 4.9), 0.2 apart", problem)
+
     def test_a_gap_was_missed_where_both_lines_close_another_compartment(self):
         # walls of the boundary from the face to the left side and through the bench
         walls = ["-1 10 30 10", "10 -1 10 30"]
