@@ -137,11 +137,11 @@ contains
       if (len(text) == 0) return
       text = 'stage'//trim(merge(' ', 's', first == size(sim%parameters%stages)))//text(2:)// &
              ' not reached: the run ends with step '//to_string(sim%state%step)//' at time '// &
-             to_string(sim%state%time, 6)//', by '
+             sim%parameters%shown(sim%state%time, 'time', 6)//', by '
       if (sim%state%step >= sim%parameters%n_steps) then
          text = text//'steps = '//to_string(sim%parameters%n_steps)
       else
-         text = text//'t_end = '//to_string(sim%parameters%t_end)
+         text = text//'t_end = '//sim%parameters%shown(sim%parameters%t_end, 'time', 6)
       end if
    end function unreached_stages_warning
 
@@ -182,9 +182,10 @@ contains
       associate (watch => sim%control%watch)
          if (.not. watch%is_lost) return
          text = "stage '"//stage_name(sim%parameters%stages, sim%control%stage)//"': lost equilibrium at "// &
-                to_string(watch%lost_share, 2)//' of the load table, t = '//to_string(watch%lost_time, 3)// &
-                ': the load rises on and the blocks run away (at t = '//to_string(sim%state%time, 3)// &
-                ' the unbalanced force is '//to_string(sim%record%unbalanced, 3)//' of the mean force)'
+                to_string(watch%lost_share, 2)//' of the load table, t = '// &
+                sim%parameters%shown(watch%lost_time, 'time', 3)//': the load rises on and the blocks run away (at '// &
+                't = '//sim%parameters%shown(sim%state%time, 'time', 3)//' the unbalanced force is '// &
+                to_string(sim%record%unbalanced, 3)//' of the mean force)'
       end associate
    end function lost_text
 

@@ -325,7 +325,7 @@ class Equilibrium(StageTest):
                 self.write("push.nml", model.format("100e3", end))
                 outcome = self.run_program("run", "push.nml", "--force", "--quiet")
                 self.assertEqual(outcome.code, 3, outcome.err)
-                told = re.search(r"'load': lost equilibrium at (\S+) of the load table, t = (\S+): ", outcome.err)
+                told = re.search(r"'load': lost equilibrium at (\S+) of the load table, t = (\S+) s: ", outcome.err)
                 self.assertIsNotNone(told, outcome.err)
                 # the load of a step is that of its end: the answer is as fine as some steps
                 self.assertAlmostEqual(float(told[1]), 0.272, delta=0.03)

@@ -65,9 +65,11 @@ contains
             if (is_set(s%surcharge)) expected = expected + s%surcharge
             if (abs(expected - found) <= rounding*max(abs(expected), abs(found))) cycle
             call messages%add(severity%warning, '&in_situ: surcharge and surface give a stress of '// &
-                              to_string(expected, 4)//' at the top of the model, y = '//to_string(top)// &
-                              ', where boundaries press with '//to_string(found, 4)//': the blocks will move '// &
-                              "until both are equal; give &boundary along the top, kind = 'traction', this pressure", &
+                              parameters%shown(expected, 'stress')//' at the top of the model, y = '// &
+                              parameters%shown(top, 'length', 6)// &
+                              ', where boundaries press with '//parameters%shown(found, 'stress')// &
+                              ': the blocks will move until both are equal; give &boundary along the top, '// &
+                              "kind = 'traction', this pressure", &
                               s%origin)
          end associate
       end do

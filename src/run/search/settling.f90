@@ -93,8 +93,8 @@ contains
       type(verdict_type), intent(in) :: judgement
       character(len=:), allocatable :: text
       associate (b => judgement%first_failing)
-         text = restless_text(sim)//': '//block_text(sim, b)//' has moved by '//to_string(judgement%moved(b), 3)// &
-                ', and the force that moves it does not fall'
+         text = restless_text(sim)//': '//block_text(sim, b)//' has moved by '// &
+                sim%parameters%shown(judgement%moved(b), 'length', 3)//', and the force that moves it does not fall'
       end associate
    end function slide_text
 
@@ -117,8 +117,9 @@ contains
       b = maxloc(drawn%moved/allowed, dim=1)
       text = ''
       if (drawn%moved(b) > allowed(b)) text = 'the state at rest is not the one that was drawn: '// &
-         block_text(sim, b)//' has moved by '//to_string(drawn%moved(b), 3)//', further than 1 % of its size '// &
-         'and than the model deforms ('//to_string(allowed(b), 3)//')'
+         block_text(sim, b)//' has moved by '//sim%parameters%shown(drawn%moved(b), 'length', 3)// &
+         ', further than 1 % of its size and than the model deforms ('// &
+         sim%parameters%shown(allowed(b), 'length', 3)//')'
    end function motion_text
 
    !> A block with its place.
