@@ -40,7 +40,8 @@ contains
             if (n < 2) cycle
             title = '&quake '//to_string(i)
             if (quake%rows(1, n) <= 0) then
-               call messages%add(severity%error, title//': the record ends at t = '//to_string(quake%rows(1, n), 5)// &
+               call messages%add(severity%error, title//': the record ends at t = '// &
+                                 parameters%shown(quake%rows(1, n), 'time', 5)// &
                                  ', before the motion begins (t = 0): shift its times', quake%origin)
                cycle
             end if
@@ -51,10 +52,12 @@ contains
             call ground%init(one)
             v = ground%velocity(apply, 0.0_wp)
             if (maxval(abs(v)) <= rounding*ground%largest_velocity()) cycle
-            call messages%add(severity%error, title//': the record begins at t = '//to_string(quake%rows(1, 1), 5)// &
+            call messages%add(severity%error, title//': the record begins at t = '// &
+                              parameters%shown(quake%rows(1, 1), 'time', 5)// &
                               ', and at t = 0, when the blocks are at rest, the ground would move at '// &
-                              to_string(maxval(abs(v)), 4)//': cut the record there (rockdda-post record '// &
-                              quake%file//' --from 0 --write CUT.csv) or shift its times', quake%origin)
+                              parameters%shown(maxval(abs(v)), 'length/time')//': cut the record there '// &
+                              '(rockdda-post record '//quake%file//' --from 0 --write CUT.csv) or shift its times', &
+                              quake%origin)
          end associate
       end do
    end subroutine check_motion
@@ -96,7 +99,8 @@ contains
                u = table_value(table%rows, 0.0_wp)
                if (.not. any(abs(u) > 0)) cycle
                call messages%add(severity%warning, 'the table of fixed point '//to_string(k)//' gives a displace'// &
-                                 'ment of '//to_string(u(1), 4)//', '//to_string(u(2), 4)//' at time 0: the '// &
+                                 'ment of '//parameters%shown(u(1), 'length')//', '// &
+                                 parameters%shown(u(2), 'length')//' at time 0: the '// &
                                  'point jumps there in the first step; begin with 0, 0', table%origin)
                return
             end associate
@@ -117,12 +121,13 @@ contains
          if (n == 0) return
          largest = abs(scale)*maxval(abs(rows(2:, :)))
          if (rows(1, 1) >= span) call messages%add(severity%warning, what//' begins at t = '// &
-            to_string(rows(1, 1), 5)//', and the run ends '//to_string(span, 5)//' after the motion has begun: '// &
-            'it does not act', origin)
+            parameters%shown(rows(1, 1), 'time', 5)//', and the run ends '//parameters%shown(span, 'time', 5)// &
+            ' after the motion has begun: it does not act', origin)
          if (rows(1, 1) < 0 .and. is_load) call messages%add(severity%warning, what//' begins at t = '// &
-            to_string(rows(1, 1), 5)//': what it does before t = 0 does not act', origin)
+            parameters%shown(rows(1, 1), 'time', 5)//': what it does before t = 0 does not act', origin)
          if (g > 0 .and. largest > most_gravities*g) call messages%add(severity%warning, what//' reaches '// &
-            to_string(largest/g, 3)//' times the acceleration of gravity ('//to_string(largest, 4)//'), as no '// &
+            to_string(largest/g, 3)//' times the acceleration of gravity ('// &
+            parameters%shown(largest, 'length/time^2')//'), as no '// &
             'earthquake has: is the unit of its values that of the model (scale)?', origin)
       end subroutine warn
 

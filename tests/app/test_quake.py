@@ -170,7 +170,7 @@ class Quake(ResultsTest):
         base = "&quake record = 'record.csv', apply = 'base_motion' /"
         self.write("record.csv", "-1,1\n0,1\n0.001,0\n3,0\n")
         self.assertRegex(
-            self.errors(base)[0], r"at t = 0, when the blocks are at rest, the ground would move at 1: cut"
+            self.errors(base)[0], r"at t = 0, when the blocks are at rest, the ground would move at 1 m/s: cut"
         )
         # 1 m away and at rest when the run begins, then the motion of CSV
         self.write("record.csv", "-2,1\n-1,1\n-1,-1\n0,-1\n0,1\n0.25,1\n0.25,-1\n0.5,-1\n")
@@ -179,9 +179,9 @@ class Quake(ResultsTest):
 
     def test_records_beside_the_run_are_told(self):
         for rows, message in (
-            ("100,0\n101,1\n", r"begins at t = 100, and the run ends 0\.5 after the motion has begun: it does not act"),
-            ("-1,0\n2,1\n", r"begins at t = -1: what it does before t = 0 does not act"),
-            ("0,0\n1,294.3\n", r"reaches 30 times the acceleration of gravity \(294\.3\)"),
+            ("100,0\n101,1\n", r"begins at t = 100 s, and the run ends 0\.5 s after the motion has begun: it does"),
+            ("-1,0\n2,1\n", r"begins at t = -1 s: what it does before t = 0 does not act"),
+            ("0,0\n1,294.3\n", r"reaches 30 times the acceleration of gravity \(294\.3 m/s²\)"),
             (
                 "".join(f"{0.01 * k:.2f},1\n" for k in range(40) if k != 20),
                 r"record\.csv:21:1: warning: the rows are 0\.01",
@@ -193,14 +193,14 @@ class Quake(ResultsTest):
             self.assertEqual(outcome.code, 0, outcome.err)
             self.assertRegex(outcome.err, message)
         self.write("record.csv", "-3,0\n-2,1\n")
-        self.assertRegex(self.errors("&quake record = 'record.csv' /")[0], "the record ends at t = -2, before")
+        self.assertRegex(self.errors("&quake record = 'record.csv' /")[0], "the record ends at t = -2 s, before")
 
     def test_fixed_points_that_jump_at_the_start_are_told(self):
         self.write("two.nml", MODEL + "&fixed_point points = 2, displacement = -1,0,0, 1,1,0 /")
         outcome = self.run_program("check", "two.nml")
         self.assertEqual(outcome.code, 0, outcome.err)
         self.assertIn(
-            "the table of fixed point 2 gives a displacement of 0.5, 0 at time 0: the point jumps", outcome.err
+            "the table of fixed point 2 gives a displacement of 0.5 m, 0 mm at time 0: the point jumps", outcome.err
         )
 
     def test_several_records_add_up(self):
