@@ -71,7 +71,7 @@ contains
             if (.not. (allocated(group%along) .and. allocated(group%kind))) cycle   ! reported by the reader
             call edges_along(blocks, outer, group%along, tolerance, edges, edge_blocks, normals)
             if (size(edges) == 0) then
-               call report_missing(blocks, outer, group, g, tolerance, messages)
+               call report_missing(blocks, outer, parameters, g, tolerance, messages)
             else
                call messages%add(severity%note, '&boundary '//to_string(g)//' ('//group%kind//'): '// &
                                  counted(size(edges), 'edge')//' of blocks', group%origin)

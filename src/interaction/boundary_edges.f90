@@ -11,7 +11,7 @@ module rockdda_interaction_boundary_edges
    use rockdda_geometry_box_pairs, only : box_pairs_work_type, find_box_pairs
    use rockdda_geometry_segments, only : distance_to_segment
    use rockdda_model_blocks, only : block_system_type
-   use rockdda_model_options, only : boundary_type
+   use rockdda_model_parameters, only : parameters_type
    implicit none
    private
    public :: find_outer_edges, common_stretch, edges_along, nearest_outer_edge, next_vertex, report_missing, place
@@ -187,29 +187,29 @@ contains
    end subroutine nearest_outer_edge
 
    !> A boundary without an edge.
-   subroutine report_missing(blocks, outer, group, g, tolerance, messages)
+   subroutine report_missing(blocks, outer, parameters, g, tolerance, messages)
       type(block_system_type), intent(in) :: blocks
       logical, intent(in) :: outer(:)
-      type(boundary_type), intent(in) :: group
-      integer, intent(in) :: g
+      type(parameters_type), intent(in) :: parameters
+      integer, intent(in) :: g                   !! boundary
       real(wp), intent(in) :: tolerance          !! [length]
       type(diagnostics_type), intent(inout) :: messages
       character(len=:), allocatable :: text
       real(wp) :: distance
       integer :: edge, block
-      text = '&boundary '//to_string(g)//': no outer edge of a block has both ends within '//to_string(tolerance)// &
-             ' of the polyline'
-      call nearest_outer_edge(blocks, outer, group%along, edge, block, distance)
+      text = '&boundary '//to_string(g)//': no outer edge of a block has both ends within '// &
+             parameters%shown(tolerance, 'length')//' of the polyline'
+      call nearest_outer_edge(blocks, outer, parameters%boundaries(g)%along, edge, block, distance)
       if (edge > 0) then
          text = text//'; the nearest one leads from '//place(blocks%vertices(:, edge))//' to '// &
                 place(blocks%vertices(:, next_vertex(blocks, block, edge)))//', '
          if (distance > tolerance) then
-            text = text//to_string(distance, 4)//' away'
+            text = text//parameters%shown(distance, 'length')//' away'
          else
             text = text//'across it'
          end if
       end if
-      call messages%add(severity%error, text, group%origin)
+      call messages%add(severity%error, text, parameters%boundaries(g)%origin)
    end subroutine report_missing
 
    !> "(1, 2.5)"

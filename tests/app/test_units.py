@@ -85,6 +85,10 @@ class Units(ProgramTest):
             rounded = [re.sub(r"(\d\.\d{4})\d+", r"\1", line) for line in other]
             self.assertEqual(rounded, [re.sub(r"(\d\.\d{4})\d+", r"\1", line) for line in shown[0]])
 
+    def test_a_boundary_beside_the_model_says_how_far(self):
+        outcome = self.check(SI, more="&boundary along = 0,30, 2,30, kind = 'fixed' /\n")
+        self.assertRegex(outcome.err, r"has both ends within \S+ m?m of the polyline; .*, \S+ m away")
+
     def test_values_that_cannot_be_are_errors_with_the_cause(self):
         """Each was taken, some with a warning, before units were said."""
         for units, values, changed, more, place, cause in (
