@@ -216,6 +216,9 @@ contains
             if (.not. trial%gap(c) < closing_gap(settings, table%offset(c), .false.)) return
             call set_demand(line(1), context%state%velocity, free, share_before(table%gap(c), trial%gap(c)), &
                             laws(table%joint(c))%restitution, demand)
+            ! `mark` has kept it open for this
+            demand%is_impact = demand%speed > 0 .and. line(1)%mobility > 0
+            demand%acts = demand%is_impact
          else if (trial%state_used(c) /= contact_state%open) then
             demand%acts = line(1)%mobility > 0
             demand%target(1) = motion(line(1), free)

@@ -122,7 +122,7 @@ contains
    end subroutine push
 
    !> Normal velocity that a contact must have at the end of the step. What loads add up to the impact belongs to the
-   !> approach, the rest comes after it.
+   !> approach, the rest comes after it, and presses no deeper what has met.
    pure subroutine set_demand(line, before, free, share, restitution, demand)
       type(line_type), intent(in) :: line
       real(wp), intent(in) :: before(:, :), free(:, :) !! velocities at the start, and at the end without the impact
@@ -134,7 +134,7 @@ contains
       gained = motion(line, free) - start
       demand%share = share
       demand%speed = -(start + gained*share)
-      demand%target(1) = restitution*demand%speed + gained*(1 - share)
+      demand%target(1) = max(0.0_wp, restitution*demand%speed + gained*(1 - share))
       demand%is_impact = demand%speed > least_speed*abs(gained) .and. line%mobility > 0
       demand%acts = demand%is_impact
    end subroutine set_demand
