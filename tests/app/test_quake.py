@@ -274,6 +274,12 @@ class Quake(ResultsTest):
                 "at2",
                 r"record:1:1: error: the values are in 'furlongs': expected one of g, m/s2",
             ),
+            (
+                "a\nNPTS= 5, DT= .01\n.1E+00 .2E+00\n-.1E+00-.2E+00-.3E+00\n",
+                "at2",
+                r"record:4:1: error: value 3: expected a number, found '-.1E\+00-.2E\+00-.3E\+00': are there numbers "
+                "without blanks",
+            ),
             ("a\nNPTS= 2, DT= .01\n1 NaN\n", "at2", r"record:3:3: error: value 2: expected a number, found 'NaN'"),
         ):
             with self.subTest(text=text):

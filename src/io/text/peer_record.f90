@@ -39,6 +39,7 @@ contains
       real(wp), intent(out) :: unit                        !! of the values [m/s^2]
       type(diagnostics_type), intent(inout) :: messages
       type(head_type) :: head
+      real(wp) :: number
       integer :: first, i, k, n
       logical :: ok
       unit = 0
@@ -57,6 +58,10 @@ contains
                            decimal_comma(tokens, first, tokens%n), tokens%origin(first + n))
          return
       else if (k < n) then
+         do i = first, tokens%n
+            call take_number(tokens, i, 'value '//to_string(i - first + 1), number, ok, messages)
+            if (.not. ok) return
+         end do
          call messages%add(severity%error, 'the file ends after '//counted(k, 'value')//', NPTS is '//to_string(n), &
                            tokens%end_origin())
          return

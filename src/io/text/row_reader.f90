@@ -236,7 +236,8 @@ contains
       value = 0
       ok = tokens%kind(i) == token_kind%number
       if (.not. ok) then
-         call messages%add(severity%error, what//": expected a number, found '"//tokens%text(i)//"'", tokens%origin(i))
+         call messages%add(severity%error, what//": expected a number, found '"//tokens%text(i)//"'"// &
+                           run_together(tokens%text(i)), tokens%origin(i))
          return
       end if
       ok = abs(tokens%value(i)) <= largest_value
@@ -247,5 +248,19 @@ contains
                            ", found '"//tokens%text(i)//"'", tokens%origin(i))
       end if
    end subroutine take_number
+
+   !> A hint where numbers of a fixed width have no blank between them: 1.2E-01-3.4E-01; else empty.
+   pure function run_together(text) result(hint)
+      character(len=*), intent(in) :: text
+      character(len=:), allocatable :: hint
+      integer :: i
+      hint = ''
+      if (verify(text, '0123456789.+-eEdD') > 0 .and. text(max(1, len(text) - 2):) /= '...') return
+      do i = 2, len(text)
+         if (scan(text(i:i), '+-') == 0 .or. scan(text(i - 1:i - 1), '0123456789.') == 0) cycle
+         hint = ': are there numbers without blanks between them?'
+         return
+      end do
+   end function run_together
 
 end module rockdda_io_row_reader
