@@ -57,6 +57,7 @@ class Record:
     time: FloatArray
     acceleration: FloatArray
     name: str = ""
+    is_si: bool = False  # s and m/s², because the file named its unit; False: the units are not known
 
     def __post_init__(self) -> None:
         time = np.array(self.time, dtype=float)
@@ -140,8 +141,8 @@ def read(
 
     `format` is 'csv' (the time in the first column; `column` names or numbers that of the acceleration, by default the
     second) or 'at2' (PEER); by default by the ending. `scale` multiplies the values: by default it brings them from the
-    unit that the file names to m/s² (from g: 9.81), and is 1 where it names none. `InputError` names line and column of
-    what cannot be read.
+    unit that the file names to m/s² (from g: 9.81), and is 1 where it names none; `is_si` of the record says which.
+    `InputError` names line and column of what cannot be read.
     """
     path = Path(path)
     form = (format or "").lower()
@@ -159,14 +160,17 @@ def read(
     factor = scale if scale is not None else unit or 1.0
     if np.abs(factor * values).max() > LARGEST:
         raise InputError(f"accelerations times {factor:g} must not be larger than {LARGEST:g}", path)
-    return Record(time, factor * values, path.stem)
+    return Record(time, factor * values, path.stem, is_si=scale is None and unit > 0)
 
 
 def write(record: Record, path: str | os.PathLike[str]) -> Path:
-    """The record as a CSV file that `&quake record = 'PATH'` and `read` read back exactly."""
+    """The record as a CSV file that `&quake record = 'PATH'` and `read` read back exactly.
+
+    Its header names the units m/s² where the record is known to be in them (`is_si`).
+    """
     path = Path(path)
     rows = "".join(f"{t!r},{a!r}\n" for t, a in zip(record.time.tolist(), record.acceleration.tolist(), strict=True))
-    write_file(path, "t,a\n" + rows)
+    write_file(path, ("t [s],a [m/s2]\n" if record.is_si else "t,a\n") + rows)
     return path
 
 

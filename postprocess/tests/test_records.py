@@ -51,6 +51,28 @@ def test_written_record_reads_back_exactly(tmp_path: Path) -> None:
 pytestmark = pytest.mark.usefixtures("native")
 
 
+def test_a_written_record_keeps_its_unit(tmp_path: Path) -> None:
+    """In m/s² where the file named its unit; times a factor of the user, or without a unit, nobody knows it."""
+    (tmp_path / "a.csv").write_text("time_ms,acc_g\n0,0.1\n500,0.2\n")
+    found = records.read(tmp_path / "a.csv")
+    assert found.is_si
+    path = records.write(records.correct_baseline(records.cut(found, 0.1), 0), tmp_path / "b.csv")
+    assert path.read_text().startswith("t [s],a [m/s2]\n0.0,")
+    assert records.read(path).is_si
+    for read in (records.read(tmp_path / "a.csv", scale=9810), records.read(records.write(shaking(), path))):
+        assert not read.is_si
+        assert records.write(read, path).read_text().startswith("t,a\n")
+
+
+def test_the_command_says_what_it_takes_without_a_unit(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "a.csv").write_text("t,a\n0,1\n1,2\n2,1\n")
+    (tmp_path / "b.csv").write_text("t,a [g]\n0,1\n1,2\n2,1\n")
+    for name, options, told in (("a", [], True), ("a", ["--scale", "1"], False), ("b", [], False)):
+        code = main(["record", str(tmp_path / f"{name}.csv"), "-o", str(tmp_path / "r.png"), *options])
+        assert not code
+        assert ("names no unit" in capsys.readouterr().err) == told
+
+
 @pytest.mark.parametrize("column", ["ns", "NS", 3, "3"])
 def test_column_by_name_or_number(tmp_path: Path, column: str | int) -> None:
     path = tmp_path / "a.csv"

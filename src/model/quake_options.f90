@@ -78,6 +78,7 @@ contains
       logical, intent(in) :: has_quiet         !! there are viscous boundaries
       type(diagnostics_type), intent(inout) :: messages
       type(unit_system_type) :: system
+      character(len=:), allocatable :: unit
       integer :: i
       system = unit_system(trim(units))
       do i = 1, size(quakes)
@@ -101,7 +102,13 @@ contains
                                  ' m/s2, by which it is multiplied (give scale where the model is not in metres '// &
                                  'and seconds)', quake%origin)
             end if
-            if (.not. is_set(quake%scale)) quake%scale = 1
+            if (is_set(quake%scale)) cycle
+            quake%scale = 1
+            if (.not. allocated(quake%file)) cycle
+            unit = "the model's units"
+            if (system%is_known()) unit = system%unit_of('length/time^2')
+            call messages%add(severity%note, title//': the record names no unit: its values are taken as in '//unit// &
+                              " (a header such as 't [s], a [g]' names it, scale replaces it)", quake%origin)
          end associate
       end do
    end subroutine settle_quakes

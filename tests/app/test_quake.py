@@ -130,6 +130,40 @@ class Quake(ResultsTest):
         _, moved = self.moved("&quake record = 'record.csv', scale = 0.02 /")
         self.assertAlmostEqual(moved[-1, 1, 0], -0.5 * 1.962 * 0.25, delta=1e-9)
 
+    def test_units_outside_brackets_count_where_they_are_plain(self):
+        """0.2 g; what names no unit is taken in the unit of the model, and a note says so."""
+        times = ((0, "0"), (0.5, "0.5"))
+        for head, factor in (
+            ("Time [s],Acceleration in g", 1), ("time_s,acc_g", 1), ("time_s,acc_cm/s2", 981),
+            ("# station\n# units: g\ntime,a", 1), ("! Unit = gal\nt a", 981), ("# units: gal", 981),
+            ("# units: g\nt,a [m/s2]", 9.81), ("t [s],a [m/s2]", 9.81),
+        ):  # fmt: skip
+            with self.subTest(head=head):
+                separator = " " if head.endswith("t a") else ","
+                rows = [f"{t}{separator}{0.2 * factor:.15g}" for _, t in times]
+                self.write("record.csv", "\n".join([head, *rows]) + "\n")
+                _, moved = self.moved("&quake record = 'record.csv' /")
+                self.assertAlmostEqual(moved[-1, 1, 0], -0.5 * 1.962 * 0.25, delta=1e-9)
+        self.write("record.csv", "time_ms,acc_gal\n0,196.2\n500,196.2\n")
+        _, moved = self.moved("&quake record = 'record.csv', column = 'acc' /")
+        self.assertAlmostEqual(moved[-1, 1, 0], -0.5 * 1.962 * 0.25, delta=1e-9)
+        quake = "&quake record = 'record.csv' /"
+        for head in ("t,a", "t,a_g", "# in units of g\nt,acc_x", "t,e"):
+            self.write("record.csv", head + "\n0,0.2\n0.5,0.2\n")
+            for system, unit in (("none", "the model's units"), ("SI", "m/s^2")):
+                self.write("two.nml", MODEL.replace("'two.dc'", f"'two.dc', units = '{system}'") + quake)
+                outcome = self.run_program("check", "two.nml")
+                note = f"note: &quake 1: the record names no unit: its values are taken as in {unit} "
+                self.assertIn(note, outcome.err.replace("\n", " "))
+        self.assertNotIn("names no unit", self.check("&quake record = 'record.csv', scale = 1 /"))
+
+    def check(self, quake):
+        """The messages of a check."""
+        self.write("two.nml", MODEL + quake)
+        outcome = self.run_program("check", "two.nml")
+        self.assertEqual(outcome.code, 0, outcome.err)
+        return outcome.err
+
     def test_a_file_of_peer_under_another_name_is_told_once(self):
         rows = "  .1  .2  .3  .4  .5\n" * 130
         for head in ("PEER\nx\nACCELERATION IN UNITS OF G\nNPTS= 650, DT= .01\n", "a\nb\nc\n  650  0.01  NPTS, DT\n"):

@@ -29,7 +29,8 @@ def record_command(
         str | None, typer.Option("--column", "-c", help="Column of a .csv: name or number.", show_default=False)
     ] = None,
     scale: Annotated[
-        float | None, typer.Option("--scale", help="Factor of the values; 1, of .at2 9.81.", show_default=False)
+        float | None,
+        typer.Option("--scale", help="Factor of the values; by default from their unit to m/s².", show_default=False),
     ] = None,
     start: Annotated[float | None, typer.Option("--from", help="Begin at this time.", show_default=False)] = None,
     end: Annotated[float | None, typer.Option("--to", help="End at this time.", show_default=False)] = None,
@@ -63,6 +64,8 @@ def record_command(
     from .. import plot, records
 
     record = records.read(file, kind, column=column, scale=scale)
+    if not record.is_si and scale is None:
+        typer.echo(f"{file}: note: the record names no unit: its values are taken as in m/s²", err=True)
     try:
         if start is not None or end is not None:
             record = records.cut(record, start, end)

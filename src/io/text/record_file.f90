@@ -233,7 +233,7 @@ contains
       end associate
    end subroutine find_column
 
-   !> Find the units of times and values that the header names.
+   !> Find the units of times and values that the header names, that of the values also in comments before them.
    subroutine find_units(tokens, header, wanted, has_scale, seconds, unit, messages)
       type(token_list_type), intent(in) :: tokens
       type(header_type), intent(in) :: header
@@ -245,6 +245,7 @@ contains
       character(len=:), allocatable :: word
       integer :: k
       seconds = 1
+      unit = unit_of_comments(tokens)
       if (size(header%names) == 0) return
       do k = 2, size(header%names)
          if (is_time(header%bare_name(k)) .and. .not. is_time(header%bare_name(1))) call messages%add(severity%error, &
@@ -323,24 +324,77 @@ contains
    pure function bare_name(self, k) result(name)
       class(header_type), intent(in) :: self
       integer, intent(in) :: k
-      character(len=:), allocatable :: name
-      integer :: bracket
-      name = trim(self%names(k))
-      bracket = scan(name, '([')
-      if (bracket > 1) name = trim(name(:bracket - 1))
+      character(len=:), allocatable :: name, unit
+      call split_name(trim(self%names(k)), name, unit)
    end function bare_name
 
-   !> Unit in brackets behind the name of a column; empty: none, or a dash.
+   !> Unit behind the name of a column; empty: none, or a dash.
    pure function unit_of(self, k) result(unit)
       class(header_type), intent(in) :: self
       integer, intent(in) :: k
-      character(len=:), allocatable :: unit
-      integer :: first, last
-      unit = ''
-      first = scan(self%names(k), '([', back=.true.)
-      last = scan(self%names(k), ')]', back=.true.)
-      if (first > 0 .and. last > first + 1) unit = trim(adjustl(self%names(k)(first + 1:last - 1)))
-      if (unit == '-') unit = ''
+      character(len=:), allocatable :: name, unit
+      call split_name(trim(self%names(k)), name, unit)
    end function unit_of
+
+   !> Part a name from its unit: in brackets "a [g]", or a known one as in "acceleration in g", "acc_g", "time_s". Not
+   !> "a_g", the usual symbol of the acceleration of the ground.
+   pure subroutine split_name(text, name, unit)
+      character(len=*), intent(in) :: text
+      character(len=:), allocatable, intent(out) :: name
+      character(len=:), allocatable, intent(out) :: unit
+      integer :: first, last
+      name = text
+      unit = ''
+      first = scan(text, '([', back=.true.)
+      last = scan(text, ')]', back=.true.)
+      if (first > 0) then
+         if (last > first + 1) unit = trim(adjustl(text(first + 1:last - 1)))
+         if (unit == '-') unit = ''
+         if (scan(text, '([') > 1) name = trim(text(:scan(text, '([') - 1))
+         return
+      end if
+      first = index(text, ' in ', back=.true.)
+      if (first > 0) then
+         unit = trim(adjustl(text(first + 4:)))
+         if (max(acceleration_unit(unit), time_unit(unit)) > 0 .or. is_of_other_quantity(unit)) then
+            name = trim(text(:first))
+            return
+         end if
+         unit = ''
+      end if
+      first = scan(text, '_ ', back=.true.)
+      if (first < 2) return
+      if (index(text, 'acc') == 1 .and. acceleration_unit(text(first + 1:)) > 0 .or. &
+          is_time(trim(text(:first - 1))) .and. time_unit(text(first + 1:)) > 0) then
+         name = trim(text(:first - 1))
+         unit = text(first + 1:)
+      end if
+   end subroutine split_name
+
+   !> Unit of acceleration [m/s^2] that a comment before the first number names, "# units: g"; 0: none.
+   pure real(wp) function unit_of_comments(tokens) result(unit)
+      type(token_list_type), intent(in) :: tokens
+      character(len=:), allocatable :: text
+      integer :: i, line, at
+      unit = 0
+      do i = 1, tokens%n - 1
+         if (tokens%kind(i) == token_kind%number) exit
+      end do
+      if (tokens%n == 0) return
+      do line = 1, tokens%line(i)
+         text = lower_case(tokens%source%line_text(line))
+         at = scan(text, '#!')
+         if (at == 0) cycle
+         text = text(at:)
+         at = index(text, 'unit')
+         if (at == 0) cycle
+         text = text(at + 4:)
+         at = scan(text, ':=')
+         if (at == 0) cycle
+         if (verify(text(:at - 1), 's ') > 0) cycle
+         unit = acceleration_unit(text(at + 1:))
+         if (unit > 0) return
+      end do
+   end function unit_of_comments
 
 end module rockdda_io_record_file
