@@ -323,6 +323,39 @@ def test_geopackages_and_shapefiles_are_in_metres_whatever_their_system(tmp_path
             assert rows[:, :4].min() == pytest.approx(0, abs=0.1)
 
 
+@pytest.mark.parametrize(
+    ("first", "second", "names"),
+    [
+        ("EPSG:32632", "EPSG:32633", ("WGS 84 / UTM zone 32N", "WGS 84 / UTM zone 33N")),
+        ("EPSG:26918", "EPSG:26718", ("NAD83 / UTM zone 18N", "NAD27 / UTM zone 18N")),
+        ("EPSG:4267", "EPSG:4326", ("NAD27", "WGS 84")),
+    ],
+)
+def test_maps_in_different_systems_are_refused(tmp_path, first, second, names):
+    """They were merged as they are: 200 m apart for NAD27 and NAD83. One system is one, whoever wrote its text."""
+    geopandas = pytest.importorskip("geopandas")
+    ring = square_in(first, (-75.0, 40.0) if "EPSG:26" in first else (12.0, 47.0))
+    frame = geopandas.GeoDataFrame({"kind": ["area"]}, geometry=[shapely.Polygon(ring)], crs=first)
+    frame.to_file(tmp_path / "a.gpkg")
+    frame.to_file(tmp_path / "same.shp")  # in the words of ESRI, without the number
+    data = json.loads(frame.to_json()) | {"crs": {"type": "name", "properties": {"name": first}}}
+    (tmp_path / "same.geojson").write_text(json.dumps(data))
+    other = frame.to_crs(second)
+    for path in (tmp_path / "b.gpkg", tmp_path / "b.shp"):
+        other.to_file(path)
+        with pytest.raises(
+            rockdda.InputError, match=r"is in the reference system .*, the maps before in .*ogr2ogr"
+        ) as e:
+            convert([tmp_path / "a.gpkg", path], tmp_path / "x")
+        assert f"before in {names[0]!r}" in str(e.value)
+        assert path.suffix == ".shp" or f"system {names[1]!r}" in str(e.value)
+    convert([tmp_path / "a.gpkg", tmp_path / "same.shp", tmp_path / "same.geojson"], tmp_path / "x")
+    convert([tmp_path / "a.gpkg", tmp_path / "b.gpkg"], tmp_path / "y", scale=1.0)
+    other.to_file(tmp_path / "a.gpkg", layer="other")
+    with pytest.raises(rockdda.InputError, match=f"different reference systems: 'a' is in {names[0]!r}, 'other' in"):
+        convert(tmp_path / "a.gpkg", tmp_path / "z")
+
+
 PRJ = 'PROJCS["x",GEOGCS["g",UNIT["degree",0.0174532925199433]],PROJECTION["{method}"],UNIT["u",{unit}]]'
 
 
@@ -335,6 +368,7 @@ PRJ = 'PROJCS["x",GEOGCS["g",UNIT["degree",0.0174532925199433]],PROJECTION["{met
         (PRJ.format(method="Transverse_Mercator", unit="-1"), "of -1 m is none of length"),
         (PRJ.format(method="Plate_Carree", unit="1"), "lengths are not true in its projection 'plate carree'"),
         (PRJ.format(method="Mercator", unit="1"), "lengths are not true in its projection 'mercator'"),
+        ('LOCAL_CS["Undefined SRS",UNIT["unknown",0]]', "reference system does not give lengths: the file has none"),
         ('GEOGCS["g",UNIT["grad",0.015707963267949]]', "it counts angles in 'grad' of 0.015708 rad"),
         ('GEOCCS["g",UNIT["metre",1]]', "geocentric"),
     ],

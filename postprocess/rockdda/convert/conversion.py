@@ -14,13 +14,13 @@ from pathlib import Path
 
 from ..errors import InputError, Problem, RockddaError, need
 from ..program import find_program
-from ..text import decoded, has_controls
+from ..text import decoded, has_controls, shown
 from ..writing import write_file
 from . import ddaml, dxf, geojson
 from .geometry import Analysis, Geometry
 from .placing import middle_of, move_to_local_origin, place, to_metres
 from .report import Report
-from .systems import System, degrees_of_web
+from .systems import WGS84, System, degrees_of_web
 from .template import template_text
 
 __all__ = ["Conversion", "convert"]
@@ -148,6 +148,7 @@ class _Reading:
         self.layers, self.e0, self.chord, self.scale, self.origin = layers, e0, chord, scale, origin
         self.window, self.blocks, self.geographic = window, blocks, geographic
         self._middle: tuple[float, float] | None = None  # of the first map in degrees
+        self._system: System | None = None  # of the first map that names one
         self._in_web = False  # origin and window are given in web Mercator
         self.geometry: Geometry | None = None
         self.analysis: Analysis | None = None
@@ -192,10 +193,11 @@ class _Reading:
             report.raise_errors()
         if system is not None and system.kind == "web" and self.scale is None:
             self._leave_web(found, report)
-            system = System("degrees")
+            system = WGS84
         is_geographic = self.geographic or (system is not None and system.kind == "degrees")
         if self._drawings and is_geographic != (self._middle is not None):
             raise InputError("longitudes and latitudes beside lengths: project one of them first", path)
+        self._compare(system, path)
         unit = self.scale if self.scale is not None else 1.0 if system is None else system.unit
         if is_geographic:
             self._project(found, report)
@@ -222,6 +224,19 @@ class _Reading:
             self.geometry = found
         else:
             self.geometry.add(found)
+
+    def _compare(self, system: System | None, path: Path) -> None:
+        """Refuse a map in another reference system than those before it; --scale takes numbers as they are."""
+        if system is None or not system.name or self.scale is not None:
+            return
+        first = self._system or system
+        if system.differs(first):
+            raise InputError(
+                f"is in the reference system {shown(system.name)}, the maps before in {shown(first.name)}: bring them "
+                "into one (ogr2ogr -t_srs, or save them anew from a GIS)",
+                path,
+            )
+        self._system = first
 
     def _read_drawing(self, path: Path, kind: str, default: str | None) -> tuple[Geometry, Report, System | None]:
         """The lines of a drawing or map, and what its coordinates are, where it says that."""

@@ -77,14 +77,20 @@ def read_gis(
         if name.lower() not in {source.name.lower() for source in sources}:
             there = ", ".join(source.name for source in sources) or "none"
             report.warning(f"there is no layer {name!r}; the layers are: {there}")
-    found = list(dict.fromkeys(source.system for source in sources if source.rows))
-    if len(found) > 1:
-        report.error("the layers have different reference systems: convert them one by one")
+    found = [(source.name, source.system or System(name="none")) for source in sources if source.rows]
+    for name, system in found:
+        if system.differs(found[0][1]):
+            first, other = found[0]
+            report.error(
+                f"the layers have different reference systems: {shown(first)} is in {shown(other.name)}, {shown(name)} "
+                f"in {shown(system.name)}; bring them into one (ogr2ogr -t_srs, or save them anew from a GIS)"
+            )
+            break
     geometry = reader.geometry
     if not report.errors and geometry.is_empty:
         report.error("no lines: there is no line or polygon")
     report.raise_errors()
-    return geometry, report, found[0] if found else None
+    return geometry, report, next((source.system for source in sources if source.rows), None)
 
 
 def _properties_of(layer: str, asked: dict[str, str]) -> dict[str, Any]:

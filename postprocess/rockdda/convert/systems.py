@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Reference systems of maps, as far as they concern lengths: their unit, degrees, web Mercator."""
+"""Reference systems of maps, as far as they concern lengths: their unit, degrees, web Mercator; and which differ."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import importlib
 import math
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from ..text import shown
 from .geometry import Point
@@ -35,6 +35,20 @@ class System:
     kind: str = "lengths"  # or degrees, web
     unit: float = 1.0
     problem: str = ""  # why lengths cannot be known
+    name: str = ""  # none: a drawing without a system
+    code: int = 0  # of EPSG, 0: not known
+    numbers: tuple[float, ...] = ()  # of the ellipsoid and the projection
+
+    def differs(self, other: System) -> bool:
+        """True where the same coordinates are another place in the other system."""
+        if (self.kind, self.unit, self.problem) != (other.kind, other.unit, other.problem):
+            return True
+        if not (self.name and other.name):
+            return False
+        return self.code != other.code if self.code and other.code else self.numbers != other.numbers
+
+
+WGS84 = System("degrees", name="EPSG:4326", code=4326, numbers=(6378137.0, 298.257224))
 
 
 @dataclass
@@ -62,7 +76,7 @@ def of_text(text: str) -> System | None:
         return None
     found = root.first(PROJECTED) or root.first(LOCAL)
     if found is not None:
-        return _of_lengths(found)
+        return _named(_of_lengths(found), found)
     found = root.first(GEOGRAPHIC)
     if found is None:
         known = root.first(("GEOCCS",))
@@ -72,21 +86,27 @@ def of_text(text: str) -> System | None:
     angle = _unit(found)
     if angle is not None and not math.isclose(angle[1], math.pi / 180, rel_tol=1e-6):
         return System(problem=f"it counts angles in {shown(angle[0])} of {angle[1]:g} rad, not in degrees")
-    return System("degrees")
+    return _named(System("degrees"), found)
 
 
 def of_name(name: str) -> System:
     """A reference system by name: EPSG:32633, urn:ogc:def:crs:OGC:1.3:CRS84 ..."""
-    if re.search(r"CRS(84h?|83|27)$", name.strip(), re.I):
-        return System("degrees")
+    axes = re.search(r"CRS(84h?|83|27)$", name.strip(), re.I)
+    if axes:
+        name = "EPSG:" + {"84": "4326", "83": "4269", "27": "4267"}[axes[1][:2]]
     match = re.search(r"EPSG[:/]+(?:[\d.]*[:/]+)?(\d{1,6})$", name.strip(), re.I)
     code = int(match.group(1)) if match else 0
     if code in WEB_CODES:
         return System("web")
-    if code in (4326, 4258, 4269):
-        return System("degrees")
+    if code == WGS84.code:
+        return WGS84
+    if code in (4258, 4269, 4267):
+        ellipsoid = (6378206.4, 294.978698) if code == 4267 else (6378137.0, 298.257222)
+        return System("degrees", name=f"EPSG:{code}", code=code, numbers=ellipsoid)
     if code // 100 in (326, 327) and 1 <= code % 100 <= 60:
-        return System()
+        meridian, north = 6.0 * (code % 100) - 183, 1e7 if code // 100 == 327 else 0.0
+        numbers = (*WGS84.numbers, *sorted(value for value in (0.9996, 5e5, meridian, north) if value))
+        return System(name=f"EPSG:{code}", code=code, numbers=numbers)
     if code:
         try:
             pyproj = importlib.import_module("pyproj")
@@ -96,7 +116,7 @@ def of_name(name: str) -> System:
         except Exception as error:  # of any kind in pyproj
             return System(problem=str(error))
         if found is not None:
-            return found
+            return replace(found, name=f"EPSG:{code}", code=code)
     return System(problem="it is not known")
 
 
@@ -133,6 +153,24 @@ def _unit(node: _Node) -> tuple[str, float] | None:
     return None
 
 
+def _named(system: System, node: _Node) -> System:
+    """The system with the name, code and numbers that its node has."""
+    codes = [part.values[1] for part in node.parts if part.name in ("AUTHORITY", "ID") and part.values[:1] == ["EPSG"]]
+    ellipsoid = node.first(("SPHEROID", "ELLIPSOID"))
+    texts = ellipsoid.values[1:3] if ellipsoid else []
+    parameters = sorted(n for part in node.walk() if part.name == "PARAMETER" for n in _numbers(part.values[1:2]) if n)
+    code = int(codes[0]) if codes and re.fullmatch(r"\d{1,6}", codes[0], re.ASCII) else 0
+    return replace(system, name=" ".join(node.values[:1]), code=code, numbers=(*_numbers(texts), *parameters))
+
+
+def _numbers(texts: list[str]) -> list[float]:
+    """Numbers with as many digits as all writers of a system give."""
+    try:
+        return [float(f"{float(text):.9g}") for text in texts]
+    except ValueError:
+        return []
+
+
 def _of_lengths(node: _Node) -> System:
     """A projected or local system."""
     methods = [part for owner in (node, *node.parts) for part in owner.parts if part.name in ("PROJECTION", "METHOD")]
@@ -152,6 +190,8 @@ def _of_lengths(node: _Node) -> System:
     if unit is None:
         return System()
     name, size = unit
+    if name.lower() == "unknown" and not size > 0:
+        return System(problem="the file has none")
     if not 1e-4 <= size <= 1e4:
         return System(problem=f"its unit {shown(name)} of {size:g} m is none of length")
     return System(unit=size)
