@@ -176,6 +176,22 @@ def test_traces_and_areas_from_two_files(tmp_path, program):
     assert len(lines_of(tmp_path / "lines.dc")[0]) == 80 + 30
 
 
+@pytest.mark.parametrize("kind", ["area", "opening", "joint", "boundary"])
+def test_block_materials_of_areas_and_joints_are_refused(tmp_path, kind):
+    """They became the joint materials of outlines."""
+    ring = [[0, 0], [4, 0], [4, 4], [0, 4], [0, 0]]
+    write_map(tmp_path / "a.geojson", feature("Polygon", [ring], kind=kind, block_material=2))
+    with pytest.raises(rockdda.InputError, match=f"1:.*block_material of a Polygon of kind {kind}, .* kind material"):
+        convert(tmp_path / "a.geojson", tmp_path / "a")
+    write_map(
+        tmp_path / "b.geojson",
+        feature("Polygon", [ring], kind="area", block_material=None),
+        feature("LineString", [[0, 1], [4, 1]], kind="material", block_material=2),
+    )
+    convert(tmp_path / "b.geojson", tmp_path / "b", force=True)
+    assert (tmp_path / "b.dc").read_text().count("0  1  4  1  2") == 1
+
+
 def test_properties_that_are_not_used_are_named(tmp_path):
     ring = [[0, 0], [4, 0], [4, 4], [0, 4], [0, 0]]
     write_map(
@@ -190,7 +206,7 @@ def test_properties_that_are_not_used_are_named(tmp_path):
         "used are: kind, material, joint_material, block_material"
     ]
     assert {p.severity for p in problems} == {"note"}
-    write_map(tmp_path / "b.geojson", feature("Polygon", [ring], kind="area", block_material=2))
+    write_map(tmp_path / "b.geojson", feature("Polygon", [ring], kind="area", joint_material=2, block_material=1))
     assert convert(tmp_path / "b.geojson", tmp_path / "plain").problems == []
     # names are those of strangers: many, long, with control characters
     strange = {f"{'x' * 100}{i}": 0 for i in range(30)} | {"\x1b[2J": 0}

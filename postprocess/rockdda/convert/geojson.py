@@ -3,8 +3,8 @@
 
 LineStrings and Polygons (their rings) become lines, Points points. The property `kind` (joint, boundary, material,
 area, opening, block, fixed, loading, measured, hole, bolt) says what a feature is: without it lines are joints,
-polygons areas and points measured points. The property `material` (or `joint_material`, `block_material`) is its
-material, by default 1. Other properties are not used; a note names them.
+polygons areas and points measured points. The property `material` is its material, by default 1: also called
+`block_material` for blocks and material lines, else `joint_material`. Other properties are not used; a note names them.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from .systems import System
 
 LARGEST = 1e30  # as the program allows
 DEEPEST = 50  # collections within collections
-MATERIALS = ("material", "joint_material", "block_material")  # the first one that is there counts
+MATERIALS = ("material", "joint_material", "block_material")
 MOST_NAMED = 10  # properties that are not used
 
 
@@ -175,7 +175,14 @@ class Reader:
         if kind == "skip":
             self.report.leave(f"{shape} of kind skip", f"{shape}s of kind skip")
             return
-        names = ("block_material", "material") if kind == "block" else MATERIALS
+        names = ("block_material", "material") if kind in ("block", "material") else MATERIALS[:2]
+        if kind in ("joint", "boundary", *REGION_KINDS) and properties.get("block_material") not in (None, 1, "1"):
+            self.fail(
+                owner,
+                f"block_material of a {shape} of kind {kind}, whose material is that of joints: blocks get theirs from "
+                "lines of kind material that cross them, polygons of kind block, or &region and &change of the run",
+            )
+            return
         given = next((properties[k] for k in names if k in properties), 1)
         material = _material(given)
         if material is None:
