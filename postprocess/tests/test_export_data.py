@@ -107,7 +107,12 @@ def test_xarray_selects_by_time_and_holds_contacts(dug):
 
 def test_geopandas_tables_of_blocks_joints_and_contacts(dug, tmp_path):
     geopandas = pytest.importorskip("geopandas")
-    blocks = dug.to_geopandas(crs="EPSG:32633")
+    with pytest.warns(rockdda.InputWarning, match="crs without origin"):
+        plain = dug.to_geopandas(crs="EPSG:32633")
+    blocks = dug.to_geopandas(crs="EPSG:32633", origin=(412340, 5678900))
+    moved = blocks.total_bounds - plain.total_bounds
+    np.testing.assert_allclose(moved, [412340, 5678900, 412340, 5678900], rtol=1e-12)
+    assert blocks.crs == "EPSG:32633"
     last = dug.frames[-1]
     assert len(blocks) == last.active.sum() < dug.n_blocks
     np.testing.assert_array_equal(blocks["block"], np.flatnonzero(last.active) + 1)

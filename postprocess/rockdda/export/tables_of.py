@@ -4,12 +4,14 @@
 from __future__ import annotations
 
 import itertools
+import warnings
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
-from ..errors import InputError, need
+from ..callers import stack_level
+from ..errors import InputError, InputWarning, need
 from ..frames import CONTACT_TABLES, FIELDS, JOINT_TABLES
 from ..joints import need_contacts
 from ..stages import STAGE_TABLES
@@ -111,12 +113,20 @@ def _contact_coordinates(results: Results) -> dict[str, tuple[str, npt.NDArray[A
     return {"contact_frame": ("contact", frame), "contact_time": ("contact", results.times[frame])}
 
 
-def to_geopandas(results: Results, what: str = "blocks", frame: int = -1, crs: Any = None) -> geopandas.GeoDataFrame:
+def to_geopandas(
+    results: Results,
+    what: str = "blocks",
+    frame: int = -1,
+    crs: Any = None,
+    origin: tuple[float, float] | None = None,
+) -> geopandas.GeoDataFrame:
     """Shapes and values of a frame as a table of GeoPandas (`pip install geopandas`), ready for a GeoPackage.
 
     what: 'blocks' (polygons, with holes, and all fields; blocks that are not there are left out), 'joints' (lines with
     the columns of `Results.joints`) or 'contacts' (points). Numbers of blocks count from 1, as in `rockdda-post
-    export`; crs is the reference system of the coordinates, where they have one.
+    export`; crs is the reference system of the coordinates, where they have one, and `origin` the place of 0, 0 in it,
+    which is added to them: `rockdda-post convert` moves the origin of maps, and writes where it was into the first line
+    of the geometry file. (0, 0) where it was not moved.
     """
     geopandas = need("geopandas", "gis", "to_geopandas")
     tables = {"blocks": _blocks, "joints": _joints, "contacts": _contact_points}
@@ -126,6 +136,15 @@ def to_geopandas(results: Results, what: str = "blocks", frame: int = -1, crs: A
         need_contacts(results)
     columns, shapes = tables[what](results.frames[frame])
     found = geopandas.GeoDataFrame(columns, geometry=shapes, crs=crs)
+    if origin is not None:
+        found = found.set_geometry(found.translate(*origin))
+    elif crs is not None:
+        warnings.warn(
+            "to_geopandas: crs without origin takes 0, 0 of the model as that of the reference system; a model that "
+            "rockdda-post convert moved needs the origin of the first line of its geometry file",
+            InputWarning,
+            stacklevel=stack_level(),
+        )
     found.attrs["units"] = description(results.units)
     return found
 
