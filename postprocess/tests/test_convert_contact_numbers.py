@@ -195,6 +195,9 @@ def test_the_template_is_a_labelled_file_that_runs(program, tmp_path, ring, poin
     text = done.files[1].read_text()
     assert re.findall(r"^&boundary.*kind = '(\w+)'", text, re.M) == kinds
     assert ("Nothing holds the model yet" in text) == (not kinds and not points)
+    told = [problem.message for problem in done.problems if "holds the model" in problem.message]
+    assert len(told) == (not points)
+    assert re.findall(r"(fixed|roller) along", " ".join(told)) == kinds
     assert sum(line.startswith("!") for line in text.splitlines()) >= 10
     told = run(program, "check", "it's.nml", cwd=tmp_path)
     assert told["status"] == "done"

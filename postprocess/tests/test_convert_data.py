@@ -250,6 +250,17 @@ def drawn_wall(path):
         write_map(path, *bricks, feature("Point", [0.5, 0.5], kind="fixed"), feature("Point", [3.5, 0.5], kind="fixed"))
 
 
+def test_the_template_leaves_the_ends_of_a_wall_free(tmp_path):
+    """It put rollers there without a word: a wall with a free end could not fall."""
+    bricks = [[[x, y], [x + 2, y], [x + 2, y + 1], [x, y + 1], [x, y]] for x in (0, 2) for y in (0, 1)]
+    write_map(tmp_path / "wall.geojson", *(feature("Polygon", [ring]) for ring in bricks))
+    done = convert(tmp_path / "wall.geojson", tmp_path / "wall", blocks=True, template=True)
+    boundaries = [row for row in (tmp_path / "wall.nml").read_text().splitlines() if row.startswith("&boundary")]
+    assert boundaries == ["&boundary        along = 0,0, 4,0, kind = 'fixed' /"]
+    (told,) = (problem.message for problem in done.problems if "holds the model" in problem.message)
+    assert told.endswith("by &boundary: fixed along 0,0, 4,0; the sides of the blocks are free")
+
+
 @pytest.mark.parametrize("ending", ["dxf", "geojson"])
 def test_polygons_are_blocks_that_run(tmp_path, program, ending):
     drawn_wall(tmp_path / f"wall.{ending}")

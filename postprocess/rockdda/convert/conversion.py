@@ -21,7 +21,7 @@ from .geometry import Analysis, Geometry
 from .placing import middle_of, move_to_local_origin, place, to_metres
 from .report import Report
 from .systems import WGS84, System, degrees_of_web
-from .template import template_text
+from .template import supports_of, template_text
 
 __all__ = ["Conversion", "convert"]
 
@@ -106,6 +106,7 @@ def convert(
         if template and analysis is None:
             ending = next(iter(texts)).suffix
             texts[stem.with_name(stem.name + ".nml")] = template_text(geometry, stem.name, ending, f"from {title}")
+            _note_supports(geometry, reports[0])
     if analysis is not None:
         if counted is not None and analysis.names_points:
             analysis.fixed_count = _count_fixed(counted)
@@ -122,6 +123,17 @@ def convert(
         [] if geometry is None else geometry.summary(),
         [text for report in reports for text in _counted(report)],
     )
+
+
+def _note_supports(geometry: Geometry, report: Report) -> None:
+    """Say what holds the model in the labelled file."""
+    supports = supports_of(geometry)
+    if supports:
+        told = "; ".join(f"{kind} along {places}" for kind, places in supports)
+        free = "; the sides of the blocks are free" * bool(geometry.blocks)
+        report.note(f"the labelled file holds the model by &boundary: {told}{free}")
+    elif not geometry.fixed:
+        report.note("the labelled file holds the model nowhere: there are no fixed points and no level base")
 
 
 def _counted(report: Report) -> list[str]:

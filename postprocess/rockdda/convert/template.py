@@ -6,17 +6,18 @@ from __future__ import annotations
 from ..namelist import short_real
 from .geometry import Geometry
 
-__all__ = ["TEMPLATE_JOINT_STIFFNESS", "template_text"]
+__all__ = ["TEMPLATE_JOINT_STIFFNESS", "supports_of", "template_text"]
 
 TEMPLATE_JOINT_STIFFNESS = 2.0e9  # Pa/m, of a rough, somewhat weathered joint
 Segment = tuple[float, float, float, float]
+Support = tuple[str, str]  # kind, and the places it lies along
 
 
 def template_text(geometry: Geometry, name: str, ending: str, title: str) -> str:
     """The labelled file NAME.nml of the geometry NAME + ending, with comments and typical values of rock."""
     blocks = max([material for _, material in geometry.material_lines] + [m for m, _, _ in geometry.blocks], default=1)
     joints = max([material for _, material in geometry.lines] + [j for _, j, _ in geometry.blocks], default=1)
-    supports = [] if geometry.fixed else _supports(geometry)
+    supports = supports_of(geometry)
     rows = [
         f"! A model to begin with, {title}. Units: m, kg, s, N. The values are typical of rock: change them to yours.",
         "!",
@@ -52,7 +53,10 @@ def template_text(geometry: Geometry, name: str, ending: str, title: str) -> str
     if geometry.fixed:
         rows += ["! The fixed points of the geometry hold the model."]
     elif supports:
-        rows += ["! What holds the model: the base is fixed, upright sides slide up and down", *supports]
+        rows += [
+            "! What holds the model: the base is fixed" + ", upright sides slide up and down" * (len(supports) > 1)
+        ]
+        rows += [f"&boundary        along = {places}, kind = '{kind}' /" for kind, places in supports]
     else:
         rows += [
             "! Nothing holds the model yet: name fixed points in the drawing, or edges here",
@@ -69,8 +73,13 @@ def template_text(geometry: Geometry, name: str, ending: str, title: str) -> str
     return "\n".join(rows) + "\n"
 
 
-def _supports(geometry: Geometry) -> list[str]:
-    """Boundaries along the level base and the upright sides of the outermost lines."""
+def supports_of(geometry: Geometry) -> list[Support]:
+    """Boundaries along the level base and the upright sides of the outermost lines; none where points are fixed.
+
+    The sides of blocks that are not cut, as of a wall, are free: nothing is beside them.
+    """
+    if geometry.fixed:
+        return []
     edges: list[Segment] = [segment for segment, _ in geometry.lines]
     for _, _, rings in geometry.blocks:
         edges += [(*a, *b) for ring in rings for a, b in zip(ring, [*ring[1:], ring[0]], strict=True)]
@@ -79,8 +88,8 @@ def _supports(geometry: Geometry) -> list[str]:
     base = [x for x1, y1, x2, y2 in edges if max(y1, y2) <= low + near and abs(x2 - x1) > near for x in (x1, x2)]
     if not base:
         return []
-    found = [_boundary((min(base), low), (max(base), low), "fixed")]
-    for x in (left, right):
+    found = [("fixed", _places((min(base), low), (max(base), low)))]
+    for x in () if geometry.blocks else (left, right):
         side = [
             y
             for x1, y1, x2, y2 in edges
@@ -88,13 +97,12 @@ def _supports(geometry: Geometry) -> list[str]:
             for y in (y1, y2)
         ]
         if side:
-            found.append(_boundary((x, min(side)), (x, max(side)), "roller"))
+            found.append(("roller", _places((x, min(side)), (x, max(side)))))
     return found
 
 
-def _boundary(start: tuple[float, float], end: tuple[float, float], kind: str) -> str:
-    places = ", ".join(f"{short_real(x)},{short_real(y)}" for x, y in (start, end))
-    return f"&boundary        along = {places}, kind = '{kind}' /"
+def _places(start: tuple[float, float], end: tuple[float, float]) -> str:
+    return ", ".join(f"{short_real(x)},{short_real(y)}" for x, y in (start, end))
 
 
 def _quoted(text: str) -> str:
