@@ -48,6 +48,33 @@ def test_4000_areas_that_overlap_take_no_time_of_their_square(tmp_path):
     assert length_of(boundary) == pytest.approx(sum(shapely.Polygon(ring).length for ring in rings), rel=1e-9)
 
 
+@pytest.mark.parametrize(
+    ("start", "told"),
+    [
+        (10.0, None),
+        (10.001, None),  # less than the distance of nodes and edges: they merge
+        (10.01, "areas 1 and 2 do not meet: there is a gap near 10.005, "),
+        (10.5, None),
+        (9.9, "areas 1 and 2 overlap in a strip, whose both edges stay, near 9.95, "),
+        (9.999, None),
+        (9.0, None),
+    ],
+)
+def test_areas_that_nearly_meet_are_told(tmp_path, start, told):
+    rings = [[[x1, 0], [x2, 0], [x2, 8], [x1, 8], [x1, 0]] for x1, x2 in ((0, 10), (start, 20))]
+    path = tmp_path / "areas.geojson"
+    features = [feature("Polygon", [ring], kind="area") for ring in rings]
+    path.write_text(json.dumps({"type": "FeatureCollection", "features": features}))
+    found = [p.message for p in convert(path, tmp_path / "areas").problems if p.severity == "warning"]
+    assert [message[: len(told or "")] for message in found] == [told] * (told is not None)
+    # what a third area fills is no gap
+    between = [[10, 0], [start, 0], [start, 8], [10, 8], [10, 0]]
+    if start > 10:
+        features.append(feature("Polygon", [between], kind="area"))
+        path.write_text(json.dumps({"type": "FeatureCollection", "features": features}))
+        assert [p for p in convert(path, tmp_path / "areas", force=True).problems if p.severity == "warning"] == []
+
+
 @pytest.mark.parametrize("seed", range(6))
 def test_lines_are_clipped_as_shapely_clips_each(tmp_path, seed):
     random = np.random.default_rng(seed)

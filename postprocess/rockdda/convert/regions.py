@@ -20,6 +20,8 @@ from .geometry import Geometry, Ring, Segment
 from .report import Report
 
 Lines = list[tuple[Segment, int]]
+NEAR = 0.01  # of the extent: areas that are nearer, or overlap by less, were probably drawn to meet
+MOST_NAMED = 10  # of each kind
 
 
 def apply_regions(geometry: Geometry, report: Report) -> None:
@@ -39,6 +41,8 @@ def apply_regions(geometry: Geometry, report: Report) -> None:
     rock = area
     if area is not None and opening is not None:
         rock = area.difference(opening)
+    if len(areas) > 1:
+        _warn_of_strips(areas, area, geometry.e0, NEAR * geometry.extent, report)
     if rock is not None and rock.is_empty:
         report.error("the openings leave nothing of the areas")
         report.raise_errors()
@@ -64,6 +68,29 @@ def apply_regions(geometry: Geometry, report: Report) -> None:
     holes = _holes(rock) if rock is not None else _parts(opening)
     geometry.holes += [(point.x, point.y) for point in (part.representative_point() for part in holes)]
     geometry.regions, geometry.chains = [], []
+
+
+def _warn_of_strips(areas: list[Any], union: Any, least: float, most: float, report: Report) -> None:
+    """Warn of pairs of areas with a gap or a strip in common of a width from `least` to `most`."""
+    tree, polygons = shapely.STRtree(areas), np.array(areas, dtype=object)
+    one, other = tree.query(areas, predicate="dwithin", distance=most)
+    one, other = one[one < other], other[one < other]
+    bridges = shapely.shortest_line(polygons[one], polygons[other])
+    width, middles = shapely.length(bridges), shapely.line_interpolate_point(bridges, 0.5, normalized=True)
+    common = shapely.intersection(polygons[one], polygons[other])
+    shapely.prepare(union)
+    gap = (width > least) & ~shapely.intersects(union, middles)
+    wide, thin = (shapely.is_empty(shapely.buffer(common, -0.5 * limit)) for limit in (least, most))
+    inside = shapely.point_on_surface(common)
+    for what, found, places in (
+        ("do not meet: there is a gap", gap, middles),
+        ("overlap in a strip, whose both edges stay,", thin & ~wide, inside),
+    ):
+        numbers = np.flatnonzero(found).tolist()
+        for k in numbers[:MOST_NAMED]:
+            report.warning(f"areas {one[k] + 1} and {other[k] + 1} {what} near {places[k].x:g}, {places[k].y:g}")
+        if len(numbers) > MOST_NAMED:
+            report.warning(f"{len(numbers) - MOST_NAMED} more pairs of areas {what.rstrip(',')}")
 
 
 def _polygon(kind: str, rings: list[Ring], report: Report) -> Any:
