@@ -4,6 +4,7 @@
 import json
 import math
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -292,6 +293,45 @@ def test_results_named_later_come_from_the_runs_that_are_there(folder, monkeypat
     assert run_study(study) == []
     # 300 steps of 0.005 s, or fewer where steps were cut
     assert 1.0 < collect(study)["steps"][0] <= 1.5 + 1e-9
+
+
+def test_a_wrong_result_named_later_is_a_failure(folder, capfd):
+    """The table had an empty column, and the command said that all cases were done."""
+    once = STUDY.replace("[20, 30, 40]", "[20]").replace("[2.0, 3.0]", "[2.0]")
+    (folder / "slide.toml").write_text(once)
+    assert cli.main(["study", str(folder / "slide.toml")]) == 0
+    for wrong, message in (
+        ("history/nothing", "has no array 'history/nothing'"), ("history/time", "history/time has the shape"),
+    ):  # fmt: skip
+        (folder / "slide.toml").write_text(once + f'[results.top]\ndataset = "{wrong}"\nat = [3]\n')
+        capfd.readouterr()
+        assert cli.main(["study", str(folder / "slide.toml")]) == 3
+        captured = capfd.readouterr()
+        assert re.search(f"case 1 failed: .*{message}", captured.err), captured.err
+        assert "1 failed" in captured.out
+    (folder / "slide.toml").write_text(once)
+    assert cli.main(["study", str(folder / "slide.toml"), "--table"]) == 0
+
+
+@pytest.mark.parametrize("head", ["&model", "! slides\n  &MODEL"])
+def test_the_template_may_be_a_labelled_file(folder, head):
+    """It was refused for want of an analysis file."""
+    (folder / "template/slide.df").unlink()
+    (folder / "template/slide.nml").write_text(
+        head + " geometry = 'slide.dc' /\n"
+        "&block_material number = 1, density = 2000, young = 1e9, poisson = 0.2 /\n"
+        "&block_material number = 2, density = 2000, young = 1e9, poisson = 0.2 /\n"
+        "&joint_material number = 1, friction = {{phi}} /\n"
+        "&load gravity = 9.81 /\n&stage kind = 'dynamic', duration = {{last/100}} /\n"
+    )
+    study = '[parameters]\nphi = [30]\nlast = [2, 4]\n[results.end]\ndataset = "history/time"\n'
+    (folder / "slide.toml").write_text('template = "template"\n' + study)
+    outcomes = run_study(read_study(folder / "slide.toml"))
+    assert [(outcome.status, outcome.message) for outcome in outcomes] == [("done", "")] * 2
+    assert collect(read_study(folder / "slide.toml"))["end"].tolist() == pytest.approx([0.02, 0.04])
+    (folder / "template/slide.nml").write_text("&run t_end = {{phi*last}} /\n")
+    outcomes = run_study(read_study(folder / "slide.toml"))
+    assert "needs a labelled file (.nml with &model), or an analysis file" in outcomes[0].message
 
 
 def test_one_case_says_why_it_failed(folder, capfd):

@@ -32,7 +32,7 @@ import numpy as np
 from ..errors import InputError, OutputError, RockddaError, how_to_install
 from ..program import find_program
 from ..results import Results
-from ..text import has_controls, shown
+from ..text import decoded, has_controls, shown
 from ..writing import complete_file, make_folder, write_file
 from .definition import Case, Quantity, Study
 
@@ -202,15 +202,12 @@ def run_case(folder: str, watch: Callable[[subprocess.Popen[str]], None] | None 
             (here / "out.ckpt.h5").unlink(missing_ok=True)
     if not complete and (not (here / "out.ckpt.h5").is_file() or code == 2):
         try:
-            model, analysis, config = _model_files(here, call)
+            files = _model_files(here, call)
         except InputError as problem:
             code, message = 2, str(problem).removeprefix("error: ")
         else:
-            extra = ["--config", config] if config else []
             _write_status(here, {**status, "status": "running"})
-            code, message = call(
-                "run", model, analysis, *extra, "-o", "out.h5", "--force", "--quiet", *threads, *command["options"]
-            )
+            code, message = call("run", *files, "-o", "out.h5", "--force", "--quiet", *threads, *command["options"])
     seconds = time.monotonic() - start + status.get("seconds", 0.0)
     if code == -signal.SIGTERM:  # before the program could listen
         code = 4
@@ -267,8 +264,8 @@ def quantity(path: Path, wanted: Quantity) -> float:
     return float(take[wanted.take](series))
 
 
-def _model_files(folder: Path, call: Callable[..., tuple[int, str]]) -> tuple[str, str, str | None]:
-    """Geometry (drawn from statistics where there are some), analysis and options of a case."""
+def _model_files(folder: Path, call: Callable[..., tuple[int, str]]) -> list[str]:
+    """What `rockdda run` takes of a case: its labelled file, or geometry (statistics are drawn), analysis, options."""
 
     def one(kinds: Iterable[str], what: str) -> str | None:
         found = [path.name for path in folder.glob("[!.]*") if path.suffix.lower() in kinds]
@@ -283,9 +280,17 @@ def _model_files(folder: Path, call: Callable[..., tuple[int, str]]) -> tuple[st
             raise InputError(message)
     model = one((".dc", ".geo", ".blk"), "geometry or block file")
     analysis = one((".df", ".ana"), "analysis file")
+    options = one((".nml",), "options file")
+    if analysis is None and options is not None:
+        text = decoded((folder / options).read_bytes())
+        if re.search(r"^\s*&model\b", text, re.I | re.M):
+            return [options]
     if model is None or analysis is None:
-        raise InputError("the template needs a geometry, block or statistics file and an analysis file")
-    return model, analysis, one((".nml",), "options file")
+        raise InputError(
+            "the template needs a labelled file (.nml with &model), or an analysis file and a geometry, block or "
+            "statistics file"
+        )
+    return [model, analysis, *(["--config", options] if options else [])]
 
 
 def _run_here(folders: list[str], workers: int) -> Iterator[Outcome]:
@@ -448,7 +453,10 @@ def _job_name(title: str) -> str:
 
 
 def collect(study: Study) -> pandas.DataFrame:
-    """One row a case: number, parameters, results, status, seconds. Missing numbers are NaN."""
+    """One row a case: number, parameters, results, status, seconds. Missing numbers are NaN.
+
+    A case whose results do not hold a quantity has failed, as in the run that finds it missing.
+    """
     import pandas as pd
 
     rows = []
@@ -457,14 +465,17 @@ def collect(study: Study) -> pandas.DataFrame:
         current = status.get("digest") == study.digest(case)
         found: dict[str, float] = {}
         message = status.get("message", "") if current else ""
-        if current and status.get("status") == "done":
+        ending = status.get("status", "waiting") if current else "waiting"
+        if ending == "done":
             found, message = _results_of(study, status, _folder(study, case) / "out.h5")
+            if len(found) < len(study.quantities):
+                ending = "failed"
         rows.append(
             {"case": case.number}
             | {name: case.values[name] for name in study.parameters}
             | {wanted.name: found.get(wanted.name, float("nan")) for wanted in study.quantities}
             | {
-                "status": status.get("status", "waiting") if current else "waiting",
+                "status": ending,
                 "seconds": status.get("seconds", float("nan")) if current else float("nan"),
                 "message": message,
                 "results_file": str(_folder(study, case) / "out.h5") if found or not study.quantities else "",
