@@ -1,18 +1,20 @@
 # SPDX-License-Identifier: MIT
 """Results for ParaView in one file, xarray and GeoPandas, read back."""
 
+import subprocess
+import warnings
+
 import numpy as np
 import pytest
 import rockdda
 from rockdda import export
+from rockdda.convert import convert
 from synthetic import add_bolts, write_wall
 
 
 @pytest.fixture(scope="module")
 def dug(program, tmp_path_factory):
     """The start of a tunnel in stages: blocks go away, boundaries, joints."""
-    import subprocess
-
     from places import INPUTS
 
     path = tmp_path_factory.mktemp("dug") / "dug.h5"
@@ -128,6 +130,26 @@ def test_geopandas_tables_of_blocks_joints_and_contacts(dug, tmp_path):
     assert len(geopandas.read_file(tmp_path / "blocks.gpkg")) == len(blocks)
     with pytest.raises(rockdda.InputError, match="there is no table 'bolt'"):
         dug.to_geopandas("bolt")
+
+
+@pytest.mark.parametrize("origin", [None, (412300.25, 5678900.0)])
+def test_a_map_comes_back_to_its_place(program, tmp_path, origin):
+    """The origin that convert moves, or is given, is put back: blocks lie where the area was drawn."""
+    geopandas = pytest.importorskip("geopandas")
+    shapely = pytest.importorskip("shapely")
+    area = shapely.box(412345, 5678904, 412349, 5678907)
+    geopandas.GeoDataFrame({"kind": ["area"]}, geometry=[area], crs="EPSG:32633").to_file(tmp_path / "map.gpkg")
+    convert(tmp_path / "map.gpkg", tmp_path / "m", template=True, origin=origin)
+    run = [program, "run", tmp_path / "m.nml", "-o", tmp_path / "m.h5", "--steps", "1", "--quiet"]
+    subprocess.run(run, check=True, capture_output=True)
+    results = rockdda.open(tmp_path / "m.h5")
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        found = results.to_geopandas(frame=0, crs="EPSG:32633")
+    np.testing.assert_allclose(found.total_bounds, area.bounds, rtol=0, atol=1e-6)
+    assert results.to_geopandas(frame=0).total_bounds.max() < 100
+    with pytest.warns(rockdda.InputWarning, match="counts in US survey foot"):
+        results.to_geopandas(crs="EPSG:2263")
 
 
 def test_missing_geopandas_is_named_with_its_extra(tmp_path, monkeypatch):

@@ -322,6 +322,8 @@ class _Reading:
             if self.origin is None:
                 moved = move_to_local_origin(geometry, report)
                 self.moved = "" if moved is None else f"; the origin was at {moved[0]:.15g}, {moved[1]:.15g}"
+            elif self._middle is None and any(self.origin) and self._drawings[0][1] == 1.0:
+                self.moved = f"; the origin was at {self.origin[0]:.15g}, {self.origin[1]:.15g}"
             geometry.e0 = self.e0 if self.e0 is not None else geometry.extent / 10_000
             if geometry.blocks or geometry.regions or geometry.chains:
                 need("shapely", "dxf", "clipping lines, and polygons as blocks,")

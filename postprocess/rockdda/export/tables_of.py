@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import itertools
+import re
 import warnings
 from typing import TYPE_CHECKING, Any
 
@@ -125,8 +126,8 @@ def to_geopandas(
     what: 'blocks' (polygons, with holes, and all fields; blocks that are not there are left out), 'joints' (lines with
     the columns of `Results.joints`) or 'contacts' (points). Numbers of blocks count from 1, as in `rockdda-post
     export`; crs is the reference system of the coordinates, where they have one, and `origin` the place of 0, 0 in it,
-    which is added to them: `rockdda-post convert` moves the origin of maps, and writes where it was into the first line
-    of the geometry file. (0, 0) where it was not moved.
+    which is added to them. Without it, that is the place to which `rockdda-post convert` moved the origin, where the
+    first line of the geometry says it. Lengths are not converted.
     """
     geopandas = need("geopandas", "gis", "to_geopandas")
     tables = {"blocks": _blocks, "joints": _joints, "contacts": _contact_points}
@@ -136,17 +137,28 @@ def to_geopandas(
         need_contacts(results)
     columns, shapes = tables[what](results.frames[frame])
     found = geopandas.GeoDataFrame(columns, geometry=shapes, crs=crs)
+    if crs is not None:
+        origin = origin or _moved_origin(results)
+        if origin is None:
+            _warn("crs without origin takes 0, 0 of the model as that of the reference system")
+        unit = found.crs.axis_info[0] if found.crs.axis_info else None
+        if unit is not None and unit.unit_conversion_factor != 1:
+            _warn(f"the reference system counts in {unit.unit_name}: the lengths of the model are not converted")
     if origin is not None:
         found = found.set_geometry(found.translate(*origin))
-    elif crs is not None:
-        warnings.warn(
-            "to_geopandas: crs without origin takes 0, 0 of the model as that of the reference system; a model that "
-            "rockdda-post convert moved needs the origin of the first line of its geometry file",
-            InputWarning,
-            stacklevel=stack_level(),
-        )
     found.attrs["units"] = description(results.units)
     return found
+
+
+def _moved_origin(results: Results) -> tuple[float, float] | None:
+    """Where `rockdda-post convert` says that the origin was."""
+    head = str(results["input/geometry"]).partition("\n")[0]
+    place = re.match(r"#.*; the origin was at ([-+.\de]+), ([-+.\de]+)$", head.rstrip())
+    return (float(place[1]), float(place[2])) if place else None
+
+
+def _warn(message: str) -> None:
+    warnings.warn(f"to_geopandas: {message}", InputWarning, stacklevel=stack_level())
 
 
 def _blocks(frame: Frame) -> tuple[dict[str, Any], list[Any]]:
