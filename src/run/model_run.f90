@@ -25,6 +25,7 @@ module rockdda_run_model_run
    use rockdda_run_files, only : run_files_type
    use rockdda_run_hdf5_lock, only : lock_hdf5, unlock_hdf5
    use rockdda_run_input, only : model_input_type
+   use rockdda_stepping_table_check, only : unreached_tables_text
    use rockdda_run_outcome, only : short_run_warning, weak_start_warning, skipped_stages_warning, &
       time_error_warning, strikes_warning, overlaps_warning, unrested_warning, lost_text, &
       lodged_warning, strain_warning, unreached_stages_warning
@@ -363,6 +364,9 @@ contains
       call warn_of(strikes_warning(self%sim))
       if (self%reason == 'finished' .and. .not. allocated(error)) then
          call self%object(unreached_stages_warning(self%sim), output_error)
+         call keep_first(output_error)
+         call self%object(unreached_tables_text(self%sim%parameters, self%sim%state%step, self%sim%state%time), &
+                          output_error)
          call keep_first(output_error)
       end if
       call self%log%write_outcome(self%sim, output_error)

@@ -17,8 +17,8 @@ LINES = ((0, 0, 1, 0), (1, 0, 1, 3), (1, 3, 0, 3), (0, 3, 0, 0), (0, 1, 1, 1), (
 
 @unittest.skipIf(h5py is None, "h5py is missing")
 class ColumnTest(ResultsTest):
-    def run_column(self, *stages, bolts=(), loading=(), measured=(), more="", resumed_after=None):
-        """Run the column through stages; `bolts`, `loading` and `measured` are rows of the geometry."""
+    def write_column(self, *stages, bolts=(), loading=(), measured=(), more=""):
+        """Write the column and its stages; `bolts`, `loading` and `measured` are rows of the geometry."""
         rows = ["0.001", f"{len(LINES)} 4", "0", str(len(bolts)), "0", str(len(loading)), str(len(measured)), "0"]
         rows += [" ".join(map(str, line)) + " 1" for line in LINES]
         rows += [" ".join(map(str, row)) for row in (*bolts, *loading, *measured)]
@@ -31,6 +31,10 @@ class ColumnTest(ResultsTest):
             "&boundary along = 0,0, 1,0, kind = 'fixed' /\n"
             "&region name = 'top', box = 0,2, 1,3 /\n" + "".join(f"&stage {stage} /\n" for stage in stages) + more,
         )
+
+    def run_column(self, *stages, resumed_after=None, **more):
+        """Run the column through stages."""
+        self.write_column(*stages, **more)
         if resumed_after is None:
             return self.run_model("column.nml")[0]
         for arguments in (
@@ -128,6 +132,30 @@ class Loads(ColumnTest):
         told = self.messages()
         for what in ("1 loading point", "1 line load"):
             self.assertIn(f"&stage 'stage 2': {what} on placed blocks, with effect from then on", told)
+
+    def test_a_table_that_changes_after_the_equilibrium_is_told(self):
+        """It never acted, without a word, while one that changes at once is waited for."""
+        for stage, table, told in (
+            (REST, "0.5,0, 0.6,1", True),
+            (REST, "0,0, 0.05,1", False),
+            (REST, "0,1, 5,1", False),
+            ("kind = 'static', until_time = 0.4", "0.5,0, 0.6,1", False),
+            ("kind = 'static', duration = 0.4", "0.5,0, 0.6,1", False),
+        ):
+            with self.subTest(stage=stage, table=table):
+                self.write_column(stage, more=self.LINE.replace(" /", f", table = {table} /"))
+                outcome = self.run_program("run", "column.nml", "-o", "late.h5", "--force")
+                self.assertEqual(outcome.code, 0, outcome.err)
+                text = r"warning: the table of &line_load 1 \(column.nml:9\) was used up to time 0\.0\d+ s of 0\.6 s: "
+                (self.assertRegex if told else self.assertNotRegex)(outcome.err, text)
+
+    def test_a_boundary_that_moves_later_lets_a_stage_come_to_rest(self):
+        """It was said to move at all times; one that moves from the start does."""
+        for table, told in (("0,0, 2,0, 2.1,1", False), ("0,0, 2,1", True), ("0,1, 2,1", True)):
+            more = f"&boundary along = 0,3, 1,3, kind = 'moving', velocity = 0,-0.001, table = {table} /\n"
+            self.write_column(REST, more=more)
+            found = [text for text in self.messages() if "&boundary 2 moves at all times" in text]
+            self.assertEqual(len(found), told, table)
 
     def test_a_pressure_on_its_edge_goes_too(self):
         more = "&boundary along = 0,3, 1,3, kind = 'traction', pressure = 25000 /\n"
