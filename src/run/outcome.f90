@@ -108,8 +108,10 @@ contains
          associate (stage => sim%parameters%stages(stages(i)))
             if (is_set(stage%until_step)) then
                text = text//'until_step '//to_string(stage%until_step)//' had passed'
-            else
+            else if (is_set(stage%until_time)) then
                text = text//'until_time '//sim%parameters%shown(stage%until_time, 'time', 6)//' had passed'
+            else
+               text = text//'its duration of '//sim%parameters%shown(stage%duration, 'time', 6)//' had passed'
             end if
          end associate
          if (at_end) then

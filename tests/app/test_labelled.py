@@ -92,6 +92,14 @@ class LabelledFile(ProgramTest):
         self.assertEqual(whole["history/energy"], resumed["history/energy"])
         self.assertEqual(whole["frames/vertices"], resumed["frames/vertices"])
 
+    def test_a_stage_too_short_for_a_step_is_named_by_its_duration(self):
+        """It was over by 'until_time -1.79769e+308'."""
+        stages = "&stage name = 'a', duration = 0.01 /\n&stage name = 'b', duration = 1e-30 /\n"
+        self.labelled(LABELLED.replace("&run             steps = 10 /\n", stages))
+        outcome = self.run_program("run", "slope.nml")
+        self.assertEqual(outcome.code, 0, outcome.err)
+        self.assertIn("stage 'b' was over before it began: its duration of 1e-30 s had passed", outcome.err)
+
     def test_all_mistakes_in_one_pass(self):
         found = self.messages(
             "&model geometry = 'block.dc', titlx = 'x' /\n"
