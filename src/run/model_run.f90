@@ -25,9 +25,8 @@ module rockdda_run_model_run
    use rockdda_run_files, only : run_files_type
    use rockdda_run_hdf5_lock, only : lock_hdf5, unlock_hdf5
    use rockdda_run_input, only : model_input_type
-   use rockdda_stepping_table_check, only : unreached_tables_text
    use rockdda_run_outcome, only : short_run_warning, weak_start_warning, skipped_stages_warning, &
-      time_error_warning, strikes_warning, overlaps_warning, unrested_warning, lost_text, &
+      unreached_tables_text, time_error_warning, strikes_warning, overlaps_warning, unrested_warning, lost_text, &
       lodged_warning, strain_warning, unreached_stages_warning
    use rockdda_run_output_choice, only : choose_output
    use rockdda_run_request, only : run_request_type
