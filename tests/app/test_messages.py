@@ -71,6 +71,17 @@ class Messages(ProgramTest):
         # 0 is an answer
         self.assertEqual(self.problems(("9.81", "0"), ("&run", along), level="warning"), [])
 
+    def test_check_with_a_config_file_read_memory_that_was_not_its_own(self):
+        """`check MODEL.dc MODEL.df --config FILE` lost the names of the files, or ended with an internal error."""
+        self.write("b.dc", LINES)
+        self.write("b.df", "1\n10\n1\n1\n0.01\n0.01\n1e9\n2500 25000 1e9 .2 0 0 0 0 0 0 0 0 0\n30 0 0\n1.4\n")
+        for name in ("a.nml", "a_name_of_an_options_file_of_some_length_that_is_longer_than_all_the_others.nml"):
+            self.write(name, "&time dt_min = -1 /\n")
+            outcome = self.run_program("check", "b.dc", "b.df", "--config", name)
+            self.assertEqual(outcome.code, 2)
+            self.assertIn(f"{name}:1:16: error: dt_min", outcome.err)
+            self.assertNotIn("no such file", outcome.err)
+
     def test_a_line_without_length_is_one_warning(self):
         self.write("b.dc", LINES.replace("4 4", "5 4") + "1 1 1 1 1\n")
         outcome = self.run_program("check", "b.dc")
