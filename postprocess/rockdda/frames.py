@@ -13,9 +13,8 @@ import numpy as np
 import numpy.typing as npt
 
 from .callers import stack_level
-from .errors import InputError, InputWarning
+from .errors import InputError
 from .fields import FIELD_TEXTS, OLD_FIELDS
-from .materials import stages_that_change_materials
 
 if TYPE_CHECKING:
     import pandas
@@ -79,7 +78,6 @@ class FrameTables(Protocol):
     def has_stages(self) -> bool: ...
     def stage_of(self, step: int) -> int: ...
     def joints(self, frame: int = -1) -> pandas.DataFrame: ...
-    def __getitem__(self, path: str) -> Any: ...
     def __contains__(self, path: object) -> bool: ...
     def rows(self, path: str, start: int, stop: int) -> npt.NDArray[Any]: ...
 
@@ -275,17 +273,6 @@ class Frame:
         return FIELDS[field_name(name)].compute(self)
 
 
-def _materials(frame: Frame) -> npt.NDArray[Any]:
-    """Materials at the start, with a warning where the stages up to a frame have given regions other ones."""
-    results = frame.results
-    begun = {name.strip().lower() for name in results.stage_names[: frame.stage + 1]}
-    changed = [name for name in stages_that_change_materials(str(results["input/config"])) if name in begun]
-    if changed:
-        message = f"materials are those of the start: &change of stage {changed[0]!r} has given regions other ones"
-        warnings.warn(message, InputWarning, stacklevel=stack_level())
-    return results.block_material
-
-
 def _fields() -> dict[str, Field]:
     """All fields by name."""
     computed: dict[str, Callable[[Frame], npt.NDArray[Any]]] = {
@@ -304,7 +291,7 @@ def _fields() -> dict[str, Field]:
         "stress_max": lambda f: f.principal_stress()[0][:, 0],
         "stress_mean": lambda f: f.stress[:, :2].mean(axis=1),
         "stress_shear": lambda f: f.principal_stress()[0] @ np.array([0.5, -0.5]),
-        "material": _materials,
+        "material": lambda f: f.results.block_material,
         "block": lambda f: np.arange(1, f.results.n_blocks + 1),
     }
     return {name: Field(name, *texts, computed[name]) for name, texts in FIELD_TEXTS.items()}

@@ -67,15 +67,6 @@ def densities_and_weights(analysis: str, config: str) -> list[tuple[float, float
     return list(found.values())
 
 
-def stages_that_change_materials(config: str) -> list[str]:
-    """Names of the stages, in lower case, from which on blocks of regions have another material."""
-    try:
-        changes = _as_list(parse_groups(config).get("change", []))
-    except ValueError:  # no text that the program has accepted
-        return []
-    return [str(row.get("stage", "")).strip().lower() for row in changes if {"region", "block_material"} <= row.keys()]
-
-
 def _as_list(groups: Any) -> list[Any]:
     """One or several groups as a list."""
     return list(groups) if isinstance(groups, list | tuple) else [groups]

@@ -2,7 +2,6 @@
 """What pictures, films and exports show of excavated blocks, and the ground reaction."""
 
 import subprocess
-import sys
 from pathlib import Path
 
 import matplotlib as mpl
@@ -140,27 +139,3 @@ def test_curves_of_all_stages_tell_where_they_end(dug):
         line.get_xdata()[0] for line in axes.lines if len(set(line.get_xdata())) == 1 and len(line.get_xdata()) == 2
     ]
     assert upright == pytest.approx(ends)
-
-
-def test_materials_that_stages_change_are_told(program, tmp_path):
-    """Pictures and tables show the materials of the start: of frames with other ones they say so."""
-    (tmp_path / "a.nml").write_text(
-        f"&model geometry = '{STACK / 'stack.dc'}' /\n&load gravity = 10 /\n"
-        "&joint_material number = 1, friction = 35 /\n"
-        "&block_material number = 1, density = 2500, young = 1e9, poisson = 0 /\n"
-        "&block_material number = 2, density = 3000, young = 1e9, poisson = 0 /\n"
-        "&region name = 'top', box = -1,4,2,6 /\n"
-        "&stage name = 'weight', duration = 0.01 /\n&stage name = 'half', duration = 0.01 /\n"
-        "&change stage = 'Half', region = 'top', block_material = 2 /\n"
-    )
-    run = [program, "run", tmp_path / "a.nml", "-o", tmp_path / "dig.h5", "--quiet"]
-    subprocess.run(run, check=True, capture_output=True)
-    results = rockdda.open(tmp_path / "dig.h5")
-    assert results.frames[0].field("material").tolist() == results.block_material.tolist()
-    with pytest.warns(rockdda.InputWarning, match="materials are those of the start: &change of stage 'half'"):
-        results.frames[-1].field("material")
-    with pytest.warns(rockdda.InputWarning, match="those of the start"):
-        results.plot("material")
-    command = [sys.executable, "-m", "rockdda", "plot", tmp_path / "dig.h5", "--field", "material"]
-    told = subprocess.run([*command, "-o", tmp_path / "m.png"], capture_output=True, text=True, check=True).stderr
-    assert told.startswith("warning: materials are those of the start")

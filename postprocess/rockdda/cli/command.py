@@ -8,13 +8,12 @@ import io
 import os
 import re
 import sys
-import warnings
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
-from ..errors import ConvergenceError, InputError, InputWarning, OutputError, RockddaError
+from ..errors import ConvergenceError, InputError, OutputError, RockddaError
 from ..fields import JOINT_FIELDS
 from . import exchange, records, shells, studies, validate
 from .common import (
@@ -46,7 +45,6 @@ from .common import (
 
 __all__ = ["app", "main"]
 
-_IN_PYTHON = warnings.formatwarning
 #: Commands of the program, which are no commands here.
 PROGRAM_COMMANDS = ("new", "lines", "cut", "run", "resume", "fos", "check", "info", "help")
 
@@ -490,15 +488,7 @@ def run() -> None:
         except OSError:
             os.open(os.devnull, os.O_RDWR)
     stop_on_sigterm()
-    warnings.formatwarning = _as_line
     sys.exit(main())
-
-
-def _as_line(message: Warning | str, category: type[Warning], *place: Any, **more: Any) -> str:
-    """A warning about the input as messages are shown, without the line of Python that it comes from."""
-    return (
-        f"warning: {message}\n" if issubclass(category, InputWarning) else _IN_PYTHON(message, category, *place, **more)
-    )
 
 
 if __name__ == "__main__":

@@ -262,7 +262,7 @@ def blocks(
         if field is None:
             add_blocks(axes, shown, offset, facecolors="#DDE3E8")
         elif field == "material":
-            _material_blocks(axes, now, shown, colour_bar)
+            _material_blocks(axes, results, shown, colour_bar)
         else:
             values = now.field(field)
             shown_values = without_splinters(values, results.block_area, now.active)
@@ -281,10 +281,10 @@ def blocks(
     return axes
 
 
-def _material_blocks(axes: Axes, frame: Frame, shown: FloatArray, legend: bool) -> None:
+def _material_blocks(axes: Axes, results: Results, shown: FloatArray, legend: bool) -> None:
     from matplotlib.patches import Patch
 
-    results, material = frame.results, frame.field("material")
+    material = results.block_material
     colours = [MATERIALS[(m - 1) % len(MATERIALS)] for m in material]
     add_blocks(axes, shown, results.vertex_offset, facecolors=colours)
     if legend:
