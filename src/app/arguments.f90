@@ -12,7 +12,7 @@ module rockdda_app_arguments
    use rockdda_run_request, only : run_request_type
    use rockdda_run_search_options, only : search_options_type, search_names
    use rockdda_app_command_options, only : command_names, option_kind, options, find_option, is_option_of, shells
-   use rockdda_app_process, only : argument_type
+   use rockdda_app_process, only : argument_type, add_argument
    implicit none
    private
    public :: command_line_type, parse_command_line
@@ -131,7 +131,6 @@ contains
       class(parser_type), intent(inout) :: self
       character(len=*), intent(in) :: word
       logical, intent(in) :: is_file          !! even when it is the first
-      type(argument_type), allocatable :: more(:)
       if (len(self%line%command) == 0 .and. .not. is_file) then
          if (any(command_names == word)) then
             self%line%command = word
@@ -153,10 +152,7 @@ contains
          end if
          return
       end if
-      allocate (more(size(self%line%files) + 1))
-      more(1:size(self%line%files)) = self%line%files
-      more(size(more))%text = word
-      call move_alloc(more, self%line%files)
+      call add_argument(word, self%line%files)
       if (len(word) == 0) call add_problem(self%problems, 'a file name is empty')
    end subroutine read_word
 

@@ -12,7 +12,7 @@ module rockdda_app_command_check
    use rockdda_app_check_summary, only : print_summary
    use rockdda_app_file_check, only : check_alone, check_together, is_input, is_model_run
    use rockdda_app_file_list, only : list_files
-   use rockdda_app_process, only : argument_type, print_line
+   use rockdda_app_process, only : argument_type, add_argument, print_line
    use rockdda_app_report, only : show_messages, show_error
    implicit none
    private
@@ -39,7 +39,7 @@ contains
          return
       end if
       call list_files(line, files, messages, error)
-      if (len(line%config) > 0) call add_file(line%config, files)
+      if (len(line%config) > 0) call add_argument(line%config, files)
       allocate (kinds(size(files)), readable(size(files)))
       do i = 1, size(files)
          call recognise_file(files(i)%text, kinds(i), messages, readable(i))
@@ -70,20 +70,6 @@ contains
       call print_summary(line, files, kinds, input, messages, error, exit_code, ok)
       if (.not. ok) exit_code = error_code%output
    end subroutine run_check
-
-   !> One more file. (An array constructor with a structure constructor of a text inside gets one letter of it.)
-   subroutine add_file(path, files)
-      character(len=*), intent(in) :: path
-      type(argument_type), allocatable, intent(inout) :: files(:)
-      type(argument_type), allocatable :: more(:)
-      integer :: i
-      allocate (more(size(files) + 1))
-      do i = 1, size(files)
-         call move_alloc(files(i)%text, more(i)%text)
-      end do
-      more(size(more))%text = path
-      call move_alloc(more, files)
-   end subroutine add_file
 
    !> Print the table of options of a run: Markdown, or with --json a JSON Schema.
    subroutine print_options(json, ok)

@@ -6,7 +6,7 @@ module rockdda_app_file_list
    use rockdda_io_model_folder, only : find_model_files
    use rockdda_io_posix, only : get_path_kind, path_kind
    use rockdda_app_arguments, only : command_line_type
-   use rockdda_app_process, only : argument_type
+   use rockdda_app_process, only : argument_type, add_argument
    implicit none
    private
    public :: list_files
@@ -30,33 +30,20 @@ contains
       end if
       do i = 1, size(line%files)
          if (get_path_kind(line%files(i)%text) /= path_kind%directory) then
-            call add(line%files(i)%text)
+            call add_argument(line%files(i)%text, files)
             cycle
          end if
          call find_model_files(line%files(i)%text, model, analysis, config, unread, problem)
          if (allocated(problem)) then
             call messages%add_error(problem)
          else
-            if (len(model) > 0) call add(model)
-            if (len(analysis) > 0) call add(analysis)
-            if (allocated(config)) call add(config)
+            if (len(model) > 0) call add_argument(model, files)
+            if (len(analysis) > 0) call add_argument(analysis, files)
+            if (allocated(config)) call add_argument(config, files)
             if (len(unread) > 0) call messages%add(severity%warning, unread//' in the folder '// &
                line%files(i)%text//' is not read: '//config//' with &model is the whole model')
          end if
       end do
-
-   contains
-
-      !> Append a file.
-      subroutine add(path)
-         character(len=*), intent(in) :: path
-         type(argument_type), allocatable :: more(:)
-         allocate (more(size(files) + 1))
-         more(1:size(files)) = files
-         more(size(more))%text = path
-         call move_alloc(more, files)
-      end subroutine add
-
    end subroutine list_files
 
 end module rockdda_app_file_list

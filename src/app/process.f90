@@ -7,7 +7,7 @@ module rockdda_app_process
    use rockdda_io_file_sink, only : file_sink_type
    implicit none
    private
-   public :: argument_type, get_arguments, start_process, end_process
+   public :: argument_type, add_argument, get_arguments, start_process, end_process
    public :: print_line, print_error, show_status, is_terminal
    public :: watch_signals, seen_signal, set_writing, set_last_words, promise_json
 
@@ -52,6 +52,17 @@ module rockdda_app_process
    end interface
 
 contains
+
+   !> Append a word. (An array constructor with a structure constructor of a text inside gets one letter of it.)
+   subroutine add_argument(text, arguments)
+      character(len=*), intent(in) :: text
+      type(argument_type), allocatable, intent(inout) :: arguments(:)
+      type(argument_type), allocatable :: more(:)
+      allocate (more(size(arguments) + 1))
+      more(1:size(arguments)) = arguments
+      more(size(more))%text = text
+      call move_alloc(more, arguments)
+   end subroutine add_argument
 
    !> Get the command line, without the program's name.
    subroutine get_arguments(arguments)
