@@ -49,7 +49,7 @@ def test_4000_areas_that_overlap_take_no_time_of_their_square(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("start", "told"),
+    ("start", "warning"),
     [
         (10.0, None),
         (10.001, None),  # less than the distance of nodes and edges: they merge
@@ -60,13 +60,13 @@ def test_4000_areas_that_overlap_take_no_time_of_their_square(tmp_path):
         (9.0, None),
     ],
 )
-def test_areas_that_nearly_meet_are_told(tmp_path, start, told):
+def test_areas_that_nearly_meet_are_told(tmp_path, start, warning):
     rings = [[[x1, 0], [x2, 0], [x2, 8], [x1, 8], [x1, 0]] for x1, x2 in ((0, 10), (start, 20))]
     path = tmp_path / "areas.geojson"
     features = [feature("Polygon", [ring], kind="area") for ring in rings]
     path.write_text(json.dumps({"type": "FeatureCollection", "features": features}))
     found = [p.message for p in convert(path, tmp_path / "areas").problems if p.severity == "warning"]
-    assert [message[: len(told or "")] for message in found] == [told] * (told is not None)
+    assert [message[: len(warning or "")] for message in found] == [warning] * (warning is not None)
     # what a third area fills is no gap
     between = [[10, 0], [start, 0], [start, 8], [10, 8], [10, 0]]
     if start > 10:

@@ -20,7 +20,7 @@ from . import ddaml, dxf, geojson
 from .geometry import Analysis, Geometry
 from .placing import middle_of, move_to_local_origin, place, to_metres
 from .report import Report
-from .systems import WGS84, System, degrees_of_web
+from .systems import ADVICE, WGS84, System, degrees_of_web
 from .template import supports_of, template_text
 
 __all__ = ["Conversion", "convert"]
@@ -244,8 +244,7 @@ class _Reading:
         first = self._system or system
         if system.differs(first):
             raise InputError(
-                f"is in the reference system {shown(system.name)}, the maps before in {shown(first.name)}: bring them "
-                "into one (ogr2ogr -t_srs, or save them anew from a GIS)",
+                f"is in the reference system {shown(system.name)}, the maps before in {shown(first.name)}: {ADVICE}",
                 path,
             )
         self._system = first

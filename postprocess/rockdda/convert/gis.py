@@ -23,7 +23,7 @@ from .geojson import Reader
 from .geometry import Geometry
 from .json_places import JsonPath
 from .report import LARGEST_FILE, MOST_LINES, Report, check_size
-from .systems import System
+from .systems import ADVICE, System
 from .wkb import UnreadShapeError, shape_of
 
 MOST_WORK = 3000  # units of 100,000 instructions of SQLite: some seconds
@@ -83,7 +83,7 @@ def read_gis(
             first, other = found[0]
             report.error(
                 f"the layers have different reference systems: {shown(first)} is in {shown(other.name)}, {shown(name)} "
-                f"in {shown(system.name)}; bring them into one (ogr2ogr -t_srs, or save them anew from a GIS)"
+                f"in {shown(system.name)}; {ADVICE}"
             )
             break
     geometry = reader.geometry

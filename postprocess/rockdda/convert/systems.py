@@ -48,6 +48,9 @@ class System:
         return self.code != other.code if self.code and other.code else self.numbers != other.numbers
 
 
+#: What to do with maps in several systems.
+ADVICE = "bring them into one (ogr2ogr -t_srs, or save them anew from a GIS)"
+
 WGS84 = System("degrees", name="EPSG:4326", code=4326, numbers=(6378137.0, 298.257224))
 
 
