@@ -213,6 +213,8 @@ class DamagedResults(ResumeTest):
         self.kill_a_run()
         good = {path.name: path.read_bytes() for path in self.folder.glob("block.*")}
         undo = good["block.h5.undo"]
+        # the kill may have left an unfinished record, of which nothing is needed
+        undo = undo[: len(undo) - (len(undo) - 72) % 4112]
         message = (
             "block.h5.undo: error: this file is damaged; without it the results cannot be returned to the checkpoint"
         )
@@ -223,12 +225,12 @@ class DamagedResults(ResumeTest):
                 damaged = bytearray(undo)
                 damaged[place] ^= 1 << generator.randrange(8)
                 self.write("block.h5.undo", bytes(damaged))
-                self.refused(message, "block.ckpt.h5")
+                self.refused(message, "block.ckpt.h5", "--steps", "1")
         for length in (73, len(undo) - 4112, len(undo) - 1):
             self.write("block.h5.undo", undo[:length])
-            self.refused(message, "block.ckpt.h5")
+            self.refused(message, "block.ckpt.h5", "--steps", "1")
         self.write("block.h5.undo", b"something else" * 100)
-        self.refused(message, "block.ckpt.h5")
+        self.refused(message, "block.ckpt.h5", "--steps", "1")
         # of an unfinished record nothing is needed, and after a crash of the machine there may be zeros only
         for ending in (b"x", bytes(4112), b"x" * 9000):
             for name, content in good.items():
