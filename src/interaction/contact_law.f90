@@ -30,7 +30,8 @@ module rockdda_interaction_contact_law
    use rockdda_model_options, only : is_set
    implicit none
    private
-   public :: contact_law_type, contact_law, new_contact_laws, friction_coefficient, shear_strength, cohesion_at, &
+   public :: contact_law_type, contact_law, new_contact_laws, rebound_on_springs, friction_coefficient, shear_strength, &
+      cohesion_at, &
       tension_at, dilated_gap, opened_last
 
    type :: contact_law_enum
@@ -101,6 +102,19 @@ contains
                                                materials(i)%origin)
       end do
    end subroutine new_contact_laws
+
+   !> With contact by length a joint with a coefficient of restitution e whose contacts last longer than a step rebounds as
+   !> a dashpot has it,
+   !>
+   !>     zeta = -ln e/sqrt(pi^2 + ln^2 e)
+   !>
+   !> of critical damping, e = 0: critical. Without it blocks that no impact may throw back would bounce on their springs.
+   elemental subroutine rebound_on_springs(law)
+      type(contact_law_type), intent(inout) :: law
+      if (law%restitution < 0 .or. law%damping_ratio > 0) return
+      law%damping_ratio = 1
+      if (law%restitution > 0) law%damping_ratio = -log(law%restitution)/hypot(pi, log(law%restitution))
+   end subroutine rebound_on_springs
 
    !> Divide friction coefficients, cohesion and tension by a factor. The angles of barton_bandis stay: its coefficient
    !> is divided where it is computed.
