@@ -31,8 +31,7 @@ module rockdda_interaction_contact_law
    implicit none
    private
    public :: contact_law_type, contact_law, new_contact_laws, rebound_on_springs, friction_coefficient, shear_strength, &
-      cohesion_at, &
-      tension_at, dilated_gap, opened_last
+      cohesion_at, tension_at, dilated_gap, opened_last
 
    type :: contact_law_enum
       integer :: coulomb = 1
@@ -103,12 +102,12 @@ contains
       end do
    end subroutine new_contact_laws
 
-   !> With contact by length a joint with a coefficient of restitution e whose contacts last longer than a step rebounds as
-   !> a dashpot has it,
+   !> Give a joint with a coefficient of restitution e the dashpot of its rebound, in shares of critical damping:
    !>
-   !>     zeta = -ln e/sqrt(pi^2 + ln^2 e)
+   !>     zeta = -ln e/sqrt(pi^2 + ln^2 e),   1 for e = 0
    !>
-   !> of critical damping, e = 0: critical. Without it blocks that no impact may throw back would bounce on their springs.
+   !> A mass on a spring with this dashpot comes back with e of its speed. The law of impact does that for contacts that
+   !> last less than a step. A damping ratio that is given stays.
    elemental subroutine rebound_on_springs(law)
       type(contact_law_type), intent(inout) :: law
       if (law%restitution < 0 .or. law%damping_ratio > 0) return

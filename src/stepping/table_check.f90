@@ -104,8 +104,7 @@ contains
 
    end subroutine warn_of_tables
 
-   !> Warning about tables that change after the end of a run whose stages ended with equilibrium. Empty when no table
-   !> does, and when the model names the end of the run.
+   !> Name the tables that change after the end of a run. Empty: no table does, or the model gives the end of the run.
    function unreached_tables_text(parameters, step, time) result(text)
       type(parameters_type), intent(in) :: parameters
       integer, intent(in) :: step                !! the last one
