@@ -129,7 +129,8 @@ contains
       type(step_context_type), intent(in) :: context
       self%settings = new_joint_settings(context%parameters, context%dt, context%scheme)
       self%laws%sliding_damping = 0
-      if (context%scheme%is_dynamic) where (.not. self%laws%damping_ratio > 0) &
+      ! the dashpot of a rebound was not given
+      if (context%scheme%is_dynamic) where (.not. context%parameters%joint_materials%damping_ratio > 0) &
          self%laws%sliding_damping = context%parameters%sliding_damping
       call self%trial%begin(self%table, self%laws, self%settings)
       if (allocated(self%trial%extra)) &
