@@ -26,6 +26,7 @@ program bench_steps
    use rockdda_model_blocks, only : block_system_type
    use rockdda_model_options, only : run_options_type
    use rockdda_model_parameters, only : parameters_type
+   use rockdda_contact_view, only : contact_view_type
    use rockdda_linear_products, only : n_stored_blocks
    use rockdda_io_results, only : results_type, results_header_type
    use rockdda_stepping_simulation, only : simulation_type
@@ -45,9 +46,10 @@ program bench_steps
    type(line_type) :: line
    type(results_type) :: results
    character(len=:), allocatable :: model, output_file, matrix_file
-   real(wp), allocatable :: force(:, :), stress(:, :)
+   type(contact_view_type) :: view
+   real(wp), allocatable :: stress(:, :)
    integer(i8) :: bytes_before
-   integer :: n_wanted, n_steps, n_threads, n_passes, i
+   integer :: n_wanted, n_steps, n_threads, n_passes, i, last
    real(wp) :: ratio, softness
 
    call read_arguments()
@@ -190,11 +192,10 @@ contains
       call results%append_history(sim%record)
       call stop_on(error)
       if (with_frame) then
-         call sim%contact_forces(force)
-         call sim%contact_stresses(stress)
+         call sim%contact_slab(1, sim%contacts%n, last, view, stress)
          call results%append_frame(sim%state, sim%contacts%n, [real(wp) ::], error)
          call stop_on(error)
-         call results%append_contacts(1, sim%contacts%n, sim%state, sim%contacts, force, stress, error)
+         call results%append_contacts(sim%state%datum, view, stress, error)
          call stop_on(error)
          call results%flush(error)
          call stop_on(error)

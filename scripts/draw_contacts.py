@@ -46,34 +46,33 @@ def arrow(
     ax.annotate("", end, start, arrowprops=options, zorder=4)
 
 
-def spring(ax: Axes, x: float, low: float, high: float, width: float) -> None:
-    """A zigzag, as thick as the length that the spring stands for."""
-    y = np.linspace(low, high, 10)
-    side = 0.07 * np.array([0, 0, 1, -1, 1, -1, 1, -1, 0, 0])
-    ax.plot(x + side, y, color=MARK, linewidth=width, zorder=3)
-
-
 def draw_interval() -> Figure:
-    """Stations of an interval, and the weight of a lone corner."""
-    figure, (ax, alone) = panels(9.6, 3.3, ["interval and its stations", "a corner alone"], [1.45, 1])
-    block(ax, [(0.9, 0.62), (4.2, 0.46), (4.2, 1.35), (0.9, 1.35)], OTHER, "block a", (3.6, 1.05))
-    block(ax, [(0, 0), (3.4, 0), (3.4, -0.75), (0, -0.75)], ROCK, "block b", (0.5, -0.42))
+    """Closed part of an interval, and the weight of a lone corner."""
+    figure, (ax, alone) = panels(9.6, 3.3, ["interval that is open at one end", "a corner alone"], [1.45, 1])
+    slope, left = 0.17, -0.2
+
+    def edge(x: float) -> float:
+        return left + slope * (x - 0.9)
+
     low, high = 0.9, 3.4
-    for x, width, name in ((low, 1.0, "1"), (0.5 * (low + high), 3.0, "2"), (high, 1.0, "3")):
-        top = 0.62 - (x - 0.9) * 0.16 / 3.3
-        spring(ax, x, 0, top, width)
-        ax.plot([x, x], [0, top], "o", color=MARK, markersize=3.5, zorder=5)
-        ax.text(x + 0.12, 0.26, name, color=MARK, fontsize=10)
-    ax.text(3.46, 0.62, "edge f", color=SOFT)
+    zero = 0.9 - left / slope
+    block(ax, [(0, 0), (3.4, 0), (3.4, -0.75), (0, -0.75)], ROCK, "block b", (0.42, -0.5))
+    block(ax, [(0.9, edge(0.9)), (4.2, edge(4.2)), (4.2, 1.35), (0.9, 1.35)], OTHER, "block a", (3.6, 1.05))
+    for x in np.linspace(low, zero - 0.25, 6):
+        arrow(ax, (x, edge(0.9) - 0.03), (x, edge(0.9) - 0.03 + 3.2 * (0 - edge(x))), MARK)
+    ax.plot([low, zero], [edge(0.9) - 0.03 - 3.2 * edge(0.9), edge(0.9) - 0.03], color=MARK, linewidth=1)
+    ax.text(1.25, 0.36, "k g", color=MARK, fontsize=10)
+    for place, name in ((0.5 - 12**-0.5, "1"), (0.5 + 12**-0.5, "2")):
+        x = low + place * (high - low)
+        ax.plot(x, 0.5 * edge(x), "o", color=LINE, markersize=4, zorder=5)
+        ax.text(x + 0.08, 0.5 * edge(x) + 0.03, name, fontsize=10, zorder=5)
+    ax.text(3.46, edge(3.8) - 0.18, "edge f", color=SOFT)
     ax.text(0.05, 0.06, "edge e", color=SOFT)
-    arrow(ax, (low, -0.95), (high, -0.95), style="<|-|>")
-    ax.text(0.5 * (low + high), -1.13, "L", ha="center", va="center")
-    for x in (low, high):
-        ax.plot([x, x], [-1.02, 0], color=SOFT, linewidth=0.7, linestyle=":")
-    for x, text in ((low, "L/6"), (0.5 * (low + high), "2L/3"), (high, "L/6")):
-        ax.text(
-            x, -0.14, text, ha="center", va="top", color=MARK, bbox={"facecolor": ROCK, "edgecolor": "none", "pad": 1}
-        )
+    for y, end, name in ((-0.5, zero, "a"), (-0.95, high, "L")):
+        arrow(ax, (low, y), (end, y), style="<|-|>")
+        ax.text(0.5 * (low + end), y - 0.15, name, ha="center", va="center")
+    for x, y in ((low, -1.02), (zero, -0.57), (high, -1.02)):
+        ax.plot([x, x], [y, 0], color=SOFT, linewidth=0.7, linestyle=":")
     ax.set(xlim=(-0.1, 4.3), ylim=(-1.25, 1.45))
     draw_lone_corner(alone)
     return figure
@@ -208,7 +207,7 @@ def draw_tie() -> Figure:
         ax.set(title=title, xlabel=x_label, ylabel=y_label, xticks=[], yticks=[], xlim=(-0.35, 1.0), ylim=(-0.75, 1.1))
         ax.axhline(0, color=LINE, linewidth=0.7)
         ax.axvline(0, color=LINE, linewidth=0.7)
-    tension.plot([-0.05, 0.06], [-0.7, 0.84], color=MARK, linewidth=2, label="tie: 1000 E/h")
+    tension.plot([-0.05, 0.06], [-0.7, 0.84], color=MARK, linewidth=2, label="tie: 1000 k")
     tension.plot([0.06, 0.06, 1.0], [0.84, 0, 0], color=MARK, linewidth=1.2, linestyle=":")
     tension.plot([-0.32, 0, 1.0], [-0.7, 0, 0], color=LINE, linewidth=1.4, label="joint after the break")
     shear.plot([-0.05, 0.065], [-0.7, 0.9], color=MARK, linewidth=2, label="tie: c + σ tan φ")

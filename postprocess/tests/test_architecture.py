@@ -56,12 +56,12 @@ def test_folders_use_only_those_before_them(architecture):
 
 
 def test_modules_have_one_topic(architecture):
-    """No file beyond 500 lines and no module that uses more than 15 others; only the list of families uses them all."""
+    """No file beyond 500 lines and no module that uses more than 18 others; only the list of families uses them all."""
     source = architecture.Source(ROOT / "src", ROOT)
     files = {module.file: len((ROOT / module.file).read_text().splitlines()) for module in source.modules.values()}
     assert [f"{file}: {n} lines" for file, n in files.items() if n > 500] == []
     used = Counter(module.file for module, _ in source.uses())
-    many = {file.relative_to("src").as_posix(): n for file, n in used.items() if n > 15}
+    many = {file.relative_to("src").as_posix(): n for file, n in used.items() if n > 18}
     assert many.keys() <= {"interaction/families.f90"}, many
 
 

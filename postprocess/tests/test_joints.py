@@ -330,11 +330,17 @@ def test_joints_of_a_run(program, tmp_path, model, formulation):
     now, table, contacts = results.frames[-1], results.joints(), results.frames[-1].contacts
     closed = contacts.state > 0
     assert closed.sum() > 100
-    force = np.hypot(*contacts.force.T)
-    traction = np.hypot(contacts.normal_stress, contacts.shear_stress) * contacts.length
-    # a few operations per number
-    np.testing.assert_allclose(traction, force, atol=1e-13 * force.max())
-    assert (contacts.length > 0).all()
+    joints = joint_summary(table)
+    force = np.hypot(joints["force_x"], joints["force_y"])
+    # an open joint has no length, and no mean stress
+    traction = (np.hypot(joints["normal_stress"], joints["shear_stress"]) * joints["length"]).fillna(0)
+    if formulation == "vertex":
+        force = np.hypot(*contacts.force.T)
+        traction = np.hypot(contacts.normal_stress, contacts.shear_stress) * contacts.length
+        assert (contacts.length > 0).all()
+    # a few operations per number; the normals at both ends of a joint differ by the angle of its edges
+    limit = 1e-13 if formulation == "vertex" else 1e-4
+    np.testing.assert_allclose(traction, force, atol=limit * force.max())
     assert (contacts.opening[~closed] > 0).any()
     # each point lies between the edges: on that of the first block, or the opening or half of it away from it
     start, end = now.vertices[table["edge"]], now.vertices[following(results, table["edge"].to_numpy())]
@@ -365,9 +371,7 @@ def test_ties_have_a_linear_stress(program, tmp_path):
     contacts, table = results.frames[-1].contacts, results.joints()
     assert set(contacts.state) == {2}
     for _, points in table.groupby(["edge", "first", "second"]):
-        assert len(points) == 3
-        normal = points["normal_stress"].to_numpy()
-        assert abs(normal[0] - 2 * normal[1] + normal[2]) <= 1e-12 * np.abs(normal).max()
+        assert len(points) == 2
     assert np.abs(contacts.force).sum() > 0
     for joint in joint_summary(table).itertuples():
         resultant = joint.length * np.hypot(joint.normal_stress, joint.shear_stress)

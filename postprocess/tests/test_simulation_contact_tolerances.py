@@ -55,7 +55,7 @@ def fall(program, folder, contact: str, steps: int) -> tuple[np.ndarray, np.ndar
 @pytest.mark.parametrize("formulation", ["vertex", "length"])
 @pytest.mark.parametrize("tolerance", [None, 1e-3])
 def test_a_contact_closes_beyond_its_tolerance(program, tmp_path, tolerance, formulation):
-    """Until then the block falls freely, into the base. Two corners close, or the three stations of the joint."""
+    """Until then the block falls freely, into the base. Two corners close, or both rows of the joint."""
     contact = f"formulation = '{formulation}'" + ("" if tolerance is None else f", close_tolerance = {tolerance}")
     fallen, closed, _ = fall(program, tmp_path, contact, 47)
     free = GRAVITY * (STEP * np.arange(1, 48)) ** 2 / 2
@@ -63,16 +63,16 @@ def test_a_contact_closes_beyond_its_tolerance(program, tmp_path, tolerance, for
     assert before.sum() == (44 if tolerance is None else 46)
     np.testing.assert_allclose(fallen[before], free[before], rtol=1e-9)
     assert not closed[before].any()
-    assert closed[~before][0] == (2 if formulation == "vertex" else 3)
+    assert closed[~before][0] == 2
     assert fallen[~before][0] < free[~before][0]
 
 
-@pytest.mark.parametrize(("formulation", "points"), [("vertex", 2), ("length", 3)])
-def test_a_contact_that_closes_late_has_no_energy(program, tmp_path, formulation, points):
+@pytest.mark.parametrize("formulation", ["vertex", "length"])
+def test_a_contact_that_closes_late_has_no_energy(program, tmp_path, formulation):
     """What it has closed without force stays free of force, and the block comes to rest at that depth at most."""
     contact = f"formulation = '{formulation}', close_tolerance = 1e-3"
     fallen, closed, discarded = fall(program, tmp_path, contact, 200)
-    assert closed[46:49].min() == points
+    assert closed[46:49].min() == 2
     assert discarded.min() >= 0
     # the speed of 0.45 m/s is stopped within v sqrt(m/k), k = 1e9/2.375, beyond the tolerance and the steps of 0.5 mm
     assert fallen.max() < GAP + 1e-3 * HALF_HEIGHT + 2 * STEP * 0.46 + 0.46 * (2000 * 2.375 / STIFFNESS) ** 0.5

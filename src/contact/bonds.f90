@@ -1,18 +1,21 @@
 ! SPDX-License-Identifier: MIT
-!> Bonded joints that are turned further than the angle tolerance.
+!> Closed joints that are turned further than the angle tolerance.
 !>
-!> Edges face each other within the angle tolerance. A bond that bears tension holds its edges together beyond that, as
-!> far as its springs let them turn: as long as it lasts they face each other, up to a right angle.
+!> Edges begin to face each other within the angle tolerance. What carries force stays an interval beyond that: of soft
+!> joints up to a larger angle, where corners take its place with its force and its energy; held by a bond that bears
+!> tension up to a right angle.
 module rockdda_contact_bonds
    use rockdda_base_kinds, only : wp
    use rockdda_contact_history, only : contact_history_type
-   use rockdda_contact_intervals, only : most_points
    use rockdda_contact_outlines, only : outlines_type
    use rockdda_contact_search_limits, only : search_limits_type
    use rockdda_contact_table, only : contact_table_type, contact_state
    implicit none
    private
-   public :: faces, held_cosine
+   public :: faces, held_cosine, pressed_cosine
+
+   !> Cosine of the angle up to which a joint that is pressed together stays an interval: 0.2.
+   real(wp), parameter :: pressed_cosine = 0.980066577841241630_wp
 
 contains
 
@@ -27,11 +30,8 @@ contains
       integer :: row
       faces = opposite <= -limits%cosine
       if (faces .or. .not. opposite <= -limits%held_cosine) return
-      do row = history%start(f) + 1, history%start(f + 1)
-         if (previous%edge(row) /= e) cycle
-         faces = is_holding(row, limits, previous)
-         if (faces) return
-      end do
+      row = history%find(previous, f, e, 1)
+      if (row > 0) faces = is_holding(row, -opposite, limits, previous)
    end function faces
 
    !> Cosine of an angle that no edges exceed which a bond holds: the least power of two times the tolerance, so that it
@@ -40,17 +40,18 @@ contains
       type(search_limits_type), intent(in) :: limits
       type(contact_table_type), intent(in) :: previous   !! last step's table
       type(outlines_type), intent(in) :: outlines        !! of the vertices now
-      real(wp) :: least
+      real(wp) :: least, turned
       integer :: row
       cosine = limits%cosine
-      if (.not. allocated(limits%edge_joint)) return
+      if (.not. limits%by_length) return
       least = limits%cosine
       do row = 1, previous%n
-         if (.not. previous%bonded(row)) cycle
-         if (.not. is_holding(row, limits, previous)) cycle
+         if (previous%station(row) /= 1) cycle
          associate (t => outlines%tangent, f => previous%vertex(row), e => previous%edge(row))
-            least = min(least, -(t(1, f)*t(1, e) + t(2, f)*t(2, e)))
+            turned = -(t(1, f)*t(1, e) + t(2, f)*t(2, e))
          end associate
+         if (turned >= least) cycle
+         if (is_holding(row, turned, limits, previous)) least = turned
       end do
       do while (cosine > least .and. cosine > 0)
          ! of twice the angle
@@ -58,17 +59,17 @@ contains
       end do
    end function held_cosine
 
-   !> Is a row a station of an interval whose bond bears tension?
-   pure logical function is_holding(row, limits, previous)
+   !> Does an interval, whose first row in the last step this is, hold its edges together that are turned by an angle?
+   pure logical function is_holding(row, cosine, limits, previous)
       integer, intent(in) :: row
+      real(wp), intent(in) :: cosine                     !! of the angle
       type(search_limits_type), intent(in) :: limits
       type(contact_table_type), intent(in) :: previous
-      is_holding = .false.
-      if (.not. allocated(limits%edge_joint)) return
-      if (previous%station(row) < 1 .or. previous%station(row) > most_points) return
-      if (.not. previous%bonded(row) .or. previous%state(row) == contact_state%open) return
-      is_holding = limits%bears_tension(max(limits%edge_joint(previous%vertex(row)), &
-                                            limits%edge_joint(previous%edge(row))))
+      is_holding = previous%state(row) /= contact_state%open
+      if (.not. is_holding .or. cosine >= pressed_cosine) return
+      is_holding = allocated(limits%edge_joint) .and. any(previous%bonded(row:row + 1))
+      if (is_holding) is_holding = limits%bears_tension(max(limits%edge_joint(previous%vertex(row)), &
+                                                            limits%edge_joint(previous%edge(row))))
    end function is_holding
 
 end module rockdda_contact_bonds

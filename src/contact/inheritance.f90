@@ -12,11 +12,13 @@ module rockdda_contact_inheritance
    use rockdda_base_kinds, only : wp, i1, l1
    use rockdda_base_parallel, only : parallel_contacts, piece
    use rockdda_base_room, only : reserve
-   use rockdda_contact_table, only : contact_table_type, contact_state
+   use rockdda_contact_table, only : contact_table_type, contact_state, is_of_interval, cut_no_interval
    use rockdda_contact_topology, only : contact_topology_type
    use rockdda_contact_history, only : contact_history_type
    use rockdda_contact_candidates, only : other_rows_type
    use rockdda_contact_corners, only : corner_station
+   use rockdda_contact_interval_history, only : stand_for_interval, begin_intervals, keep_deeper, depth_of
+   use rockdda_contact_interval_law, only : n_points, end_gaps
    use rockdda_contact_intervals, only : is_facing
    use rockdda_contact_new_lengths, only : new_lengths_type, free_new_lengths
    use rockdda_contact_outlines, only : outlines_type
@@ -61,7 +63,7 @@ contains
       real(wp), intent(in) :: touch         !! gap below which two blocks touch at the start [length]
       type(inheritance_work_type), intent(inout) :: work
       type(contact_table_type), intent(inout) :: table
-      integer :: p, rows
+      integer :: first, last, p, rows
       call make_room(work, previous%n, table%n, size(topology%block))
       if (.not. work%same_rows) then
          call find_sources(previous, history, topology, others, limits, table, work%source, work%is_taken)
@@ -69,16 +71,20 @@ contains
             call find_pressed(previous, topology, outlines, limits, table, work%source, work%pressed)
       end if
       rows = merge(copied, 1, work%same_rows)*piece
-      !$omp parallel do default(none) private(p) schedule(static) if (table%n > parallel_contacts) &
+      !$omp parallel do default(none) private(p, first, last) schedule(static) if (table%n > parallel_contacts) &
       !$omp shared(previous, topology, outlines, limits, first_step, touch, work, table, rows)
       do p = 1, (table%n + rows - 1)/rows
-         call begin_rows((p - 1)*rows + 1, min(p*rows, table%n), previous, topology, outlines, limits, first_step, &
-                         touch, work, table)
+         first = (p - 1)*rows + 1
+         last = min(p*rows, table%n)
+         call cut_no_interval(table%n, table%station, first, last)
+         call begin_rows(first, last, previous, topology, outlines, limits, first_step, touch, work, table)
       end do
       !$omp end parallel do
+      if (limits%by_length .and. .not. work%same_rows) &
+         call begin_intervals(previous, work%source, work%pressed, limits, table)
       if (limits%by_length) &
-         call free_new_lengths(previous, work%source, work%same_rows, work%is_taken, work%pressed, work%new_lengths, &
-                               table)
+         call free_new_lengths(previous, work%source, work%same_rows, work%is_taken, work%pressed, limits, &
+                               work%new_lengths, table)
       ! rows have partners where vertices meet edges only
       if (size(others) > 0) call part_partners(table)
    end subroutine hand_on_history
@@ -116,10 +122,13 @@ contains
       do k = merge(last + 1, first, work%same_rows), last
          row = abs(work%source(k))
          is_own = work%source(k) > 0
+         if (is_of_interval(table, k) .and. .not. is_own) row = 0
          if (row > 0) then
             call take_over(previous, row, k, limits%by_length, table)
             table%energy(k) = previous%energy(row)
             table%offset(k) = previous%offset(row)
+            ! gaps of intervals follow those of both rows
+            if (is_of_interval(table, k)) cycle
             if (limits%by_length .or. limits%corrected) then
                call keep_energy(previous, row, is_own, limits, k, table)
             else if (table%offset(k) < 0) then
@@ -130,16 +139,20 @@ contains
             table%offset(k) = 0
             touches = first_step .and. abs(table%gap(k)) <= near_gap(table, k, topology, limits, touch)
             table%bonded(k) = touches .and. table%length(k) > 0
-            table%tied(k) = table%bonded(k) .and. table%station(k) > 0
-            if (table%tied(k)) table%tied(k) = limits%is_tied(table%joint(k))
+            if (first_step) table%tied(k) = table%tied(k) .and. table%bonded(k)
+            table%bond_end(k) = merge(1, 0, table%bonded(k) .and. table%station(k) == n_points)
             ! what touches at the start is in contact; the first solve tells what stays so
             if (touches .and. table%partner(k) == 0) table%state(k) = contact_state%locked
-            if (limits%by_length .or. limits%corrected) &
+            if ((limits%by_length .or. limits%corrected) .and. .not. is_of_interval(table, k)) &
                call begin_row(previous, work%pressed, facing_edge(table, k, topology, outlines, limits), k, table)
          end if
          table%distance(k) = table%gap(k)
          table%gap(k) = table%gap(k) - table%offset(k)
       end do
+      if (.not. work%same_rows) &
+         call follow_intervals(first, last, table%n, table%station, work%source, table%state, table%tied, table%bonded, &
+                               table%total_slip, previous%length, table%gap, table%offset, table%length, &
+                               table%distance)
    end subroutine begin_rows
 
    !> `begin_rows` where each row goes on with itself, by length: whole runs of rows are copied.
@@ -160,36 +173,53 @@ contains
       table%total_slip(first:last) = previous%total_slip(first:last)
       table%energy(first:last) = previous%energy(first:last)
       table%offset(first:last) = previous%offset(first:last)
-      call follow_intervals(first, last, table%n, table%station, table%state, table%tied, table%bonded, &
-                            table%total_slip, previous%length, table%gap, table%offset, table%length, table%distance)
+      table%bond_end(first:last) = previous%bond_end(first:last)
+      call follow_intervals(first, last, table%n, table%station, state=table%state, tied=table%tied, &
+                            bonded=table%bonded, total_slip=table%total_slip, length_before=previous%length, &
+                            gap=table%gap, offset=table%offset, length=table%length, distance=table%distance)
       do k = first, last
-         if (table%station(k) /= 0 .and. table%station(k) /= corner_station) cycle
+         if (is_of_interval(table, k)) cycle
          call keep_energy(previous, k, .true., limits, k, table)
          table%distance(k) = table%gap(k)
          table%gap(k) = table%gap(k) - table%offset(k)
       end do
    end subroutine go_on
 
-   !> `keep_energy` for stations of intervals that go on with themselves, and their gaps. Many arguments: arrays of
-   !> constant shape spare the place of each number.
-   pure subroutine follow_intervals(first, last, n, station, state, tied, bonded, total_slip, length_before, gap, &
+   !> `keep_energy` for intervals that go on with themselves, and their gaps. Many arguments: arrays of constant shape
+   !> spare the place of each number.
+pure subroutine follow_intervals(first, last, n, station, source, state, tied, bonded, total_slip, length_before, gap, &
                                     offset, length, distance)
-      integer, intent(in) :: first, last, n
+      integer, intent(in) :: first, last, n   !! no interval is cut
       integer(i1), intent(in) :: station(n), state(n)
+      integer, intent(in), optional :: source(n)   !! row of the last step that goes on; absent: each with itself
       logical(l1), intent(in) :: tied(n), bonded(n)
-      real(wp), intent(in) :: total_slip(n), length_before(n)
+      real(wp), intent(in) :: total_slip(n)
+      real(wp), intent(in) :: length_before(*)     !! of the last step
       real(wp), intent(inout) :: gap(n), offset(n), length(n), distance(n)
-      integer :: k
-      do k = first, last
-         if (station(k) == 0 .or. station(k) == corner_station) cycle
-         if (tied(k)) then
-            length(k) = length_before(k)
-         else
-            if (bonded(k) .and. .not. total_slip(k) > 0) length(k) = min(length(k), length_before(k))
-            call follow_gap(state(k) /= contact_state%open, gap(k), offset(k))
+      real(wp) :: lowest
+      integer :: i, k, row
+      do k = first, last - 1
+         if (station(k) /= 1) cycle
+         if (present(source)) then
+            if (source(k) <= 0) cycle
          end if
-         distance(k) = gap(k)
-         gap(k) = gap(k) - offset(k)
+         do i = k, k + 1
+            row = i
+            if (present(source)) row = source(i)
+            ! what comes to face each other later is not bonded: the bond keeps its own length until it slips
+            if (tied(i)) then
+               length(i) = length_before(row)
+            else if (bonded(i) .and. .not. total_slip(i) > 0) then
+               length(i) = min(length(i), length_before(row))
+            end if
+            distance(i) = gap(i)
+         end do
+         if (state(k) == contact_state%open) then
+            ! it closes without force
+            lowest = minval(end_gaps(distance(k:k + 1)))
+            offset(k:k + 1) = min(max(0.0_wp, offset(k:k + 1)), lowest)
+         end if
+         gap(k:k + 1) = distance(k:k + 1) - offset(k:k + 1)
       end do
    end subroutine follow_intervals
 
@@ -275,6 +305,9 @@ contains
       table%normal_force(k) = previous%normal_force(row)
       table%bonded(k) = previous%bonded(row)
       table%tied(k) = previous%tied(row)
+      table%bond_end(k) = 0
+      if (is_of_interval(table, k) .and. table%station(k) == previous%station(row)) &
+         table%bond_end(k) = previous%bond_end(row)
       ! of ties: other joints get the stiffness of the length for which they stand now
       if (by_length) then
          table%k_n(k) = previous%k_n(row)
@@ -293,7 +326,7 @@ contains
       type(search_limits_type), intent(in) :: limits
       integer, intent(in) :: k
       type(contact_table_type), intent(inout) :: table
-      real(wp) :: depth, share
+      real(wp) :: depth
       logical :: is_closed
       is_closed = table%state(k) /= contact_state%open
       if (table%tied(k)) then
@@ -306,12 +339,11 @@ contains
       if (limits%by_length .and. table%bonded(k) .and. .not. previous%total_slip(row) > 0) &
          table%length(k) = min(table%length(k), previous%length(row))
       if (.not. is_own .and. is_closed) then
-         depth = max(0.0_wp, depth_of(previous, row))
-         ! the end of an interval may stand for more than the corner did, which kept its length
-         if (limits%by_length .and. table%length(k) > previous%length(row)) then
-            share = sqrt(previous%length(row)/table%length(k))
-            depth = share*depth
-            table%shear(k) = share*table%shear(k)
+         if (is_of_interval(previous, row)) then
+            call stand_for_interval(previous, row, k, depth, table)
+            if (table%state(k) == contact_state%open) return
+         else
+            depth = max(0.0_wp, depth_of(previous, row))
          end if
          table%offset(k) = min(max(0.0_wp, previous%offset(row)), table%gap(k) + depth)
       else
@@ -385,24 +417,6 @@ contains
          if (.not. is_facing(f, table%edge(c), outlines, limits%cosine)) f = 0
       end if
    end function facing_edge
-
-   !> Row c instead of a row that is compressed less.
-   pure subroutine keep_deeper(table, c, row)
-      type(contact_table_type), intent(in) :: table
-      integer, intent(in) :: c
-      integer, intent(inout) :: row
-      if (row > 0) then
-         if (depth_of(table, row) >= depth_of(table, c)) return
-      end if
-      row = c
-   end subroutine keep_deeper
-
-   !> Compression of the normal spring of a row at the end of its step.
-   pure real(wp) function depth_of(table, row)
-      type(contact_table_type), intent(in) :: table
-      integer, intent(in) :: row
-      depth_of = table%normal_force(row)/table%k_n(row)
-   end function depth_of
 
    !> A row without a predecessor. Behind the edge it is as deep as the springs beside it on the same edges compressed
    !> like them, the rest of its depth is free of force. Where these springs are free of force at a gap, by the initial

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> Intervals of the joints between close blocks, which become rows of a contact table, one for each station; and what
+!> Intervals of the joints between close blocks, which become rows of a contact table, two for each; and what
 !> they cover.
 module rockdda_contact_interval_search
    use rockdda_base_kinds, only : wp
@@ -12,10 +12,11 @@ module rockdda_contact_interval_search
    use rockdda_contact_topology, only : contact_topology_type
    use rockdda_contact_outlines, only : outlines_type
    use rockdda_contact_candidates, only : candidate_list_type
-   use rockdda_contact_intervals, only : interval_type, measure_interval, most_points
+   use rockdda_contact_interval_law, only : n_points
+   use rockdda_contact_intervals, only : interval_type, measure_interval
    use rockdda_contact_near_lists, only : near_lists_type, near_part_type, n_heads, edges_with_edges, &
                                            corners_with_corners, vertices_of_first, vertices_of_second
-   use rockdda_contact_search_limits, only : search_limits_type
+   use rockdda_contact_search_limits, only : search_limits_type, placing_share
    use rockdda_contact_narrow_phase, only : collect_pair
    implicit none
    private
@@ -39,7 +40,7 @@ contains
       type(exposure_type), intent(inout) :: exposure
       type(candidate_list_type), intent(inout) :: found(:)   !! (parts)
       integer :: part, n_parts, k, before
-      logical :: is_tied, may_be_tied
+      logical :: may_be_tied
       n_parts = pairs%n_parts()
       found%n_kept = 0
       !$omp parallel do default(none) shared(pairs, lists, blocks, topology, outlines, vertices, limits, previous) &
@@ -65,12 +66,15 @@ contains
       do part = 1, n_parts
          do k = 1, found(part)%n_intervals
             associate (interval => found(part)%intervals(k))
-               is_tied = .false.
                if (may_be_tied) then
                   before = history%find(previous, interval%f, interval%e, 1)
-                  if (before > 0) is_tied = previous%tied(before)
+                  if (before > 0) then
+                     interval%is_tied = previous%tied(before)
+                  else if (limits%is_tied(max(blocks%edge_joint(interval%f), blocks%edge_joint(interval%e)))) then
+                     interval%is_tied = begins_tied(interval, topology, outlines, limits)
+                  end if
                end if
-               call exposure%cover(interval, is_tied)
+               call exposure%cover(interval, interval%is_tied)
             end associate
          end do
       end do
@@ -79,6 +83,22 @@ contains
          call drop_hidden_intervals(exposure, outlines, topology, vertices, found(part))
       end do
    end subroutine search_faces
+
+   !> Do the edges of an interval of intact rock touch where blocks are placed?
+   pure logical function begins_tied(interval, topology, outlines, limits)
+      type(interval_type), intent(in) :: interval
+      type(contact_topology_type), intent(in) :: topology
+      type(outlines_type), intent(in) :: outlines
+      type(search_limits_type), intent(in) :: limits
+      real(wp) :: touch
+      begins_tied = allocated(limits%is_born)
+      if (.not. begins_tied) return
+      associate (f => interval%f, e => interval%e)
+         touch = min(limits%touch, placing_share*min(outlines%length(f), outlines%length(e)))
+         begins_tied = (limits%is_born(topology%block(f)) .or. limits%is_born(topology%block(e))) .and. &
+                       max(abs(interval%gap_low), abs(interval%gap_high)) <= touch
+      end associate
+   end function begins_tied
 
    !> A block that rides on another, and stands deeper in it than the surface ahead, faces the side of the next block by
    !> that depth: too short an interval to count, when its corner cannot strike that side.
@@ -254,19 +274,19 @@ contains
       d(2) = vertices(2, f) - vertices(2, e)
       along = d(1)*tangent(1, e) + d(2)*tangent(2, e)
       gap = d(1)*tangent(2, e) - d(2)*tangent(1, e)
-      slack = (limits%sine + 1.0e-9_wp)*(abs(d(1)) + abs(d(2)) + length(f) + length(e))
+      slack = (limits%facing_sine() + 1.0e-9_wp)*(abs(d(1)) + abs(d(2)) + length(f) + length(e))
       may_face = along >= -slack .and. along - length(f) <= length(e) + slack .and. gap <= limits%reach + slack .and. &
                  gap >= -limits%penetration - slack
    end function may_face
 
-   !> Was a station of these edges closed at the end of the last step?
+   !> Was the interval of these edges closed at the end of the last step?
    pure logical function was_closed(f, e, previous, history)
       integer, intent(in) :: f, e
       type(contact_table_type), intent(in) :: previous
       type(contact_history_type), intent(in) :: history
       integer :: k, row
       was_closed = .false.
-      do k = 1, most_points
+      do k = 1, n_points
          row = history%find(previous, f, e, k)
          if (row == 0) cycle
          was_closed = previous%state(row) /= contact_state%open

@@ -6,37 +6,32 @@
 !>      next(e) ------------------------ e              edge e of block b, from right to left
 !>              block b below
 !>           |<-------- L ------------->|
-!>           3             2            1               stations, in the direction of e; gap and slip are linear
+!>                 2           1                        points, in the direction of e; gap and slip are linear
 !>
-!> The springs of a joint stand at stations of Lobatto's rule, whose weights add up to L: with three, L/6, 2L/3, L/6.
-!> The ends are those of one of the two edges, so that they are contacts of a vertex with an edge, and blocks rock about
-!> their corners; the weighted sum of the squares is L^3/12, so that a closed joint has its bending stiffness.
+!> An interval is two rows of the contact table, at the points of Gauss's rule, each for L/2. Its ends are those of one
+!> of the two edges: corners on edges, of which gap, place and normal at the points are interpolated. What the joint
+!> does when it is closed on a part of its length is found in rockdda_contact_interval_law. The points of a tie stand
+!> close to the middle, so that two equal springs have a stiff mean and a soft linear part.
 !>
 !> Edges face each other when they run in opposite directions within the angle tolerance, overlap by more than they
 !> are deep in each other, and neither lies deeper than a circle fits into the other's block. An interval that was
 !> closed at the end of the last step may be deeper: soft joints press splinters by more than they are thick.
 module rockdda_contact_intervals
    use rockdda_base_kinds, only : wp
+   use rockdda_contact_interval_law, only : first_place, n_points
    use rockdda_contact_topology, only : contact_topology_type
    use rockdda_contact_outlines, only : outlines_type
    implicit none
    private
    public :: interval_type
-   public :: measure_interval, place_intervals, place_stations, station_share, is_facing, most_points
-
-   !> Stations of an interval, at most.
-   integer, parameter :: most_points = 5
+   public :: measure_interval, place_intervals, place_points, is_facing, tie_place
 
    !> Overlaps shorter than this share of the shorter edge are none.
    real(wp), parameter :: least_overlap = 1.0e-9_wp
 
-   !> Positions and weights of Lobatto's rule with 3, 4 and 5 points on [0, 1].
-   real(wp), parameter :: position_3(3) = [0.0_wp, 0.5_wp, 1.0_wp]
-   real(wp), parameter :: weight_3(3) = [1.0_wp, 4.0_wp, 1.0_wp]/6
-   real(wp), parameter :: position_4(4) = [0.0_wp, 0.276393202250021030_wp, 0.723606797749978970_wp, 1.0_wp]
-   real(wp), parameter :: weight_4(4) = [1.0_wp, 5.0_wp, 5.0_wp, 1.0_wp]/12
-   real(wp), parameter :: position_5(5) = [0.0_wp, 0.172673164646011428_wp, 0.5_wp, 0.827326835353988572_wp, 1.0_wp]
-   real(wp), parameter :: weight_5(5) = [9.0_wp, 49.0_wp, 64.0_wp, 49.0_wp, 9.0_wp]/180
+   !> Place of the first point of a tie: the springs are 1000 times as stiff for the mean as for the linear part
+   !> (rockdda_interaction_ties), (1/2 - place)^2 = 1/(12 * 1000).
+   real(wp), parameter :: tie_place = 0.5_wp - 0.0091287092917527685_wp
 
    !> Where an interval lies, and how far its edges are apart. (No values to begin with: `measure_interval` sets what
    !> there is.)
@@ -47,11 +42,12 @@ module rockdda_contact_intervals
       real(wp) :: tangent(2)                   !! mean direction of the edges, along e
       integer :: f, e                          !! edges
       integer :: joint                         !! joint material, by length
-      integer :: row                           !! of its first station in the table, once rows are sorted
+      integer :: row                           !! its first one in the table, once rows are sorted
       integer :: vertex_low, vertex_high       !! corner at each end; 0 where the edges do not overlap
       integer :: edge_low, edge_high           !! and the edge that it stands on
       logical :: exists
       logical :: is_deep                       !! not for its depth in a thin block alone
+      logical :: is_tied                       !! intact rock
    end type interval_type
 
 contains
@@ -78,6 +74,7 @@ contains
                    outlines%length, interval)
       interval%exists = .false.
       interval%is_deep = .false.
+      interval%is_tied = .false.
       if (interval%vertex_low == 0) return
       depth = -max(interval%gap_low, interval%gap_high)
       if (.not. depth < interval%high - interval%low) return
@@ -138,100 +135,66 @@ contains
       gap_of = (vertices(1, v) - vertices(1, e))*tangent(2, e) + (vertices(2, v) - vertices(2, e))*(-tangent(1, e))
    end function gap_of
 
-   !> Share of an interval's length that station k of n stands for.
-   pure real(wp) function station_share(k, n)
-      integer, intent(in) :: k, n
-      select case (n)
-      case (4)
-         station_share = weight_4(k)
-      case (5)
-         station_share = weight_5(k)
-      case default
-         station_share = weight_3(k)
-      end select
-   end function station_share
-
-   !> Geometry of the stations of all intervals of a list, in their rows.
-   pure subroutine place_intervals(intervals, points, nv, vertices, tangent, n, point, share, normal, gap, weight)
+   !> Geometry of the points of all intervals of a list, in their rows.
+   pure subroutine place_intervals(intervals, nv, vertices, tangent, n, point, share, normal, gap, length)
       type(interval_type), intent(in) :: intervals(:)
-      integer, intent(in) :: points(:)             !! (joints) stations of an interval
       integer, intent(in) :: nv, n                 !! vertices, rows
       real(wp), intent(in) :: vertices(2, nv), tangent(2, nv)
-      real(wp), intent(inout) :: point(2, n), share(n), normal(2, n), gap(n), weight(n)   !! as of `place_stations`
+      real(wp), intent(inout) :: point(2, n), share(n), normal(2, n), gap(n), length(n)   !! as of `place_points`
       integer :: i
       do i = 1, size(intervals)
          associate (row => intervals(i)%row)
-            call place_stations(intervals(i), points(intervals(i)%joint), nv, vertices, tangent, point(1, row), &
-                                share(row), normal(1, row), gap(row), weight(row))
+            call place_points(intervals(i), nv, vertices, tangent, point(1, row), share(row), normal(1, row), gap(row), &
+                              length(row))
          end associate
       end do
    end subroutine place_intervals
 
-   !> Geometry of the n stations of an interval. Their normals are those of the edges on which corners stand, between
-   !> the ends the mean of both edges.
-   pure subroutine place_stations(interval, n, nv, vertices, tangent, point, share, normal, gap, weight)
+   !> Geometry of the points of an interval. Gaps and normals lie on the line between those of the ends, where corners
+   !> stand on edges.
+   pure subroutine place_points(interval, nv, vertices, tangent, point, share, normal, gap, length)
       type(interval_type), intent(in) :: interval
-      integer, intent(in) :: n, nv
+      integer, intent(in) :: nv
       real(wp), intent(in) :: vertices(2, nv), tangent(2, nv)
-      real(wp), intent(out) :: point(2, n)    !! corner, or between the edges [length]
-      real(wp), intent(out) :: share(n)       !! of the gap between the point and block a
-      real(wp), intent(out) :: normal(2, n)   !! unit vector from block b to block a
-      real(wp), intent(out) :: gap(n)         !! [length]
-      real(wp), intent(out) :: weight(n)      !! length of joint that each stands for [length]
-      real(wp) :: t(2), foot(2), head(2), overlap, along, along_e, along_f, part
+      real(wp), intent(out) :: point(2, n_points)    !! half-way between the edges [length]
+      real(wp), intent(out) :: share(n_points)       !! of the gap between the point and block a
+      real(wp), intent(out) :: normal(2, n_points)   !! unit vector from block b to block a
+      real(wp), intent(out) :: gap(n_points)         !! [length]
+      real(wp), intent(out) :: length(n_points)      !! of joint that each stands for [length]
+      real(wp) :: t(2), foot(2), head(2), low(2), high(2), overlap, along, along_e, along_f, place
       integer :: k
       overlap = interval%high - interval%low
-      call place_end(interval%vertex_low, interval%edge_low, interval%f, nv, vertices, tangent, point(:, 1), share(1), &
-                     normal(:, 1))
-      call place_end(interval%vertex_high, interval%edge_high, interval%f, nv, vertices, tangent, point(:, n), &
-                     share(n), normal(:, n))
-      gap(1) = interval%gap_low
-      gap(n) = interval%gap_high
-      weight(1) = station_share(1, n)*overlap
-      weight(n) = station_share(n, n)*overlap
+      low = end_normal(interval%edge_low, interval%f, nv, tangent)
+      high = end_normal(interval%edge_high, interval%f, nv, tangent)
       t = interval%tangent
       associate (f => interval%f, e => interval%e)
          along_e = tangent(1, e)*t(1) + tangent(2, e)*t(2)
          along_f = tangent(1, f)*t(1) + tangent(2, f)*t(2)
-         do k = 2, n - 1
-            select case (n)
-            case (4)
-               part = position_4(k)
-            case (5)
-               part = position_5(k)
-            case default
-               part = position_3(k)
-            end select
-            along = interval%low + part*overlap
+         do k = 1, n_points
+            place = merge(tie_place, first_place, interval%is_tied)
+            if (k == n_points) place = 1 - place
+            along = interval%low + place*overlap
             foot = vertices(:, e) + along/along_e*tangent(:, e)
             head = vertices(:, f) + (along - interval%start)/along_f*tangent(:, f)
-            normal(1, k) = t(2)
-            normal(2, k) = -t(1)
-            gap(k) = (head(1) - foot(1))*t(2) + (head(2) - foot(2))*(-t(1))
+            normal(:, k) = low + place*(high - low)
+            normal(:, k) = normal(:, k)/sqrt(normal(1, k)**2 + normal(2, k)**2)
+            gap(k) = interval%gap_low + place*(interval%gap_high - interval%gap_low)
             share(k) = 0.5_wp
             point(:, k) = 0.5_wp*(foot + head)
-            weight(k) = station_share(k, n)*overlap
+            length(k) = overlap/n_points
          end do
       end associate
-   end subroutine place_stations
+   end subroutine place_points
 
-   !> The station at the end of an interval, where a corner stands on an edge.
-   pure subroutine place_end(v, edge, f, nv, vertices, tangent, point, share, normal)
-      integer, intent(in) :: v, edge
+   !> Normal, from block b to block a, of the edge on which a corner stands at the end of an interval.
+   pure function end_normal(edge, f, nv, tangent) result(normal)
+      integer, intent(in) :: edge
       integer, intent(in) :: f, nv          !! edge of block a, vertices
-      real(wp), intent(in) :: vertices(2, nv), tangent(2, nv)
-      real(wp), intent(out) :: point(2), share, normal(2)
-      point = vertices(:, v)
-      if (edge == f) then
-         ! on an edge of block a it is a corner of block b
-         share = 1
-         normal(1) = -tangent(2, edge)
-         normal(2) = tangent(1, edge)
-      else
-         share = 0
-         normal(1) = tangent(2, edge)
-         normal(2) = -tangent(1, edge)
-      end if
-   end subroutine place_end
+      real(wp), intent(in) :: tangent(2, nv)
+      real(wp) :: normal(2)
+      normal(1) = tangent(2, edge)
+      normal(2) = -tangent(1, edge)
+      if (edge == f) normal = -normal
+   end function end_normal
 
 end module rockdda_contact_intervals

@@ -242,9 +242,7 @@ contains
       real(wp) :: d(2), turns(2), along, gap, slack, size_of_d, sine
       integer :: i, j, f, e
       n = 0
-      ! of the widest angle
-      sine = limits%sine
-      if (limits%held_cosine < limits%cosine) sine = sqrt(1 - limits%held_cosine**2)
+      sine = limits%facing_sine()
       do i = 1, near%n_edges_a
          f = near%edges_a(i)
          do j = 1, near%n_edges_b
@@ -257,7 +255,7 @@ contains
                along = d(1)*t(1, e) + d(2)*t(2, e)
                gap = d(1)*t(2, e) - d(2)*t(1, e)
                size_of_d = abs(d(1)) + abs(d(2))
-               ! positions along e and gaps on the interval differ from these by the sine of the tolerance
+               ! positions along e and gaps on the interval differ from these by the sine of the angle
                slack = (sine + 1.0e-9_wp)*(size_of_d + length(f) + length(e) + 8*allowance) + &
                        6*allowance + size_of_d*turns(2)
                if (along < -slack .or. along - length(f) > length(e) + slack) cycle
@@ -386,7 +384,7 @@ contains
       real(wp), intent(in) :: turn                         !! of both [rad]
       type(search_limits_type), intent(in) :: limits
       ! cos(tolerance - turn) is less
-      stays_facing = one(1)*other(1) + one(2)*other(2) <= -(limits%cosine + limits%sine*turn) - 4*epsilon(turn) .and. &
+      stays_facing = one(1)*other(1) + one(2)*other(2) <= -(limits%cosine + limits%facing_sine()*turn) - 4*epsilon(turn) .and. &
                      turn < limits%sine
    end function stays_facing
 

@@ -4,8 +4,9 @@ module rockdda_contact_new_lengths
    use rockdda_base_first_use, only : take_pages
    use rockdda_base_kinds, only : wp, i1, l1
    use rockdda_base_parallel, only : parallel_contacts, piece, n_pieces, n_ranges, range_of
-   use rockdda_contact_corners, only : corner_station
-   use rockdda_contact_table, only : contact_table_type, contact_state
+   use rockdda_contact_interval_law, only : closed_part_type, depth_of_energy, end_gaps, find_closed_part, part_forces
+   use rockdda_contact_search_limits, only : search_limits_type
+   use rockdda_contact_table, only : contact_table_type, contact_state, cut_no_interval, is_of_interval
    implicit none
    private
    public :: new_lengths_type, free_new_lengths
@@ -18,7 +19,8 @@ module rockdda_contact_new_lengths
       !> (4, nv), or as many numbers in another shape: length that bears, before and now [length]; energy gained by the
       !> springs whose energy rises, and lost by those whose energy falls [energy].
       real(wp), allocatable :: sums(:, :)
-      !> (2, >= rows) Energy of each row that is compressed, before and now; -1 and -1 for others that bear [energy].
+      !> (2, >= rows) Half of the energy of the interval of each row that is pressed together, before and now; -1 and -1
+      !> for others that bear [energy].
       real(wp), allocatable :: stored(:, :)
    end type new_lengths_type
 
@@ -27,12 +29,13 @@ contains
    !> What the joints of both edges bear more than in the last step begins free of force: the length by which both have
    !> grown, and the energy that a spring has more, by its length and its new place, than springs of one of its edges
    !> have lost. Where a block slides from one to the next its edge bears as much as before, and nothing changes.
-   subroutine free_new_lengths(previous, source, same_rows, is_taken, pressed, work, table)
+   subroutine free_new_lengths(previous, source, same_rows, is_taken, pressed, limits, work, table)
       type(contact_table_type), intent(in) :: previous
       integer, intent(in) :: source(:)          !! (>= rows) row of the last step that goes on, 0 none
       logical, intent(in) :: same_rows          !! each row goes on with itself, and there were no others
       logical, intent(in) :: is_taken(0:)       !! (>= rows of the last step) it goes on; not set with `same_rows`
       integer, intent(in) :: pressed(:)         !! (nv) row of the last step that is compressed most, of each edge
+      type(search_limits_type), intent(in) :: limits
       type(new_lengths_type), intent(inout) :: work
       type(contact_table_type), intent(inout) :: table
       integer :: p, ends(2), ranges, nv
@@ -51,16 +54,18 @@ contains
       end if
       ! every range of edges adds up its own sums, in the order of the rows
       ranges = n_ranges(table%n > parallel_contacts)
-      !$omp parallel default(none) shared(previous, source, same_rows, is_taken, pressed, work, table, ranges, nv) &
-      !$omp private(p, ends) if (table%n > parallel_contacts)
+      !$omp parallel default(none) private(p, ends) if (table%n > parallel_contacts) &
+      !$omp shared(previous, source, same_rows, is_taken, pressed, limits, work, table, ranges, nv)
       !$omp do schedule(static)
       do p = 1, n_pieces(table%n)
          if (same_rows) then
-            call compare_energies((p - 1)*piece + 1, min(p*piece, table%n), table%n, table%station, table%state, &
-                                  table%tied, table%gap, table%shear, table%length, previous%length, previous%k_n, &
-                                  previous%k_s, previous%shear, previous%normal_force, work%stored)
+            call compare_energies((p - 1)*piece + 1, min(p*piece, table%n), table%n, limits, table%joint, &
+                                  table%station, table%state, table%tied, table%bonded, table%gap, table%shear, &
+                                  table%length, previous%length, previous%k_n, &
+                                  previous%k_s, previous%energy, work%stored)
          else
-            call find_energies((p - 1)*piece + 1, min(p*piece, table%n), previous, source, pressed, table, work%stored)
+            call find_energies((p - 1)*piece + 1, min(p*piece, table%n), previous, source, pressed, limits, table, &
+                               work%stored)
          end if
       end do
       !$omp end do
@@ -77,8 +82,10 @@ contains
       !$omp end do
       !$omp do schedule(static)
       do p = 1, n_pieces(table%n)
-         call free_rows((p - 1)*piece + 1, min(p*piece, table%n), nv, table%n, table%vertex, table%edge, &
-                        work%stored, work%sums, table%gap, table%offset, table%shear)
+         ends = [(p - 1)*piece + 1, min(p*piece, table%n)]
+         call cut_no_interval(table%n, table%station, ends(1), ends(2))
+         call free_rows(ends(1), ends(2), nv, table%n, limits, table%joint, table%bonded, table%station, table%vertex, &
+                        table%edge, work%stored, work%sums, table%gap, table%offset, table%shear)
       end do
       !$omp end do
       !$omp end parallel
@@ -86,54 +93,63 @@ contains
 
    !> Energies of some of the rows before and now, of those that are compressed; -1 for others that bear, and -2 for
    !> those that do not.
-   pure subroutine find_energies(first, last, previous, source, pressed, table, energy)
+   pure subroutine find_energies(first, last, previous, source, pressed, limits, table, energy)
       integer, intent(in) :: first, last
       type(contact_table_type), intent(in) :: previous
       integer, intent(in) :: source(:), pressed(:)
+      type(search_limits_type), intent(in) :: limits
       type(contact_table_type), intent(in) :: table
       real(wp), intent(inout) :: energy(:, :)   !! (2, >= rows)
-      integer :: k
+      integer :: k, r
       do k = first, last
          energy(1, k) = -2
          if (.not. is_bearing(table, k)) cycle
          energy(:, k) = -1
-         if (table%gap(k) < 0 .and. .not. table%tied(k)) &
-            energy(:, k) = energies(previous, abs(source(k)), pressed(table%vertex(k)), pressed(table%edge(k)), k, &
-                                    table)
+         r = k + 1 - table%station(k)
+         if (any(end_gaps(table%gap(r:r + 1)) < 0) .and. .not. table%tied(k)) &
+            energy(:, k) = energies(previous, source, pressed(table%vertex(k)), pressed(table%edge(k)), limits, k, table)
       end do
    end subroutine find_energies
 
    !> `find_energies` where each row goes on with itself. Many arguments: arrays of constant shape spare the place of
    !> each number.
-   pure subroutine compare_energies(first, last, n, station, state, tied, gap, shear, length, length_before, k_n, k_s, &
-                                    shear_before, normal_force, energy)
+   pure subroutine compare_energies(first, last, n, limits, joint, station, state, tied, bonded, gap, shear, &
+                                    length, length_before, k_n, k_s, energy_before, energy)
       integer, intent(in) :: first, last, n
+      type(search_limits_type), intent(in) :: limits
+      integer, intent(in) :: joint(n)
       integer(i1), intent(in) :: station(n), state(n)
-      logical(l1), intent(in) :: tied(n)
+      logical(l1), intent(in) :: tied(n), bonded(n)
       real(wp), intent(in) :: gap(n), shear(n), length(n)
       !> At the end of the last step.
-      real(wp), intent(in) :: length_before(n), k_n(n), k_s(n), shear_before(n), normal_force(n)
+      real(wp), intent(in) :: length_before(n), k_n(n), k_s(n), energy_before(n)
       real(wp), intent(inout) :: energy(2, n)
-      real(wp) :: before, now
-      integer :: k
+      real(wp) :: more
+      integer :: k, r
       do k = first, last
-         before = -2
-         now = -2
-         if (station(k) > 0 .and. station(k) /= corner_station .and. state(k) /= contact_state%open) then
-            before = -1
-            now = -1
-            if (gap(k) < 0 .and. .not. tied(k)) then
-               before = 0.5_wp*k_s(k)*shear_before(k)**2
-               if (k_n(k) > 0) before = before + 0.5_wp*normal_force(k)**2/k_n(k)
-               now = before
-               if (length_before(k) > 0) now = 0.5_wp*(length(k)/length_before(k))*(k_n(k)*gap(k)**2 + &
-                                                                                   k_s(k)*shear(k)**2)
-            end if
-         end if
-         energy(1, k) = before
-         energy(2, k) = now
+         energy(:, k) = -2
+         if (.not. (station(k) == 1 .or. station(k) == 2) .or. state(k) == contact_state%open) cycle
+         energy(:, k) = -1
+         if (tied(k)) cycle
+         r = k + 1 - station(k)
+         if (.not. any(end_gaps(gap(r:r + 1)) < 0)) cycle
+         more = 1
+         if (length_before(k) > 0) more = length(k)/length_before(k)
+         energy(1, k) = 0.5_wp*(energy_before(r) + energy_before(r + 1))
+         energy(2, k) = 0.5_wp*interval_energy(gap(r:r + 1), shear(r:r + 1), more*k_n(k), more*k_s(k), &
+                                              limits%has_penalty(joint(k)) .and. .not. bonded(k))
       end do
    end subroutine compare_energies
+
+   !> Energy of the springs of an interval that is not bonded.
+   pure real(wp) function interval_energy(gap, shear, k_n, k_s, penalty) result(energy)
+      real(wp), intent(in) :: gap(2), shear(2)   !! [length]
+      real(wp), intent(in) :: k_n, k_s           !! of one of the rows [force/length]
+      logical, intent(in) :: penalty             !! they are none of the joint
+      type(closed_part_type) :: part
+      call find_closed_part(gap, [0.0_wp, 0.0_wp], penalty, part)
+      energy = 0.5_wp*(k_s*sum(shear**2) - dot_product(gap, part_forces(part, 2*k_n, gap)))
+   end function interval_energy
 
    !> Of some of the edges: the length that bears before and now, the energy that springs have gained and lost since the
    !> end of the last step.
@@ -157,7 +173,7 @@ contains
       do k = 1, previous%n
          if (.not. is_bearing(previous, k)) cycle
          more = 0
-         if (.not. (is_taken(k) .or. previous%tied(k))) more = stored(previous, k)
+         if (.not. (is_taken(k) .or. previous%tied(k))) more = previous%energy(k)
          call add(previous%vertex(k), previous%edge(k), [previous%length(k), 0.0_wp, 0.0_wp, more], first, last, nv, &
                   sums)
       end do
@@ -199,19 +215,23 @@ contains
       if (e >= first .and. e <= last) sums(:, e) = sums(:, e) + what
    end subroutine add
 
-   !> Free the new lengths of some of the rows.
-   pure subroutine free_rows(first, last, nv, n, vertex, edge, energy, sums, gap, offset, shear)
-      integer, intent(in) :: first, last
+   !> Free the new lengths of the intervals of some of the rows.
+   pure subroutine free_rows(first, last, nv, n, limits, joint, bonded, station, vertex, edge, energy, sums, gap, offset, shear)
+      integer, intent(in) :: first, last                   !! no interval is cut
       integer, intent(in) :: nv, n                         !! vertices, rows
+      type(search_limits_type), intent(in) :: limits
+      integer, intent(in) :: joint(n)
+      logical(l1), intent(in) :: bonded(n)
+      integer(i1), intent(in) :: station(n)
       integer, intent(in) :: vertex(n), edge(n)
       real(wp), intent(in) :: energy(2, n)                 !! of `find_energies`
       real(wp), intent(in) :: sums(4, nv)
       real(wp), intent(inout) :: gap(n), offset(n), shear(n)
       real(wp) :: growth, rise, share, shift, covered
       integer :: k, f, e
-      logical :: grows, rises
+      logical :: grows, rises, penalty
       do k = first, last
-         if (.not. energy(1, k) >= 0) cycle
+         if (station(k) /= 1 .or. .not. energy(1, k) >= 0) cycle
          f = vertex(k)
          e = edge(k)
          rise = energy(2, k) - energy(1, k)
@@ -231,50 +251,52 @@ contains
             share = min(share, sqrt((energy(1, k) + rise*covered)/energy(2, k)))
          end if
          if (share >= 1) cycle
-         shift = gap(k)*(1 - share)
-         offset(k) = offset(k) + shift
-         gap(k) = gap(k) - shift
-         shear(k) = shear(k)*share
+         penalty = limits%has_penalty(joint(k)) .and. .not. bonded(k)
+         shift = depth_of_energy(gap(k:k + 1), 1.0_wp, penalty, &
+                                 share**2*interval_energy(gap(k:k + 1), [0.0_wp, 0.0_wp], 0.5_wp, 0.0_wp, penalty))
+         offset(k:k + 1) = offset(k:k + 1) + shift
+         gap(k:k + 1) = gap(k:k + 1) - shift
+         shear(k:k + 1) = shear(k:k + 1)*share
       end do
    end subroutine free_rows
 
-   !> Energy of the springs of row k: at the end of the last step, and with the length and the gap that it has now.
-   pure function energies(previous, row, first, second, k, table) result(e)
+   !> Half of the energy of the springs of the interval of row k: at the end of the last step, and with the length and
+   !> the gaps that it has now.
+   pure function energies(previous, source, first, second, limits, k, table) result(e)
       type(contact_table_type), intent(in) :: previous
-      integer, intent(in) :: row             !! of the last step that goes on as row k, 0 none
+      integer, intent(in) :: source(:)       !! (>= rows) row of the last step that goes on, 0 none
       integer, intent(in) :: first, second   !! rows of the last step on its edges, 0 none: for the stiffness
+      type(search_limits_type), intent(in) :: limits
       integer, intent(in) :: k
       type(contact_table_type), intent(in) :: table
-      real(wp) :: e(2)
-      integer :: like
+      real(wp) :: e(2), share
+      integer :: i, like, r, row
       e = 0
-      if (row > 0) e(1) = stored(previous, row)
-      like = row
+      r = k + 1 - table%station(k)
+      like = 0
+      do i = r, r + 1
+         row = abs(source(i))
+         if (row == 0) cycle
+         e(1) = e(1) + 0.5_wp*previous%energy(row)
+         if (like == 0) like = row
+      end do
       if (like == 0) like = first
       if (like == 0) like = second
       if (like == 0) return
       if (.not. previous%length(like) > 0) then
          e(2) = e(1)
       else
-         e(2) = 0.5_wp*(table%length(k)/previous%length(like))*(previous%k_n(like)*table%gap(k)**2 + &
-                                                               previous%k_s(like)*table%shear(k)**2)
+         share = table%length(k)/previous%length(like)
+         e(2) = 0.5_wp*interval_energy(table%gap(r:r + 1), table%shear(r:r + 1), share*previous%k_n(like), &
+                                       share*previous%k_s(like), limits%has_penalty(table%joint(k)) .and. .not. table%bonded(k))
       end if
    end function energies
 
-   !> Energy of the springs of a row at the end of its step.
-   pure real(wp) function stored(previous, row)
-      type(contact_table_type), intent(in) :: previous
-      integer, intent(in) :: row
-      stored = 0.5_wp*previous%k_s(row)*previous%shear(row)**2
-      if (previous%k_n(row) > 0) stored = stored + 0.5_wp*previous%normal_force(row)**2/previous%k_n(row)
-   end function stored
-
-   !> Is a row a closed station of an interval?
+   !> Is a row one of a closed interval?
    pure logical function is_bearing(table, k)
       type(contact_table_type), intent(in) :: table
       integer, intent(in) :: k
-      is_bearing = table%station(k) > 0 .and. table%station(k) /= corner_station .and. &
-                   table%state(k) /= contact_state%open
+      is_bearing = is_of_interval(table, k) .and. table%state(k) /= contact_state%open
    end function is_bearing
 
 end module rockdda_contact_new_lengths

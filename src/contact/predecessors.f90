@@ -4,6 +4,7 @@
 module rockdda_contact_predecessors
    use rockdda_contact_corners, only : corner_station
    use rockdda_contact_history, only : contact_history_type
+   use rockdda_contact_interval_law, only : n_points
    use rockdda_contact_table, only : contact_table_type, contact_state
    use rockdda_contact_topology, only : contact_topology_type
    implicit none
@@ -43,7 +44,6 @@ contains
          if (row == 0) row = vertex_row(e, f)
          if (row == 0) row = corner_row(topology%next(f), e)
       case default
-         if (.not. is_last()) return
          row = vertex_row(f, e)
          if (row == 0) row = vertex_row(topology%next(e), f)
          if (row == 0) row = corner_row(f, topology%next(e))
@@ -73,14 +73,11 @@ contains
          integer :: n
          logical :: is_first, is_high
          is_first = topology%block(own) < topology%block(other)
-         ! the first station stands at the last vertex of the first block's edge
+         ! the first point is that near the last vertex of the first block's edge
          is_high = topology%edge_out(f) == own .eqv. is_first
-         end_row = 0
-         do n = merge(5, 1, is_high), merge(3, 1, is_high), -1
-            if (is_first) end_row = closed_row(history%find(previous, own, other, n))
-            if (.not. is_first) end_row = closed_row(history%find(previous, other, own, n))
-            if (end_row > 0) return
-         end do
+         n = merge(n_points, 1, is_high)
+         if (is_first) end_row = closed_row(history%find(previous, own, other, n))
+         if (.not. is_first) end_row = closed_row(history%find(previous, other, own, n))
       end function end_row
 
       !> A row of the last step when it was closed, else 0.
@@ -90,13 +87,6 @@ contains
          if (found == 0) return
          if (previous%state(found) /= contact_state%open) closed_row = found
       end function closed_row
-
-      !> Is row k the last station of its interval?
-      pure logical function is_last()
-         is_last = .true.
-         if (k == table%n) return
-         is_last = table%vertex(k + 1) /= table%vertex(k) .or. table%edge(k + 1) /= table%edge(k)
-      end function is_last
 
    end function predecessor
 

@@ -1,11 +1,12 @@
 ! SPDX-License-Identifier: MIT
 !> Rows of the contact table from the candidates that the search has found: order, identity, partner, geometry.
 module rockdda_contact_rows
-   use rockdda_base_kinds, only : wp, i1
+   use rockdda_base_kinds, only : wp, i1, l1
    use rockdda_model_blocks, only : block_system_type
    use rockdda_contact_candidates, only : other_rows_type, candidate_list_type
    use rockdda_contact_corners, only : corner_type, corner_station, meet_corners
    use rockdda_contact_interval_search, only : joint_of
+   use rockdda_contact_interval_law, only : n_points
    use rockdda_contact_intervals, only : interval_type, place_intervals
    use rockdda_contact_outlines, only : outlines_type
    use rockdda_contact_search_limits, only : search_limits_type
@@ -20,20 +21,19 @@ contains
 
    !> Identities of the rows of the table, in the order (vertex, edge, station): counting sort by vertex, insertion sort
    !> within. The stations of an interval stay together.
-   pure subroutine sort_rows(lists, nv, limits, start, others, table)
+   pure subroutine sort_rows(lists, nv, start, others, table)
       type(candidate_list_type), intent(inout) :: lists(:)             !! candidates, each once
       integer, intent(in) :: nv                                        !! vertices
-      type(search_limits_type), intent(in) :: limits
       integer, allocatable, intent(inout) :: start(:)  !! (nv + 1) rows of vertex v: start(v)+1 ... start(v+1)
       type(other_rows_type), allocatable, intent(inout) :: others(:)   !! (>= rows), or of size 0 when there are none
       type(contact_table_type), intent(inout) :: table
-      integer :: i, c, k, v, part, n
+      integer :: i, c, k, v, part
       if (.not. allocated(start)) allocate (start(nv + 1))
       start = 0
       do part = 1, size(lists)
          do i = 1, lists(part)%n_intervals
             associate (interval => lists(part)%intervals(i))
-               start(interval%f + 1) = start(interval%f + 1) + limits%points(interval%joint)
+               start(interval%f + 1) = start(interval%f + 1) + n_points
             end associate
          end do
          do c = 1, lists(part)%n
@@ -50,10 +50,9 @@ contains
       do part = 1, size(lists)
          do i = 1, lists(part)%n_intervals
             associate (interval => lists(part)%intervals(i))
-               n = limits%points(interval%joint)
                k = start(interval%f) + 1
-               start(interval%f) = start(interval%f) + n
-               call insert(interval%f, interval%e, 1, n, k, others, table)
+               start(interval%f) = start(interval%f) + n_points
+               call insert(interval%f, interval%e, 1, n_points, k, others, table)
                interval%row = k
             end associate
          end do
@@ -139,10 +138,10 @@ contains
             associate (intervals => lists(part)%intervals(1:lists(part)%n_intervals))
                call find_rows(table%n, table%edge, table%station, intervals)
                if (same_rows) call compare_rows(table%n, previous%vertex, previous%edge, previous%station, &
-                                                table%station, limits%points, intervals, same_rows)
-               call fill_intervals(intervals, limits%points, topology%block, table%n, table%block_a, table%block_b, &
-                                   table%joint, table%partner)
-               call place_intervals(intervals, limits%points, size(vertices, 2), vertices, outlines%tangent, table%n, &
+                                                intervals, same_rows)
+               call fill_intervals(intervals, topology%block, table%n, table%block_a, table%block_b, &
+                                   table%joint, table%partner, table%tied)
+               call place_intervals(intervals, size(vertices, 2), vertices, outlines%tangent, table%n, &
                                     table%point, table%share, table%normal, table%gap, table%length)
             end associate
          end if
@@ -168,41 +167,40 @@ contains
       end do
    end subroutine find_rows
 
-   !> Are the rows of some intervals those of the last step? They are sorted: with the first and the last one of an
-   !> interval those between are the same.
-   pure subroutine compare_rows(n, vertex, edge, station, station_now, points, intervals, same_rows)
+   !> Are the rows of some intervals those of the last step?
+   pure subroutine compare_rows(n, vertex, edge, station, intervals, same_rows)
       integer, intent(in) :: n                         !! rows
       integer, intent(in) :: vertex(n), edge(n)        !! of the last step
-      integer(i1), intent(in) :: station(n), station_now(n)
-      integer, intent(in) :: points(:)                 !! (joints) stations of an interval
+      integer(i1), intent(in) :: station(n)
       type(interval_type), intent(in) :: intervals(:)
       logical, intent(inout) :: same_rows
       integer :: i, k, last
       do i = 1, size(intervals)
          k = intervals(i)%row
-         last = k + points(intervals(i)%joint) - 1
+         last = k + n_points - 1
          same_rows = vertex(k) == intervals(i)%f .and. edge(k) == intervals(i)%e .and. station(k) == 1 .and. &
                      vertex(last) == intervals(i)%f .and. edge(last) == intervals(i)%e .and. &
-                     station(last) == station_now(last)
+                     station(last) == n_points
          if (.not. same_rows) return
       end do
    end subroutine compare_rows
 
-   !> Blocks and joints of the rows of some intervals.
-   pure subroutine fill_intervals(intervals, points, block, n, block_a, block_b, joint, partner)
+   !> Blocks, joints and ties of the rows of some intervals.
+   pure subroutine fill_intervals(intervals, block, n, block_a, block_b, joint, partner, tied)
       type(interval_type), intent(in) :: intervals(:)
-      integer, intent(in) :: points(:)                 !! (joints) stations of an interval
       integer, intent(in) :: block(:)                  !! (nv) of each vertex
       integer, intent(in) :: n                         !! rows
       integer, intent(inout) :: block_a(n), block_b(n), joint(n), partner(n)
+      logical(l1), intent(inout) :: tied(n)
       integer :: i, k
       do i = 1, size(intervals)
          associate (interval => intervals(i))
-            do k = interval%row, interval%row + points(interval%joint) - 1
+            do k = interval%row, interval%row + n_points - 1
                block_a(k) = block(interval%f)
                block_b(k) = block(interval%e)
                joint(k) = interval%joint
                partner(k) = 0
+               tied(k) = interval%is_tied
             end do
          end associate
       end do
@@ -238,6 +236,7 @@ contains
          table%joint(k) = blocks%edge_joint(e)
          table%share(k) = 0
          table%partner(k) = 0
+         table%tied(k) = .false.
          if (table%station(k) == corner_station) then
             call meet_corners(v, e, vertices, topology, outlines, limits%sine, limits%cosine, limits%radius, corner)
             table%point(:, k) = corner%point

@@ -54,16 +54,22 @@ contains
       call self%outlines%update(topology, vertices, limits%sine)
       call new_contact_history(size(vertices, 2), previous, self%history)
       limits%held_cosine = held_cosine(limits, previous, self%outlines)
+      limits%touch = merge(touch, huge(touch), first_step)
+      if (allocated(limits%is_born)) deallocate (limits%is_born)
+      if (first_step) then
+         allocate (limits%is_born(blocks%n_blocks), source=.true.)
+      else if (allocated(self%newborn)) then
+         limits%is_born = self%newborn
+      end if
       call self%narrow%run(self%pairs, blocks, topology, self%outlines, vertices, limits, previous, self%history)
       associate (found => self%narrow%found(1:self%pairs%n_parts()), same_rows => self%inheritance%same_rows)
-         call sort_rows(found, size(vertices, 2), limits, self%start, self%others, table)
+         call sort_rows(found, size(vertices, 2), self%start, self%others, table)
          call fill_table(found, blocks, topology, self%outlines, vertices, limits, self%others, self%start, previous, &
                          table, same_rows)
       end associate
       call hand_on_history(previous, self%history, topology, self%outlines, self%others, limits, first_step, touch, &
                            self%inheritance, table)
-      if (allocated(self%newborn)) call touch_newborn(self%newborn, topology, self%outlines, limits%is_tied, touch, &
-                                                      table)
+      if (allocated(self%newborn)) call touch_newborn(self%newborn, topology, self%outlines, touch, table)
    end subroutine search_contacts
 
 end module rockdda_contact_search

@@ -19,13 +19,34 @@ module rockdda_contact_search_limits
       real(wp) :: held_cosine = 1  !! of the angle that no edges exceed which a bond holds; > cosine: the tolerance
       logical :: by_length = .false.  !! edges that face each other are intervals; vertices strike what is exposed
       logical :: corrected = .false.  !! vertices on edges, which strike what is exposed and begin without energy
-      integer, allocatable :: points(:)     !! (joints) stations of an interval
       logical, allocatable :: is_tied(:)    !! (joints) intact rock, where blocks touch at the start
+      logical, allocatable :: is_born(:)    !! (blocks) contacts begin as at the start; or none
+      real(wp) :: touch = 0                 !! gap up to which they touch, at most [length]
       logical, allocatable :: bears_tension(:)   !! (joints) their bonds do
+      logical, allocatable :: penalty(:)         !! (joints) `penalty_joints` of the parameters; not allocated: none
       integer, allocatable :: edge_joint(:) !! (nv) joint material of each edge; not allocated: no bond bears tension
       real(wp) :: radius = 0.01_wp !! of rounded corners, share of the shortest edge
       real(wp) :: smooth = 0       !! steps of a surface up to this count as plane [length]
       real(wp), allocatable :: sunk(:)      !! (blocks) the same, for what touches a block; or none [length]
+   contains
+      procedure :: has_penalty
+      procedure :: facing_sine
    end type search_limits_type
+
+contains
+
+   !> Is the stiffness of a joint material a penalty, no property of the joint?
+   pure logical function has_penalty(self, joint)
+      class(search_limits_type), intent(in) :: self
+      integer, intent(in) :: joint
+      has_penalty = .false.
+      if (allocated(self%penalty)) has_penalty = self%penalty(joint)
+   end function has_penalty
+
+   !> Sine of the widest angle that edges have which face each other.
+   pure real(wp) function facing_sine(self)
+      class(search_limits_type), intent(in) :: self
+      facing_sine = sqrt(1 - min(self%cosine, self%held_cosine)**2)
+   end function facing_sine
 
 end module rockdda_contact_search_limits

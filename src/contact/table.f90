@@ -2,8 +2,8 @@
 !> The contact table of one step: structure of arrays, one row per contact point.
 !>
 !>     row c:   vertex(c) of block_a(c)  against  edge(c) (the edge that starts at vertex edge(c)) of block_b(c)
-!>             at station 0; at a station > 0 of the interval on which the edges that start at vertex(c) and at edge(c)
-!>             face each other (rockdda_contact_intervals)
+!>             at station 0; at station 1 and 2 the points of the interval on which the edges that start at vertex(c)
+!>             and at edge(c) face each other (rockdda_contact_intervals), one row after the other
 !>
 !> Rows are sorted by (block_a, vertex, block_b, edge, station): sums over contacts then have one order.
 !> A vertex-vertex contact with two entrance lines is two rows that name each other in `partner`;
@@ -17,7 +17,7 @@ module rockdda_contact_table
    use rockdda_base_kinds, only : wp, i1, l1
    implicit none
    private
-   public :: contact_table_type, contact_state
+   public :: contact_table_type, contact_state, is_of_interval, other_row, cut_no_interval
 
    type :: contact_state_enum
       integer :: open = 0
@@ -44,6 +44,8 @@ module rockdda_contact_table
       real(wp), allocatable :: total_slip(:)         !! (n) |slip| summed up since the contact closed
       real(wp), allocatable :: energy(:)             !! (n) stored in its springs at the end of the last step
       real(wp), allocatable :: offset(:)             !! (n) gap at which its normal spring is free of force
+      !> (n) of intervals: from the first row's to the second's, as shares, the bond is sound; 0 and 0: nowhere
+      real(wp), allocatable :: bond_end(:)
       integer(i1), allocatable :: slip_sign(:)       !! (n) +1/-1: vertex slides along/against the edge; 0
       ! stiffness of its springs in this step [force/length]
       real(wp), allocatable :: k_n(:), k_s(:)        !! (n) normal, shear
@@ -70,6 +72,34 @@ module rockdda_contact_table
 
 contains
 
+   !> Is a row one of the two of an interval?
+   pure logical function is_of_interval(table, c)
+      type(contact_table_type), intent(in) :: table
+      integer, intent(in) :: c
+      is_of_interval = table%station(c) == 1 .or. table%station(c) == 2
+   end function is_of_interval
+
+   !> The other row of the interval of a row.
+   pure integer function other_row(table, c)
+      type(contact_table_type), intent(in) :: table
+      integer, intent(in) :: c
+      other_row = merge(c + 1, c - 1, table%station(c) == 1)
+   end function other_row
+
+   !> Move the ends of a run of rows so that it takes the second row of an interval with the first one: runs that follow
+   !> one another still do, and are longer by one row at most.
+   pure subroutine cut_no_interval(n, station, first, last)
+      integer, intent(in) :: n
+      integer(i1), intent(in) :: station(n)
+      integer, intent(inout) :: first, last
+      if (first <= n) then
+         if (station(first) == 2) first = first + 1
+      end if
+      if (last < n) then
+         if (station(last + 1) == 2) last = last + 1
+      end if
+   end subroutine cut_no_interval
+
    !> Make room for n rows; contents are undefined when the arrays had to grow. Room that is not used is not touched, so
    !> that it takes no memory.
    pure subroutine resize(self, n)
@@ -81,14 +111,14 @@ contains
          if (size(self%vertex) < n) &
             deallocate (self%vertex, self%edge, self%state, self%shear, self%normal_force, self%bonded, &
                         self%slip_sign, self%length, self%normal, self%point, self%total_slip, self%energy, &
-                        self%k_n, self%k_s, self%offset, self%station, self%tied, self%distance)
+                        self%k_n, self%k_s, self%offset, self%station, self%tied, self%distance, self%bond_end)
       end if
       if (.not. allocated(self%vertex)) then
          m = n + n/4 + 16
          allocate (self%vertex(m), self%edge(m), self%state(m), self%slip_sign(m), self%station(m), self%bonded(m), &
                    self%tied(m), self%shear(m), self%normal_force(m), self%length(m), self%total_slip(m), &
-                   self%energy(m), self%k_n(m), self%k_s(m), self%offset(m), self%distance(m), self%normal(2, m), &
-                   self%point(2, m))
+                   self%energy(m), self%k_n(m), self%k_s(m), self%offset(m), self%distance(m), self%bond_end(m), &
+                   self%normal(2, m), self%point(2, m))
          self%n_begun = 0
       end if
       call resize_lent(self, n)
@@ -185,6 +215,7 @@ contains
       call set_zero(self%total_slip(first:last))
       call set_zero(self%energy(first:last))
       call set_zero(self%offset(first:last))
+      call set_zero(self%bond_end(first:last))
       call set_zero(self%k_n(first:last))
       call set_zero(self%k_s(first:last))
       call set_zero(self%distance(first:last))
@@ -230,6 +261,7 @@ contains
       self%total_slip(first:last) = other%total_slip(begin:n)
       self%energy(first:last) = other%energy(begin:n)
       self%offset(first:last) = other%offset(begin:n)
+      self%bond_end(first:last) = other%bond_end(begin:n)
       self%slip_sign(first:last) = other%slip_sign(begin:n)
       self%k_n(first:last) = other%k_n(begin:n)
       self%k_s(first:last) = other%k_s(begin:n)
@@ -273,6 +305,7 @@ contains
       call exchange_reals(self%k_n, other%k_n)
       call exchange_reals(self%k_s, other%k_s)
       call exchange_reals(self%offset, other%offset)
+      call exchange_reals(self%bond_end, other%bond_end)
       call exchange_reals(self%share, other%share)
       call exchange_reals(self%distance, other%distance)
       call exchange_bytes(self%station, other%station)

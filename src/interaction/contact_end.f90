@@ -2,19 +2,23 @@
 !> Contacts at the end of an accepted step: energies of the step, and the table for the next one.
 module rockdda_interaction_contact_end
    use rockdda_base_kinds, only : wp, i1, l1
-   use rockdda_base_parallel, only : parallel_contacts, piece, n_pieces
+   use rockdda_base_parallel, only : parallel_contacts, n_pieces
    use rockdda_base_runs, only : run_length
    use rockdda_model_state, only : energy
-   use rockdda_contact_table, only : contact_table_type, contact_state
+   use rockdda_contact_interval_law, only : end_gaps
+   use rockdda_contact_table, only : contact_table_type, contact_state, is_of_interval
    use rockdda_interaction_balance, only : energy_balance_type
    use rockdda_interaction_contact_law, only : contact_law_type, dilated_gap
    use rockdda_interaction_contact_lengths, only : move_contacts
    use rockdda_interaction_contact_stiffness, only : joint_stiffness_type
    use rockdda_interaction_context, only : step_context_type
+   use rockdda_interaction_intervals, only : find_extremes, interval_response_type, respond, bond_after
+   use rockdda_interaction_interval_forces, only : interval_forces, drag_force
    use rockdda_interaction_joint_end, only : joint_end_type, end_locked, spring_energy, spring_energies
    use rockdda_interaction_joint_law, only : joint_settings_type, joint_state_type, joint_type, opening_gap
    use rockdda_interaction_open_close, only : open_close_type
    use rockdda_interaction_ties, only : break_ties
+   use rockdda_interaction_trial_states, only : piece_of_rows, widest_piece
    implicit none
    private
    public :: joint_end_type, reach_end, measure_energies, end_contacts
@@ -35,7 +39,7 @@ contains
       !$omp parallel do default(none) shared(trial, laws, table, is_peer, balance, n) private(p) schedule(static) &
       !$omp if (table%n > parallel_contacts)
       do p = 1, n
-         call measure_some((p - 1)*piece + 1, min(p*piece, table%n), trial, laws, table, is_peer, balance%sums(:, p))
+         call measure_some(p, trial, laws, table, is_peer, balance%sums(:, p))
       end do
       !$omp end parallel do
       carried = sum(balance%sums(1, 1:n))
@@ -63,8 +67,8 @@ contains
    end subroutine measure_energies
 
    !> The part of `measure_energies` for some of the contacts.
-   pure subroutine measure_some(first, last, trial, laws, table, is_peer, sums)
-      integer, intent(in) :: first, last
+   pure subroutine measure_some(p, trial, laws, table, is_peer, sums)
+      integer, intent(in) :: p                          !! piece
       type(open_close_type), intent(in) :: trial
       type(contact_law_type), intent(in) :: laws(:)
       type(contact_table_type), intent(in) :: table
@@ -72,15 +76,23 @@ contains
       !> carried, friction, dissipated, discarded, geometry, stored; what the contact that gives most by a change of
       !> state gives and its number, the same by geometry
       real(wp), intent(out) :: sums(10)
-      logical(l1) :: are_held(piece)
-      integer :: c, n
+      logical(l1) :: are_held(widest_piece)
+      real(wp) :: lowest(widest_piece), widest(widest_piece), at_start(widest_piece), mean(widest_piece)
+      integer :: c, first, last, n
       logical :: are_springs
       sums = 0
+      call piece_of_rows(table, p, first, last)
+      call find_extremes(table, first, last, table%gap(first:last), lowest, at_start, mean)
+      call find_extremes(table, first, last, trial%gap(first:last), lowest, widest, mean)
       are_springs = .not. (any(laws%dilation > 0) .or. allocated(trial%extra))
       do c = first, last
          ! most contacts: locked before and in the step, and pressed together
          are_held(c - first + 1) = are_springs .and. trial%state_used(c) == contact_state%locked .and. &
-                                   table%state(c) /= contact_state%open .and. table%gap(c) <= 0
+                                   table%state(c) /= contact_state%open .and. at_start(c - first + 1) <= 0
+         ! of an interval: on all its length, at the start, in the solve and at the end
+         if (is_of_interval(table, c) .and. .not. table%tied(c)) &
+            are_held(c - first + 1) = are_held(c - first + 1) .and. widest(c - first + 1) <= 0 .and. .not. &
+                                      trial%partly_used(c)
       end do
       c = first
       do while (c <= last)
@@ -111,7 +123,7 @@ contains
       logical(l1), intent(in) :: opened(n)
       real(wp), intent(in) :: level               !! share of the step's motion after which forces act
       real(wp), intent(inout) :: sums(10)
-      real(wp) :: shear(piece), next_shear(piece), before(piece), after(piece), half, given
+      real(wp) :: shear(widest_piece), next_shear(widest_piece), before(widest_piece), after(widest_piece), half, given
       real(wp) :: carried, dissipated, discarded, geometry, stored
       integer :: k
       do k = 1, n
@@ -152,11 +164,12 @@ contains
       type(contact_table_type), intent(in) :: table
       logical, intent(in) :: is_peer
       real(wp), intent(inout) :: sums(10)
-      type(joint_end_type) :: ends(piece)
+      type(joint_end_type) :: ends(widest_piece)
       real(wp) :: s0, x1, s1, half, start, before, carried, friction, dissipated, discarded, geometry, stored, worst(4)
       real(wp) :: gained, level, where_acts, moved, opens
-      integer :: c
-      logical :: was_held, dilates
+      real(wp) :: used(2), forces(2, 2)
+      integer :: c, r
+      logical :: was_held, dilates, is_interval
       carried = sums(1)
       friction = sums(2)
       dissipated = sums(3)
@@ -165,7 +178,7 @@ contains
       stored = sums(6)
       worst = sums(7:10)
       dilates = any(laws%dilation > 0)
-      call trial%find_ends(table, first, last, ends)
+      call find_ends(trial, laws, table, first, last, ends)
       do c = first, last
          s0 = table%shear(c)
          if (trial%joint(c)%worn) s0 = 0
@@ -176,7 +189,15 @@ contains
             was_held = was_closed .and. (x0 <= 0 .or. trial%joint(c)%bonded .or. is_peer .or. &
                                          laws(table%joint(c))%residual_tension > 0)
             before = 0
+            is_interval = is_of_interval(table, c) .and. .not. table%tied(c)
+            was_held = was_held .or. (was_closed .and. is_interval)
             if (was_closed) before = spring_energy(kn, ks, merge(x0, 0.0_wp, was_held), s0)
+            if (is_interval .and. (was_closed .or. trial%state_used(c) /= contact_state%open)) then
+               ! forces of its springs at the start, and where they act in the step
+               r = c + 1 - table%station(c)
+               forces = interval_forces(trial, laws(table%joint(c)), table, r)
+               if (was_closed) before = -0.5_wp*forces(table%station(c), 1)*x0 + 0.5_wp*ks*s0**2
+            end if
             carried = carried + start
             geometry = geometry + (before - start)
             if (before - start > worst(3)) worst(3:4) = [before - start, real(c, wp)]
@@ -191,7 +212,14 @@ contains
             moved = (x1 - x0) + opens
             level = trial%level(trial%start(c))
             half = level - 0.5_wp
-            if (was_held .or. x0 < 0) then
+            if (is_interval) then
+               used = [forces(table%station(c), 1), forces(table%station(c), 2)]
+               gained = 0
+               if (dilates) gained = 0.5_wp*(merge(used(1), 0.0_wp, was_closed) + after%normal_force)*opens
+               friction = friction - gained
+               dissipated = dissipated - used(2)*moved - (after%energy - 0.5_wp*ks*s1**2) + gained
+               if (was_closed) dissipated = dissipated + (before - 0.5_wp*ks*s0**2)
+            else if (was_held .or. x0 < 0) then
                if (dilates) then
                   ! the spring presses blocks apart while it keeps its force: the work of that is friction's
                   gained = -0.5_wp*kn*(x0 + x1)*opens
@@ -211,7 +239,9 @@ contains
                if (dilates) where_acts = where_acts + trial%extra(c)%late
                dissipated = dissipated + (kn*where_acts*moved - 0.5_wp*kn*x1**2)
             end if
-            if (dilates .and. was_closed) then
+            if (is_interval) then
+               if (allocated(trial%extra)) dissipated = dissipated + drag_force(trial, table, c)*moved
+            else if (dilates .and. was_closed) then
                where_acts = x0 + level*moved + trial%extra(c)%late
                dissipated = dissipated + trial%extra(c)%normal_drag*(where_acts - trial%extra(c)%drag_gap)*moved
             else if (allocated(trial%extra)) then
@@ -230,7 +260,8 @@ contains
             end if
             stored = stored + after%energy
             if (.not. dilates) cycle
-            gained = dilation_energy(laws(table%joint(c)), kn, x1, table%total_slip(c), after%slipped, opens)
+            gained = dilation_energy(laws(table%joint(c)), merge(0.0_wp, kn, is_interval), after%normal_force, &
+                                     table%total_slip(c), after%slipped, opens)
             friction = friction - gained
             stored = stored + gained
          end associate
@@ -240,17 +271,17 @@ contains
 
    !> Energy that the normal spring gains when a slip opens the joint, further than was expected of the step: what it
    !> presses apart. Dilation takes it from the shear work, so that friction dissipates the less.
-   pure real(wp) function dilation_energy(law, kn, gap, slip_before, slipped, expected) result(gained)
+   pure real(wp) function dilation_energy(law, kn, force, slip_before, slipped, expected) result(gained)
       type(contact_law_type), intent(in) :: law
-      real(wp), intent(in) :: kn              !! [force/length]
-      real(wp), intent(in) :: gap             !! of the spring at the end of the step [length]
+      real(wp), intent(in) :: kn              !! by which its force grows; 0 of intervals: to first order [force/length]
+      real(wp), intent(in) :: force           !! of the spring at the end of the step, compression positive [force]
       real(wp), intent(in) :: slip_before, slipped   !! summed up, and in the step [length]
       real(wp), intent(in) :: expected        !! opening in the step [length]
       real(wp) :: opened
       gained = 0
       if (.not. law%dilation > 0) return
       opened = dilated_gap(law, slip_before + slipped) - dilated_gap(law, slip_before) - expected
-      gained = 0.5_wp*kn*((gap - opened)**2 - gap**2)
+      gained = (force + 0.5_wp*kn*opened)*opened
    end function dilation_energy
 
    !> From the motion where forces have acted to that of the end of the step. What is apart there is open from then on.
@@ -265,8 +296,14 @@ contains
          trial%gap(c) = trial%gap_at_end(table, c)
          trial%slip(c) = trial%slip(c)/trial%level(trial%start(c))
          if (trial%state_used(c) == contact_state%open .or. table%tied(c)) cycle
+         if (is_of_interval(table, c)) cycle
          call trial%recall(table, c, joint)
          trial%opened(c) = trial%gap(c) > opening_gap(laws(table%joint(c)), settings, joint)
+      end do
+      do c = 1, table%n
+         if (table%station(c) /= 1 .or. trial%state_used(c) == contact_state%open .or. table%tied(c)) cycle
+         trial%opened(c:c + 1) = minval(end_gaps(trial%gap(c:c + 1))) > settings%open_tolerance .and. .not. &
+                                 (trial%bond(c + 1) > trial%bond(c) .and. laws(table%joint(c))%tension > 0)
       end do
    end subroutine reach_end
 
@@ -283,15 +320,16 @@ contains
       integer :: c
       if (any(laws%dilation > 0)) before = table%total_slip(1:table%n)
       call commit(trial, laws, table)
+      call commit_bonds(trial, laws, table)
       if (context%parameters%by_length) call context%find_moved(d)
       call move_contacts(trial%gap, context%moved, table)
       if (any(context%parameters%joint_materials%tie)) call break_ties(laws, stiffness, table, trial%gap)
       if (.not. allocated(before)) return
       do c = 1, table%n
          if (trial%state_used(c) == contact_state%open .or. trial%opened(c)) cycle
-         table%energy(c) = table%energy(c) + dilation_energy(laws(table%joint(c)), table%k_n(c), trial%gap(c), &
-                                                             before(c), table%total_slip(c) - before(c), &
-                                                             trial%extra(c)%opens)
+         table%energy(c) = table%energy(c) + dilation_energy(laws(table%joint(c)), merge(0.0_wp, table%k_n(c), &
+                                                             is_of_interval(table, c)), table%normal_force(c), before(c), &
+                                                             table%total_slip(c) - before(c), trial%extra(c)%opens)
       end do
    end subroutine end_contacts
 
@@ -304,21 +342,43 @@ contains
       !$omp parallel do default(none) shared(trial, laws, table) private(p) schedule(static) &
       !$omp if (table%n > parallel_contacts)
       do p = 1, n_pieces(table%n)
-         call commit_rows((p - 1)*piece + 1, min(p*piece, table%n), trial, laws, table)
+         call commit_rows(p, trial, laws, table)
       end do
       !$omp end parallel do
    end subroutine commit
 
+   !> Where the bonds of intervals are sound at the step's end.
+   pure subroutine commit_bonds(trial, laws, table)
+      type(open_close_type), intent(in) :: trial
+      type(contact_law_type), intent(in) :: laws(:)   !! per joint material
+      type(contact_table_type), intent(inout) :: table
+      integer :: c
+      if (.not. any(laws%tension > 0 .or. laws%cohesion > laws%residual_cohesion)) return
+      do c = 1, table%n
+         if (table%station(c) /= 1 .or. table%tied(c)) cycle
+         if (table%state(c) == contact_state%open) then
+            table%bond_end(c:c + 1) = 0
+         else
+            table%bond_end(c:c + 1) = bond_after(laws(table%joint(c)), trial%bond(c:c + 1), trial%gap(c:c + 1))
+         end if
+      end do
+   end subroutine commit_bonds
+
    !> `commit` for some of the rows.
-   pure subroutine commit_rows(first, last, trial, laws, table)
-      integer, intent(in) :: first, last
+   pure subroutine commit_rows(p, trial, laws, table)
+      integer, intent(in) :: p                        !! piece
       type(open_close_type), intent(in) :: trial
       type(contact_law_type), intent(in) :: laws(:)
       type(contact_table_type), intent(inout) :: table
-      logical(l1) :: are_held(piece)
-      integer :: c, n
+      logical(l1) :: are_held(widest_piece)
+      real(wp) :: lowest(widest_piece), widest(widest_piece), mean(widest_piece)
+      integer :: c, first, last, n
+      call piece_of_rows(table, p, first, last)
+      call find_extremes(table, first, last, trial%gap(first:last), lowest, widest, mean)
       do c = first, last
          are_held(c - first + 1) = trial%state_used(c) == contact_state%locked .and. .not. trial%opened(c)
+         if (is_of_interval(table, c) .and. .not. table%tied(c)) &
+            are_held(c - first + 1) = are_held(c - first + 1) .and. widest(c - first + 1) <= 0
       end do
       c = first
       do while (c <= last)
@@ -336,6 +396,30 @@ contains
          c = c + n
       end do
    end subroutine commit_rows
+
+   !> Contacts of some rows at the end of the step, those of intervals with what is closed there.
+   pure subroutine find_ends(trial, laws, table, first, last, ends)
+      type(open_close_type), intent(in) :: trial
+      type(contact_law_type), intent(in) :: laws(:)   !! per joint material
+      type(contact_table_type), intent(in) :: table
+      integer, intent(in) :: first, last              !! no interval is cut
+      type(joint_end_type), intent(inout) :: ends(:)
+      type(interval_response_type) :: interval
+      real(wp) :: bond(2)
+      integer :: c, i, k
+      call trial%find_ends(table, first, last, ends)
+      do c = first, last
+         if (table%station(c) /= 1 .or. trial%state_used(c) == contact_state%open .or. table%tied(c)) cycle
+         if (all(end_gaps(trial%gap(c:c + 1)) <= 0)) cycle
+         bond = trial%bond(c:c + 1)
+         call respond(laws(table%joint(c)), table, c, trial%both_bonded(c), trial%gap(c:c + 1), 0.0_wp, bond, interval)
+         do i = 1, 2
+            k = c + i - first
+            ends(k)%normal_force = interval%force(i)
+            ends(k)%energy = 0.5_wp*(table%k_s(c + i - 1)*ends(k)%shear**2 - interval%force(i)*trial%gap(c + i - 1))
+         end do
+      end do
+   end subroutine find_ends
 
    !> States and bonds of contacts that were locked in the last solve; elongation of worn ones at the start of the step.
    pure subroutine commit_held(n, joint, state, slip_sign, bonded, shear)
@@ -359,10 +443,10 @@ contains
       type(open_close_type), intent(in) :: trial
       type(contact_law_type), intent(in) :: laws(:)
       type(contact_table_type), intent(inout) :: table
-      type(joint_end_type) :: ends(piece)
+      type(joint_end_type) :: ends(widest_piece)
       real(wp) :: slip
       integer :: c
-      call trial%find_ends(table, first, last, ends)
+      call find_ends(trial, laws, table, first, last, ends)
       do c = first, last
          table%bonded(c) = trial%joint(c)%bonded
          if (trial%state_used(c) == contact_state%open .or. trial%opened(c)) then

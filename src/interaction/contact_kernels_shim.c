@@ -55,10 +55,14 @@ typedef struct
       u = (four)(((mask)turning & k##_turns) | ((mask)straight & ~k##_turns));                                         \
    }
 
+/* Where contact c slips: `lean` from its point, at each block. */
+#define PLACE_OF_SLIP(c, n)                                                                                            \
+   ((JOIN(point + 2 * (c), point + 2 * (c)) + JOIN(lean + 3 * (c), lean + 3 * (c))) + (0.5 * lean[3 * (c) + 2]) * (n))
+
 /* Vectors of n contacts, rows[0] to rows[n - 1] of the table, counted from 1. */
 FOR_EACH_PROCESSOR
 void rockdda_place_contacts(int n_rows, const int *rows, const int *block_a, const int *block_b, const double *point,
-                            const double *distance, const double *normal, const double *shares,
+                            const double *distance, const double *normal, const double *shares, const double *lean,
                             const moving_block *moving, double *vectors)
 {
    for (int l = 0; l < n_rows; ++l)
@@ -73,13 +77,15 @@ void rockdda_place_contacts(int n_rows, const int *rows, const int *block_a, con
          p += (0.5 * gap) * n;
       const four gap_n = gap * n, foot = p - gap_n;
       const four a_centroid = JOIN(a->centroid, b->centroid), b_centroid = SWAP(a_centroid);
-      const four on_a = p - a_centroid, on_foot = foot - b_centroid, on_b = p - b_centroid;
+      const four beside = PLACE_OF_SLIP(c, n);
+      const four on_a = p - a_centroid, on_foot = foot - b_centroid;
+      const four on_a2 = beside - a_centroid, on_b = beside - b_centroid;
       four e1, e136, e145, g136, g145, e236, e245, g236, g245;
       if (a->angle == 0 && b->angle == 0)
       {
          ON_ARM(n, n, on_a, on_a, ea36, ea45)
          ON_ARM(n, n, on_foot, on_foot, ga36, ga45)
-         ON_ARM(t, t, on_a, on_a, eb36, eb45)
+         ON_ARM(t, t, on_a2, on_a2, eb36, eb45)
          ON_ARM(t, t, on_b, on_b, gb36, gb45)
          e1 = n;
          e136 = ea36, e145 = ea45, e236 = eb36, e245 = eb45;
@@ -96,14 +102,15 @@ void rockdda_place_contacts(int n_rows, const int *rows, const int *block_a, con
          const four a_full_cos = COSINE(a_full), a_full_sin = SINE(a_full);
          const four b_full_cos = SWAP(a_full_cos), b_full_sin = SWAP(a_full_sin);
          const four a_cos = COSINE(a_half), a_sin = SINE(a_half), b_cos = SWAP(a_cos), b_sin = SWAP(a_sin);
-         const four mid_a = a_chord * TURNED(on_a, a_cos, a_sin);
+         const four mid_a = a_chord * TURNED(on_a, a_cos, a_sin), mid_a2 = a_chord * TURNED(on_a2, a_cos, a_sin);
          const four mid_foot = b_chord * TURNED(on_foot, b_cos, b_sin), mid_b = b_chord * TURNED(on_b, b_cos, b_sin);
          const four mid_n = TURNED(n, b_cos, b_sin), mid_t = NORMAL_TO(mid_n);
          DISPLACEMENT(a, mid_a, on_a, moved)
+         DISPLACEMENT(a, mid_a2, on_a2, moved2)
          DISPLACEMENT(b, mid_foot, on_foot, moved_foot)
          DISPLACEMENT(b, mid_b, on_b, moved_b)
          /* from the foot to the vertex, and from the point of b where the vertex was, at the end of the step */
-         const four apart = gap_n + (moved - moved_foot), slid = moved - moved_b;
+         const four apart = gap_n + (moved - moved_foot), slid = moved2 - moved_b;
          const four across = n * TURN(t), shear45 = n * t, shear6 = 0.5 * (FIRST(across) + SECOND(across));
          e1 = b_cos * mid_n;
          const four e2 = NORMAL_TO(e1);
@@ -111,7 +118,7 @@ void rockdda_place_contacts(int n_rows, const int *rows, const int *block_a, con
          const four a_back2 = NORMAL_TO(a_back), b_back2 = NORMAL_TO(b_back);
          ON_ARM(e1, a_back, mid_a, on_a, ea36, ea45)
          ON_ARM(e1, b_back, mid_foot, on_foot, ga36, ga45)
-         ON_ARM(e2, a_back2, mid_a, on_a, eb36, eb45)
+         ON_ARM(e2, a_back2, mid_a2, on_a2, eb36, eb45)
          ON_ARM(e2, b_back2, mid_b, on_b, gb36, gb45)
          const four turn_gap = 0.5 * b_chord * DOT(mid_t, apart + gap_n), turn_slip = 0.5 * b_chord * DOT(mid_n, slid);
          const four strain_gap = DOT(TURNED(t, b_full_cos, b_full_sin), apart);
@@ -154,7 +161,7 @@ void rockdda_place_contacts(int n_rows, const int *rows, const int *block_a, con
 /* Distance and slip of n contacts at the end of a step, seen from one block or as the mean of both views. */
 FOR_EACH_PROCESSOR
 void rockdda_contact_lengths(int n_rows, const int *rows, const int *block_a, const int *block_b, const double *point,
-                             const double *distance, const double *normal, const double *shares,
+                             const double *distance, const double *normal, const double *shares, const double *lean,
                              const moved_block *moved, double *lengths)
 {
    for (int l = 0; l < n_rows; ++l)
@@ -169,13 +176,15 @@ void rockdda_contact_lengths(int n_rows, const int *rows, const int *block_a, co
       const four a_centroid = JOIN(a->centroid, b->centroid), b_centroid = SWAP(a_centroid);
       const four a_shift = JOIN(a->shift, b->shift), b_shift = SWAP(a_shift);
       const four a_h1 = JOIN(a->gradient, b->gradient), a_h2 = JOIN(a->gradient + 2, b->gradient + 2);
-      const four b_h1 = SWAP(a_h1), b_h2 = SWAP(a_h2), on_a = p - a_centroid, on_b = p - b_centroid;
+      const four b_h1 = SWAP(a_h1), b_h2 = SWAP(a_h2), on_a = p - a_centroid;
+      const four beside = PLACE_OF_SLIP(c, n), on_a2 = beside - a_centroid, on_b = beside - b_centroid;
       const four on_foot = (p - gap_n) - b_centroid;
       t += TIMES(b_h1, b_h2, t);
       const four square = DOT(t, t);
       t /= TWICE(sqrt(square[0]), sqrt(square[2]));
       const four displaced = (a_shift + TIMES(a_h1, a_h2, on_a)) - b_shift;
-      const four x = (gap_n + displaced) - TIMES(b_h1, b_h2, on_foot), y = displaced - TIMES(b_h1, b_h2, on_b);
+      const four displaced2 = (a_shift + TIMES(a_h1, a_h2, on_a2)) - b_shift;
+      const four x = (gap_n + displaced) - TIMES(b_h1, b_h2, on_foot), y = displaced2 - TIMES(b_h1, b_h2, on_b);
       const four across = TURN(t) * x, along = t * y;
       const four both = PICK(across, along, 0, 4, 2, 6) +
                         FLIP(PICK(across, along, 1, 5, 3, 7), ((mask){SIGN, 0, SIGN, 0}));
@@ -211,13 +220,14 @@ void rockdda_move_contacts(int first, int last, const int *block_a, const int *b
 }
 
 /* Forces of closed contacts first to last of the table, counted from 1, on the blocks of a range: their sums with
- * moments about the centroids, and the sums of their magnitudes. A vertex (station 0) has its place in the blocks. */
+ * moments about the centroids, and the sums of their magnitudes. A vertex (station 0) has its place in the blocks; shear
+ * forces act `lean` from the point. */
 FOR_EACH_PROCESSOR
 void rockdda_add_contact_forces(int first, int last, const int *range, const signed char *state,
                                 const signed char *station, const int *vertex, const int *block_a, const int *block_b,
                                 const double *normal_force, const double *shear_force, const double *normal,
-                                const double *point, const double *vertices, const double *centroid, double *resultant,
-                                double *magnitude)
+                                const double *point, const double *lean, const double *vertices, const double *centroid,
+                                double *resultant, double *magnitude)
 {
    for (long c = first - 1; c < last; ++c)
    {
@@ -227,8 +237,9 @@ void rockdda_add_contact_forces(int first, int last, const int *range, const sig
          continue;
       const double *place = station[c] == 0 ? vertices + 2 * (long)(vertex[c] - 1) : point + 2 * c;
       const four n = REVERSE_SECOND(JOIN(normal + 2 * c, normal + 2 * c));
-      const four force = normal_force[c] * n + shear_force[c] * NORMAL_TO(n);
-      const four arm = JOIN(place, place) - JOIN(centroid + 2 * a, centroid + 2 * b), terms = arm * TURN(force);
+      const four shear = shear_force[c] * NORMAL_TO(n), force = normal_force[c] * n + shear;
+      const four arm = JOIN(place, place) - JOIN(centroid + 2 * a, centroid + 2 * b);
+      const four terms = arm * TURN(force) + JOIN(lean + 3 * c, lean + 3 * c) * TURN(shear);
       const four square = force * force;
       const double size = sqrt(square[0] + square[1]);
       if (on_a)

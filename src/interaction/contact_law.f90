@@ -30,8 +30,8 @@ module rockdda_interaction_contact_law
    use rockdda_model_options, only : is_set
    implicit none
    private
-   public :: contact_law_type, contact_law, new_contact_laws, rebound_on_springs, friction_coefficient, shear_strength, &
-      cohesion_at, tension_at, dilated_gap, opened_last
+   public :: contact_law_type, contact_law, new_contact_laws, act_along_length, friction_coefficient, shear_strength, cohesion_at, &
+      tension_at, dilated_gap, opened_last
 
    type :: contact_law_enum
       integer :: coulomb = 1
@@ -65,6 +65,7 @@ module rockdda_interaction_contact_law
       real(wp) :: restitution = -1      !! in [0, 1]; < 0: no law of impact
       real(wp) :: reduction = 1         !! by which the strength has been divided
       logical :: brittle = .true.       !! slip breaks the bond
+      logical :: penalty = .false.      !! the stiffness is none of the joint: `parameters%penalty_joints`
    end type contact_law_type
 
 contains
@@ -102,18 +103,20 @@ contains
       end do
    end subroutine new_contact_laws
 
-   !> Give a joint with a coefficient of restitution e the dashpot of its rebound, in shares of critical damping:
+   !> What the law of a joint has with contact by length alone. A joint with a coefficient of restitution e whose contacts
+   !> last longer than a step rebounds as a dashpot has it,
    !>
-   !>     zeta = -ln e/sqrt(pi^2 + ln^2 e),   1 for e = 0
+   !>     zeta = -ln e/sqrt(pi^2 + ln^2 e)
    !>
-   !> A mass on a spring with this dashpot comes back with e of its speed. The law of impact does that for contacts that
-   !> last less than a step. A damping ratio that is given stays.
-   elemental subroutine rebound_on_springs(law)
+   !> of critical damping, e = 0: critical. Without it blocks that no impact may throw back would bounce on their springs.
+   elemental subroutine act_along_length(penalty, law)
+      logical, intent(in) :: penalty          !! the stiffness is none of the joint
       type(contact_law_type), intent(inout) :: law
+      law%penalty = penalty
       if (law%restitution < 0 .or. law%damping_ratio > 0) return
       law%damping_ratio = 1
       if (law%restitution > 0) law%damping_ratio = -log(law%restitution)/hypot(pi, log(law%restitution))
-   end subroutine rebound_on_springs
+   end subroutine act_along_length
 
    !> Divide friction coefficients, cohesion and tension by a factor. The angles of barton_bandis stay: its coefficient
    !> is divided where it is computed.

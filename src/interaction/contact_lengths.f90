@@ -28,25 +28,25 @@ module rockdda_interaction_contact_lengths
 
    interface
       !> `contact_vectors` of some rows, packed (rockdda_interaction_link_vectors): in contact_kernels_shim.c.
-      pure subroutine place_rows(n, rows, block_a, block_b, point, distance, normal, share, moving, vectors) &
+      pure subroutine place_rows(n, rows, block_a, block_b, point, distance, normal, share, lean, moving, vectors) &
          bind(c, name='rockdda_place_contacts')
          import :: c_int, c_double, moving_block_type
          integer(c_int), value :: n
          integer(c_int), intent(in) :: rows(*)                 !! (n)
          integer(c_int), intent(in) :: block_a(*), block_b(*)  !! of all rows, as what follows
-         real(c_double), intent(in) :: point(2, *), distance(*), normal(2, *), share(*)
+         real(c_double), intent(in) :: point(2, *), distance(*), normal(2, *), share(*), lean(3, *)
          type(moving_block_type), intent(in) :: moving(*)      !! all blocks
          real(c_double), intent(inout) :: vectors(18, *)       !! of all rows
       end subroutine place_rows
 
       !> `contact_lengths` of some rows.
-      pure subroutine find_lengths(n, rows, block_a, block_b, point, distance, normal, share, moved, lengths) &
+      pure subroutine find_lengths(n, rows, block_a, block_b, point, distance, normal, share, lean, moved, lengths) &
          bind(c, name='rockdda_contact_lengths')
          import :: c_int, c_double, moved_block_type
          integer(c_int), value :: n
          integer(c_int), intent(in) :: rows(*)                 !! (n)
          integer(c_int), intent(in) :: block_a(*), block_b(*)  !! of all rows, as what follows
-         real(c_double), intent(in) :: point(2, *), distance(*), normal(2, *), share(*)
+         real(c_double), intent(in) :: point(2, *), distance(*), normal(2, *), share(*), lean(3, *)
          type(moved_block_type), intent(in) :: moved(*)        !! all blocks
          real(c_double), intent(inout) :: lengths(2, *)        !! (2, n)
       end subroutine find_lengths
@@ -69,14 +69,16 @@ module rockdda_interaction_contact_lengths
 contains
 
    !> Vectors of the links of all rows between blocks for which the expected motion is new.
-   subroutine place_contacts(table, first_link, context, equations)
+   subroutine place_contacts(table, lean, first_link, context, equations)
       type(contact_table_type), intent(in) :: table
+      !> (3, >= rows) Where the slip is: from the point, and the gap there [length].
+      real(wp), intent(in), contiguous :: lean(:, :)
       integer, intent(in) :: first_link                  !! row c is the link first_link + c
       type(step_context_type), intent(in) :: context
       type(equations_type), intent(inout) :: equations
       integer :: rows(piece)
       integer :: c, n, p
-      !$omp parallel do default(none) shared(table, first_link, context, equations) private(c, n, p, rows) &
+      !$omp parallel do default(none) shared(table, lean, first_link, context, equations) private(c, n, p, rows) &
       !$omp schedule(static) if (table%n > parallel_contacts)
       do p = 1, n_pieces(table%n)
          n = 0
@@ -86,31 +88,43 @@ contains
             rows(n) = c
          end do
          call place_rows(n, rows, table%block_a, table%block_b, table%point, table%distance, table%normal, &
-                         table%share, context%moving, equations%vectors(:, first_link + 1:first_link + table%n))
+                         table%share, lean, context%moving, equations%vectors(:, first_link + 1:first_link + table%n))
       end do
       !$omp end parallel do
    end subroutine place_contacts
 
    !> Derivatives of gap (1) and slip (2) of row c over the step, for the expected motion of its blocks.
-   pure subroutine contact_vectors(table, c, a, b, e, g)
+   pure subroutine contact_vectors(table, c, lean, a, b, e, g)
       type(contact_table_type), intent(in) :: table
       integer, intent(in) :: c                       !! row
+      real(wp), intent(in) :: lean(3)                !! where the slip is: from the point, and the gap there [length]
       type(moving_block_type), intent(in) :: a, b    !! its blocks
       real(wp), intent(out) :: e(6, 2)               !! with respect to d_a
       real(wp), intent(out) :: g(6, 2)               !! with respect to d_b
-      real(wp) :: p(2), n(2)
+      real(wp) :: p(2), n(2), other_e(6, 2), other_g(6, 2)
       ! sums of sections of the table would be temporary arrays on the heap
       p = table%point(:, c)
       n = table%normal(:, c)
-      associate (gap => table%distance(c), share => table%share(c))
-         if (share <= 0) then
-            call view_from(a, b, p, gap, n, e, g)
-         else if (share >= 1) then
-            call view_from(b, a, p, gap, -n, g, e)
+      call view(p, table%distance(c), e, g)
+      call view(p + lean(1:2), lean(3), other_e, other_g)
+      e(:, 2) = other_e(:, 2)
+      g(:, 2) = other_g(:, 2)
+
+   contains
+
+      !> The same at a point.
+      pure subroutine view(point, gap, e, g)
+         real(wp), intent(in) :: point(2), gap
+         real(wp), intent(out) :: e(6, 2), g(6, 2)
+         if (table%share(c) <= 0) then
+            call view_from(a, b, point, gap, n, e, g)
+         else if (table%share(c) >= 1) then
+            call view_from(b, a, point, gap, -n, g, e)
          else
-            call view_from_both(a, b, p, gap, n, e, g)
+            call view_from_both(a, b, point, gap, n, e, g)
          end if
-      end associate
+      end subroutine view
+
    end subroutine contact_vectors
 
    !> A point half-way between block a and block b.
@@ -171,47 +185,63 @@ contains
    end function derivative
 
    !> Distance (1) of the blocks at row c, and slip (2), at the end of a step.
-   pure function contact_lengths(table, c, a, b) result(lengths)
+   pure function contact_lengths(table, c, lean, a, b) result(lengths)
       type(contact_table_type), intent(in) :: table
       integer, intent(in) :: c                       !! row
+      real(wp), intent(in) :: lean(3)                !! where the slip is: from the point, and the gap there [length]
       type(moved_block_type), intent(in) :: a, b     !! its blocks
       real(wp) :: lengths(2)                         !! [length]
-      real(wp) :: half(2), p(2), n(2)
+      real(wp) :: p(2), n(2), beside(2)
       ! sums of sections of the table would be temporary arrays on the heap
       p = table%point(:, c)
       n = table%normal(:, c)
-      associate (gap => table%distance(c), share => table%share(c))
-         if (share <= 0) then
-            lengths = end_lengths(p, gap, n, a, b)
-         else if (share >= 1) then
-            lengths = end_lengths(p, gap, -n, b, a)
-         else
-            half = 0.5_wp*gap*n
-            lengths = 0.5_wp*(end_lengths(p + half, gap, n, a, b) + end_lengths(p - half, gap, -n, b, a))
-         end if
-      end associate
+      lengths = lengths_at(p, table%distance(c))
+      beside = lengths_at(p + lean(1:2), lean(3))
+      lengths(2) = beside(2)
+
+   contains
+
+      !> The same at a point.
+      pure function lengths_at(point, gap) result(lengths)
+         real(wp), intent(in) :: point(2), gap
+         real(wp) :: lengths(2), half(2)
+         associate (share => table%share(c))
+            if (share <= 0) then
+               lengths = end_lengths(point, gap, n, a, b)
+            else if (share >= 1) then
+               lengths = end_lengths(point, gap, -n, b, a)
+            else
+               half = 0.5_wp*gap*n
+               lengths = 0.5_wp*(end_lengths(point + half, gap, n, a, b) + end_lengths(point - half, gap, -n, b, a))
+            end if
+         end associate
+      end function lengths_at
+
    end function contact_lengths
 
    !> Gaps of closed contacts, and slips of locked ones, that the expected motion gives otherwise than the solution.
-   subroutine measure_lengths(table, trial, first_link, context, equations)
+   subroutine measure_lengths(table, lean, trial, first_link, context, equations)
       type(contact_table_type), intent(in) :: table
+      !> (3, >= rows) Where the slip is: from the point, and the gap there [length].
+      real(wp), intent(in), contiguous :: lean(:, :)
       type(open_close_type), intent(in) :: trial
       integer, intent(in) :: first_link                  !! row c is the link first_link + c
       type(step_context_type), intent(in) :: context
       type(equations_type), intent(inout) :: equations
       integer :: p
-      !$omp parallel do default(none) shared(table, trial, first_link, context, equations) private(p) &
+      !$omp parallel do default(none) shared(table, lean, trial, first_link, context, equations) private(p) &
       !$omp schedule(static) if (table%n > parallel_contacts)
       do p = 1, n_pieces(table%n)
-         call measure_rows((p - 1)*piece + 1, min(p*piece, table%n), table, trial, first_link, context, equations)
+         call measure_rows((p - 1)*piece + 1, min(p*piece, table%n), table, lean, trial, first_link, context, equations)
       end do
       !$omp end parallel do
    end subroutine measure_lengths
 
    !> `measure_lengths` of some of the rows.
-   pure subroutine measure_rows(first, last, table, trial, first_link, context, equations)
+   pure subroutine measure_rows(first, last, table, lean, trial, first_link, context, equations)
       integer, intent(in) :: first, last                 !! at most a piece
       type(contact_table_type), intent(in) :: table
+      real(wp), intent(in), contiguous :: lean(:, :)
       type(open_close_type), intent(in) :: trial
       integer, intent(in) :: first_link
       type(step_context_type), intent(in) :: context
@@ -232,7 +262,7 @@ contains
          rows(n) = c
       end do
       call find_lengths(n, rows, table%block_a, table%block_b, table%point, table%distance, table%normal, table%share, &
-                        context%moved, lengths)
+                        lean, context%moved, lengths)
       do k = 1, n
          c = rows(k)
          a = table%block_a(c)

@@ -7,7 +7,7 @@ module rockdda_interaction_contacts
    use, intrinsic :: iso_c_binding, only : c_int, c_double, c_signed_char
    use rockdda_base_kinds, only : wp, i2
    use rockdda_base_parallel, only : parallel_contacts, piece, n_pieces, n_ranges, range_of
-   use rockdda_contact_table, only : contact_table_type, contact_state
+   use rockdda_contact_table, only : contact_table_type, contact_state, is_of_interval, other_row
    use rockdda_interaction_balance, only : energy_balance_type
    use rockdda_interaction_block_forces, only : block_forces_type
    use rockdda_interaction_contact_end, only : joint_end_type, end_motion => reach_end, measure_energies, end_contacts
@@ -18,12 +18,14 @@ module rockdda_interaction_contacts
    use rockdda_interaction_context, only : step_context_type
    use rockdda_interaction_equations, only : equations_type
    use rockdda_interaction_friction_search, only : friction_search_type
+   use rockdda_interaction_intervals, only : find_leans
    use rockdda_interaction_interaction, only : interaction_type
-   use rockdda_interaction_joint_law, only : joint_settings_type, joint_type, new_joint_settings, linearise_joints
+   use rockdda_interaction_joint_law, only : joint_settings_type, joint_type, new_joint_settings
+   use rockdda_interaction_joint_links, only : linearise_joints
    use rockdda_interaction_open_close, only : open_close_type
    implicit none
    private
-   public :: contacts_type, force_on_a
+   public :: contacts_type
 
    type, extends(interaction_type) :: contacts_type
       type(contact_law_type), allocatable :: laws(:)   !! per joint material
@@ -37,6 +39,7 @@ module rockdda_interaction_contacts
       logical :: delays = .false.                      !! dilation opens within the step: `expect_dilation`
       logical :: judges_again = .false.                !! the next judgement replaces the last one
       real(wp), allocatable :: kept_gap(:), kept_slip(:)   !! (>= n) of `keep` [length]
+      real(wp), allocatable :: lean(:, :)              !! (3, >= n) of `find_leans` [length]
    contains
       procedure :: count_links
       procedure :: prepare
@@ -53,7 +56,6 @@ module rockdda_interaction_contacts
       procedure :: measure_placement
       procedure :: judge
       procedure :: take_back
-      procedure, nopass :: forces_on_a
       procedure :: foresee
       procedure :: add_energies
       procedure :: commit
@@ -64,16 +66,18 @@ module rockdda_interaction_contacts
    end type contacts_type
 
    interface
-      !> Forces of some rows on the blocks of a range, `force_on_a` and its reaction: in contact_kernels_shim.c.
+      !> Forces of some rows on the blocks of a range, `force_on_a` of rockdda_contact_view and its reaction: in
+      !> contact_kernels_shim.c.
       pure subroutine add_contact_forces(first, last, range, state, station, vertex, block_a, block_b, normal_force, &
-                                         shear_force, normal, point, vertices, centroid, resultant, magnitude) &
+                                         shear_force, normal, point, lean, vertices, centroid, resultant, &
+                                         magnitude) &
          bind(c, name='rockdda_add_contact_forces')
          import :: c_int, c_double, c_signed_char
          integer(c_int), value :: first, last
          integer(c_int), intent(in) :: range(2)             !! first and last block
          integer(c_signed_char), intent(in) :: state(*), station(*)   !! of all rows, as what follows
          integer(c_int), intent(in) :: vertex(*), block_a(*), block_b(*)
-         real(c_double), intent(in) :: normal_force(*), shear_force(*), normal(2, *), point(2, *)
+         real(c_double), intent(in) :: normal_force(*), shear_force(*), normal(2, *), point(2, *), lean(3, *)
          real(c_double), intent(in) :: vertices(2, *)       !! of all blocks
          real(c_double), intent(in) :: centroid(2, *)
          real(c_double), intent(inout) :: resultant(3, *)   !! forces and moments
@@ -113,6 +117,7 @@ contains
       equations%same_pairs = is_same
       call self%stiffness%renew(context%blocks, context%parameters, self%stiffness_is_new)
       call start_contacts(context, self%laws, self%stiffness, self%stiffness_is_new, self%table)
+      call find_leans(self%laws, self%table, self%lean)
    end subroutine prepare
 
    !> Vectors of all rows.
@@ -120,7 +125,7 @@ contains
       class(contacts_type), intent(inout) :: self
       type(step_context_type), intent(in) :: context
       type(equations_type), intent(inout) :: equations
-      call place_contacts(self%table, self%first_link, context, equations)
+      call place_contacts(self%table, self%lean, self%first_link, context, equations)
    end subroutine place
 
    !> Begin an attempt with the states of the last step.
@@ -128,6 +133,9 @@ contains
       class(contacts_type), intent(inout) :: self
       type(step_context_type), intent(in) :: context
       self%settings = new_joint_settings(context%parameters, context%dt, context%scheme)
+      ! blocks that thrust alone will hold would slide off before their joints have opened into hinges
+      self%settings%sticks = context%parameters%by_length .and. .not. (context%scheme%is_dynamic .or. &
+                                                              any(abs(self%table%normal_force(1:self%table%n)) > 0))
       self%laws%sliding_damping = 0
       ! the dashpot of a rebound was not given
       if (context%scheme%is_dynamic) where (.not. context%parameters%joint_materials%damping_ratio > 0) &
@@ -159,26 +167,29 @@ contains
       integer, intent(in) :: first, last               !! at most a piece
       class(contacts_type), intent(in) :: self
       type(equations_type), intent(inout) :: equations
-      real(wp) :: stiffness(2, piece), force(2, piece)
+      real(wp) :: stiffness(2, piece), force(2, piece), coupling(piece)
       integer :: rows(piece), c, k, n
       n = 0
       do c = first, last
          if (self%trial%joint(c)%state == self%trial%state_used(c) .and. &
-             self%trial%joint(c)%state /= contact_state%sliding) cycle
+             self%trial%joint(c)%state /= contact_state%sliding .and. &
+             .not. (self%trial%joint(c)%partly .or. self%trial%partly_used(c))) cycle
          n = n + 1
          rows(n) = c
       end do
-      call linearise_joints(n, rows, self%table, self%trial%joint, self%trial%extra, stiffness, force)
+      call linearise_joints(n, rows, self%table, self%trial%joint, self%trial%extra, self%trial%own, self%trial%cross, &
+                            stiffness, force, coupling)
       if (any(abs(self%trial%level - 1) > 0 .or. abs(self%trial%factor - 1) > 0)) then
          do k = 1, n
             c = rows(k)
             associate (factor => self%trial%factor(self%trial%start(c)), level => self%trial%level(self%trial%start(c)))
                stiffness(:, k) = factor*level*stiffness(:, k)
                force(:, k) = factor*force(:, k)
+               coupling(k) = factor*level*coupling(k)
             end associate
          end do
       end if
-      call equations%set_links(n, rows, self%first_link, stiffness, force)
+      call equations%set_links(n, rows, self%first_link, stiffness, force, coupling)
    end subroutine add_rows
 
    !> The friction forces alone, where all states are those of the last solve.
@@ -238,15 +249,29 @@ contains
    subroutine predict_sliding(self, equations)
       class(contacts_type), intent(inout) :: self
       type(equations_type), intent(in) :: equations
-      integer :: c, i
-      !$omp parallel do default(none) shared(self, equations) private(c, i) if (self%friction%n > parallel_contacts)
+      integer :: c, d, i
+      !$omp parallel do default(none) shared(self, equations) private(c, d, i) if (self%friction%n > parallel_contacts)
       do i = 1, self%friction%n
          c = self%friction%rows(i)
+         call predict_row(c)
+         ! friction follows from the gaps of both rows of an interval: where the other one slides too it is predicted by
+         ! itself
+         if (.not. is_of_interval(self%table, c)) cycle
+         d = other_row(self%table, c)
+         if (self%trial%joint(d)%state /= contact_state%sliding) call predict_row(d)
+      end do
+      !$omp end parallel do
+
+   contains
+
+      !> Predict gap and slip of one of the rows.
+      subroutine predict_row(c)
+         integer, intent(in) :: c
          call predict_contact(self%table%gap(c), self%trial%level(self%trial%start(c)), equations, &
                               self%first_link + c, self%trial%gap(c), self%trial%slip(c))
          if (self%delays) self%trial%gap(c) = self%trial%gap(c) + self%trial%extra(c)%late
-      end do
-      !$omp end parallel do
+      end subroutine predict_row
+
    end subroutine predict_sliding
 
    !> Gap and slip of the contact of link l for the solution x, where its forces act.
@@ -331,7 +356,7 @@ contains
       class(contacts_type), intent(in) :: self
       type(step_context_type), intent(in) :: context
       type(equations_type), intent(inout) :: equations
-      call measure_lengths(self%table, self%trial, self%first_link, context, equations)
+      call measure_lengths(self%table, self%lean, self%trial, self%first_link, context, equations)
    end subroutine measure_placement
 
    !> From the motion where forces have acted to that of the end of the step.
@@ -354,8 +379,8 @@ contains
          if (self%table%state(c) /= contact_state%open .or. self%trial%state_used(c) == contact_state%open) cycle
          call self%trial%find_ends(self%table, c, c, last)
          call self%trial%recall(self%table, c, joint)
-         p = dt*[last(1)%normal_force, last(1)%shear_force]
-         p(1) = p(1) - dt*joint%normal_drag*(self%trial%gap(c) - joint%drag_gap)
+         p = dt*[self%trial%force_used(self%table, c), last(1)%shear_force]
+         if (allocated(self%trial%extra)) p(1) = p(1) - dt*self%trial%drag_used(self%table, c)
          if (self%trial%state_used(c) == contact_state%locked) p(2) = p(2) - dt*joint%drag*self%trial%slip(c)
          l = self%first_link + c
          call equations%add_link_force(l, p, impulse)
@@ -387,6 +412,11 @@ contains
             joint%slip_sign = sign
             joint%friction = self%trial%friction_used(c)
             joint%bonded = self%trial%bonded_used(c)
+            joint%partly = self%trial%partly_used(c)
+            if (joint%partly) then
+               self%trial%own(c) = self%trial%own_used(c)
+               self%trial%cross(c) = self%trial%cross_used(c)
+            end if
          end associate
       end do
       !$omp end parallel do
@@ -426,19 +456,20 @@ contains
       ranges = n_ranges(self%table%n > parallel_contacts)
       !$omp parallel do default(none) shared(self, context, forces, ranges) private(p) schedule(static) if (ranges > 1)
       do p = 1, ranges
-         call add_forces_to(range_of(p, ranges, context%blocks%n_blocks), self%table, context, forces)
+         call add_forces_to(range_of(p, ranges, context%blocks%n_blocks), self%table, self%lean, context, forces)
       end do
       !$omp end parallel do
    end subroutine add_forces
 
    !> `add_forces` for a range of blocks.
-   pure subroutine add_forces_to(ends, table, context, forces)
+   pure subroutine add_forces_to(ends, table, lean, context, forces)
       integer, intent(in) :: ends(2)                 !! first and last block
       type(contact_table_type), intent(in) :: table
+      real(wp), intent(in), contiguous :: lean(:, :) !! (3, >= rows) of `find_leans` [length]
       type(step_context_type), intent(in) :: context
       type(block_forces_type), intent(inout) :: forces
       call add_contact_forces(1, table%n, ends, table%state, table%station, table%vertex, table%block_a, &
-                              table%block_b, table%normal_force, table%shear_force, table%normal, table%point, &
+                              table%block_b, table%normal_force, table%shear_force, table%normal, table%point, lean, &
                               context%state%vertices, context%state%centroid, forces%resultant, forces%magnitude)
    end subroutine add_forces_to
 
@@ -461,29 +492,5 @@ contains
       share = 0
       if (all_work > 0) share = slipped/all_work
    end function slip_share
-
-   !> Force of a contact on its block_a: compression along the outward normal of the edge, shear along the edge.
-   pure function force_on_a(table, c) result(force)
-      type(contact_table_type), intent(in) :: table
-      integer, intent(in) :: c       !! row
-      real(wp) :: force(2)
-      associate (n => table%normal(:, c))
-         ! the tangent is the normal turned by +90 degrees: normal = (t2, -t1)
-         force = table%normal_force(c)*n + table%shear_force(c)*[-n(2), n(1)]
-      end associate
-   end function force_on_a
-
-   !> `force_on_a` of all rows, or of those from `first` on.
-   pure subroutine forces_on_a(table, force, first)
-      type(contact_table_type), intent(in) :: table
-      real(wp), intent(out) :: force(:, :)         !! (2, rows)
-      integer, intent(in), optional :: first       !! default 1
-      integer :: k, before
-      before = 0
-      if (present(first)) before = first - 1
-      do k = 1, size(force, 2)
-         force(:, k) = force_on_a(table, before + k)
-      end do
-   end subroutine forces_on_a
 
 end module rockdda_interaction_contacts

@@ -15,7 +15,8 @@
 !> friction feeds the vibration of normal forces, and blocks slide further with shorter steps.
 module rockdda_interaction_dashpots
    use rockdda_base_kinds, only : wp
-   use rockdda_contact_table, only : contact_table_type, contact_state
+   use rockdda_contact_interval_law, only : end_gaps
+   use rockdda_contact_table, only : contact_table_type, contact_state, is_of_interval, other_row
    use rockdda_interaction_contact_law, only : contact_law_type, opened_last
    use rockdda_interaction_context, only : step_context_type
    use rockdda_interaction_joint_law, only : joint_extra_type
@@ -75,7 +76,7 @@ contains
       call context%blocks%count_holds(holds, context%released, context%held)
       do c = 1, table%n
          counts(c) = table%state(c) /= contact_state%open
-         if (.not. counts(c)) counts(c) = table%gap(c) + context%dt*opening_speed(context, table, c) < 0
+         if (.not. counts(c)) counts(c) = expected_gap(context, table, c) < 0
          if (.not. counts(c)) cycle
          springs = [table%k_n(c), table%k_s(c)]
          stiffness(:, table%block_a(c)) = stiffness(:, table%block_a(c)) + springs
@@ -83,7 +84,7 @@ contains
       end do
       do c = 1, table%n
          ratio = laws(table%joint(c))%damping_ratio
-         if (table%state(c) == contact_state%sliding) ratio = max(ratio, laws(table%joint(c))%sliding_damping)
+         if (slides(table, c)) ratio = max(ratio, laws(table%joint(c))%sliding_damping)
          associate (share => level(merge(2, 1, table%state(c) == contact_state%open)))
             if (.not. (ratio > 0 .and. share > 0)) cycle
             springs = [table%k_n(c), table%k_s(c)]
@@ -107,6 +108,28 @@ contains
          end associate
       end do
    end subroutine share_damping
+
+   !> Does a contact slide, or either row of its interval?
+   pure logical function slides(table, c)
+      type(contact_table_type), intent(in) :: table
+      integer, intent(in) :: c
+      slides = table%state(c) == contact_state%sliding
+      if (is_of_interval(table, c)) slides = slides .or. table%state(other_row(table, c)) == contact_state%sliding
+   end function slides
+
+   !> Gap at the end of the step with the velocities of its start, of an interval the smaller one of both ends.
+   pure real(wp) function expected_gap(context, table, c) result(gap)
+      type(step_context_type), intent(in) :: context
+      type(contact_table_type), intent(in) :: table
+      integer, intent(in) :: c
+      real(wp) :: other
+      integer :: d
+      gap = table%gap(c) + context%dt*opening_speed(context, table, c)
+      if (.not. is_of_interval(table, c)) return
+      d = other_row(table, c)
+      other = table%gap(d) + context%dt*opening_speed(context, table, d)
+      gap = minval(end_gaps([gap, other]))
+   end function expected_gap
 
    !> Speed at which the gap of a row opens with the velocities of the step's start.
    pure real(wp) function opening_speed(context, table, c) result(speed)

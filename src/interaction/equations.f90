@@ -50,6 +50,7 @@ module rockdda_interaction_equations
       real(wp), allocatable :: vectors(:, :)         !! (link_numbers, links) packed: set_vectors, vectors_of
       real(wp), allocatable :: stiffness(:, :)       !! (2, links) set by set_link
       real(wp), allocatable :: force(:, :)           !! (2, links) set by set_link
+      real(wp), allocatable :: coupling(:)           !! (links) along line 1 with the next link, set by set_links
       real(wp), allocatable :: link_off(:)           !! (links) share of force by wrong lengths (measure_placement)
       real(wp), allocatable :: block_off(:)          !! (nb) the same for terms of single blocks
       real(wp), allocatable :: block_force(:)        !! (nb) size of the force of block_load (clear_placement)
@@ -70,7 +71,6 @@ module rockdda_interaction_equations
       procedure :: set_size
       procedure :: set_rows
       procedure :: n_rows
-      procedure :: disturbance
       procedure :: join
       procedure :: set_graph
       procedure :: set_vectors
@@ -108,13 +108,13 @@ contains
       end if
       if (allocated(self%slot)) then
          if (size(self%slot) < n_links) deallocate (self%pair, self%slot, self%vectors, self%force, &
-            self%stiffness, self%incident, self%changed, self%inner, self%inner_slot, self%link_off)
+            self%stiffness, self%incident, self%changed, self%inner, self%inner_slot, self%link_off, self%coupling)
       end if
       if (.not. allocated(self%slot)) then
          m = n_links + n_links/4 + 16
          allocate (self%pair(2, m), self%slot(m), self%incident(2*m), self%changed(m), self%inner(2, m), &
                    self%inner_slot(m), self%vectors(link_numbers, m), self%stiffness(2, m), self%force(2, m), &
-                   self%link_off(m))
+                   self%link_off(m), self%coupling(m))
          self%n_pairs = -1
          self%n_begun = 0
       end if
@@ -125,6 +125,7 @@ contains
       call set_zero(self%vectors(:, m:n_links))
       call set_zero(self%stiffness(:, m:n_links))
       call set_zero(self%force(:, m:n_links))
+      call set_zero(self%coupling(m:n_links))
       self%n_begun = n_links
    end subroutine set_size
 
@@ -161,36 +162,6 @@ contains
       n_rows = self%n_blocks
       if (allocated(self%block_of)) n_rows = size(self%block_of)
    end function n_rows
-
-   !> What a block asleep would move by: the forces on it at the solution x, in which it does not move, over the sum of
-   !> their magnitudes. Moments and the forces that strain it count on the arm `radius`.
-   pure real(wp) function disturbance(self, block, radius)
-      class(equations_type), intent(in) :: self
-      integer, intent(in) :: block
-      real(wp), intent(in) :: radius                 !! [length]
-      real(wp) :: r(6), along(2), total, v(6, 2)
-      integer :: b, c, l, side
-      r = self%block_load(:, block)
-      total = norm2(r(1:2))
-      do l = self%start(block) + 1, self%start(block + 1)
-         c = abs(self%incident(l))
-         along = self%force(:, c)
-         do side = 1, 2
-            b = self%pair(side, c)
-            if (b == 0) cycle
-            if (self%row_of(b) == 0) cycle   ! asleep: x = 0
-            v = self%vectors_of(c, side)
-            along(1) = along(1) - self%stiffness(1, c)*dot_product(v(:, 1), self%x(:, b))
-            along(2) = along(2) - self%stiffness(2, c)*dot_product(v(:, 2), self%x(:, b))
-         end do
-         v = self%vectors_of(c, merge(1, 2, self%incident(l) > 0))
-         r = r + along(1)*v(:, 1) + along(2)*v(:, 2)
-         total = total + norm2(along)
-      end do
-      r(3:6) = r(3:6)/radius
-      disturbance = 0
-      if (total > 0) disturbance = norm2(r)/total
-   end function disturbance
 
    !> A link joins two blocks, 0 none.
    pure subroutine join(self, c, blocks)
@@ -308,14 +279,22 @@ contains
       self%force(:, c) = force
    end subroutine set_link
 
-   !> Stiffness and force of n links, before + rows(1) to before + rows(n).
-   pure subroutine set_links(self, n, rows, before, stiffness, force)
+   !> Stiffness and force of n links, before + rows(1) to before + rows(n). Two links of the same blocks, one after the
+   !> other, may be coupled: the first one adds coupling * (v v'^T + v' v^T) to K, v' the vector of the next one.
+   pure subroutine set_links(self, n, rows, before, stiffness, force, coupling)
       class(equations_type), intent(inout) :: self
       integer, intent(in) :: n, before
       integer, intent(in) :: rows(n)
       real(wp), intent(in) :: stiffness(2, n), force(2, n)
+      real(wp), intent(in) :: coupling(n)            !! [force/length]
       integer :: k
       do k = 1, n
+         associate (kept => self%coupling(before + rows(k)))
+            if (abs(coupling(k) - kept) > 0) then
+               self%changed(before + rows(k)) = int(change%stiffness, i1)
+               kept = coupling(k)
+            end if
+         end associate
          call set_link(self, before + rows(k), stiffness(:, k), force(:, k))
       end do
    end subroutine set_links
@@ -484,8 +463,8 @@ contains
       integer, intent(in) :: i, first_slot, last_slot
       class(equations_type), intent(inout) :: eq
       call add_stiffness(i, eq%start(i + 1) - eq%start(i), eq%incident(eq%start(i) + 1:eq%start(i + 1)), eq%pair, &
-                         eq%slot, eq%vectors, eq%stiffness, eq%block_matrix(:, i), first_slot, last_slot - first_slot, &
-                         eq%matrix%values)
+                         eq%slot, eq%vectors, eq%stiffness, eq%coupling, eq%block_matrix(:, i), first_slot, &
+                         last_slot - first_slot, eq%matrix%values)
    end subroutine assemble_row
 
 end module rockdda_interaction_equations

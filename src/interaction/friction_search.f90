@@ -13,6 +13,7 @@ module rockdda_interaction_friction_search
    use rockdda_contact_table, only : contact_table_type, contact_state
    use rockdda_linear_anderson, only : anderson_type
    use rockdda_interaction_contact_law, only : contact_law_type
+   use rockdda_interaction_intervals, only : mean_gap
    use rockdda_interaction_open_close, only : open_close_type
    use rockdda_interaction_joint_law, only : joint_settings_type, have_friction_alone
    implicit none
@@ -99,7 +100,11 @@ contains
       do c = first, last
          if (trial%joint(c)%state == contact_state%open) cycle
          if (trial%joint(c)%state == contact_state%sliding) n = n + 1
-         deepest = max(deepest, abs(table%k_n(c)*trial%gap(c)))
+         if (trial%joint(c)%partly) then
+            deepest = max(deepest, trial%spring_force(table, c))
+         else
+            deepest = max(deepest, abs(table%k_n(c)*trial%gap(c)))
+         end if
       end do
    end subroutine look_through
 
@@ -136,9 +141,9 @@ contains
          c = self%rows(i)
          self%value(i) = trial%joint(c)%friction
          self%used(i) = self%value(i)
-         if (is_simple) then
+         if (is_simple .and. .not. trial%joint(c)%partly) then
             ! what `friction_limit` finds, without a call
-            limit = laws(table%joint(c))%friction*max(-table%k_n(c)*trial%gap(c), 0.0_wp)
+            limit = laws(table%joint(c))%friction*max(-table%k_n(c)*mean_gap(table, trial%gap, c), 0.0_wp)
          else
             limit = trial%friction_limit(table, laws, settings, c)
          end if

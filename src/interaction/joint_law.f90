@@ -34,15 +34,14 @@
 module rockdda_interaction_joint_law
    use rockdda_base_kinds, only : wp, i1, l1
    use rockdda_model_parameters, only : parameters_type
-   use rockdda_contact_table, only : contact_table_type, contact_state
-   use rockdda_interaction_contact_law, only : contact_law_type, contact_law, shear_strength, cohesion_at, &
-      tension_at
+   use rockdda_contact_table, only : contact_table_type, contact_state, is_of_interval, other_row
+   use rockdda_interaction_contact_law, only : contact_law_type, contact_law, shear_strength, tension_at
    use rockdda_interaction_time_scheme, only : time_scheme_type
    implicit none
    private
    public :: joint_settings_type, new_joint_settings, joint_state_type, joint_extra_type, joint_type, recall_joint
    public :: joint_response_type
-   public :: map_joint, find_held, stay_locked, miss_of_joint, linearise_joint, linearise_joints, opening_gap
+   public :: map_joint, find_held, stay_locked, miss_of_joint, opening_gap
    public :: sliding_friction, have_friction_alone
 
    !> Lengths below this share of w0 are round-off.
@@ -54,6 +53,7 @@ module rockdda_interaction_joint_law
       real(wp) :: open_tolerance = 0   !! a closed contact opens beyond this gap [length]
       real(wp) :: round_off = 0        !! changes of length below this are round-off [length]
       logical :: peer = .false.        !! slide-lock changes do not count; locked up to a 2.5 times smaller shear
+      logical :: sticks = .false.      !! closed contacts do not slide yet
       real(wp) :: dt = 1               !! step, for slip rates
       real(wp) :: level = 1            !! share of the step after which forces of closed contacts act
       real(wp) :: impact = 1           !! factor, in the equations, of forces of contacts that close
@@ -68,12 +68,11 @@ module rockdda_interaction_joint_law
       logical(l1) :: tied = .false.    !! intact rock: neither slides nor opens within a step
       logical(l1) :: worn = .false.    !! has opened and closed again and again: friction alone in this attempt
       logical(l1) :: strikes = .false. !! stays open in this attempt, for the law of impact (stepping)
+      logical(l1) :: partly = .false.  !! one of an interval that is closed on a part, with `own` and `cross`
    end type joint_state_type
 
    !> What contacts have in an attempt with some laws only.
    type :: joint_extra_type
-      real(wp) :: more_length = 0      !! to add to the length for cohesion, see rockdda_interaction_closed_part
-      real(wp) :: tension_share = 1    !! of the tensile strength at a crack tip, see rockdda_interaction_ligament
       real(wp) :: normal_drag = 0      !! normal dashpot coefficient over dt [force/length]
       real(wp) :: drag = 0             !! shear dashpot coefficient over dt [force/length]
       real(wp) :: drag_gap = 0         !! gap from which the step stretches the normal dashpot [length]
@@ -87,8 +86,7 @@ module rockdda_interaction_joint_law
       real(wp) :: shear                !! elongation of the shear spring at the start of the step [length]
       real(wp) :: total_slip           !! |slip| summed up since the contact closed [length]
       real(wp) :: length               !! contact length for cohesion and tension
-      real(wp) :: more_length = 0      !! to add to it for cohesion, see rockdda_interaction_closed_part
-      real(wp) :: tension_share = 1    !! of the tensile strength at a crack tip, see rockdda_interaction_ligament
+      real(wp) :: broken = 0           !! part of it that has lost its bond, while another part has not [length]
       real(wp) :: k_n, k_s             !! stiffness of its springs, normal and shear [force/length]
       real(wp) :: normal_drag          !! normal dashpot coefficient over dt [force/length]
       real(wp) :: drag                 !! shear dashpot coefficient over dt [force/length]
@@ -138,19 +136,17 @@ contains
       if (state%worn) joint%shear = 0
       joint%total_slip = table%total_slip(c)
       joint%length = table%length(c)
+      joint%broken = 0
+      if (state%bonded) joint%broken = broken_length(table, c)
       joint%k_n = table%k_n(c)
       joint%k_s = table%k_s(c)
       joint%closes = table%state(c) == contact_state%open
       if (allocated(extra)) then
-         joint%more_length = extra(c)%more_length
-         joint%tension_share = extra(c)%tension_share
          joint%normal_drag = extra(c)%normal_drag
          joint%drag = extra(c)%drag
          joint%drag_gap = extra(c)%drag_gap
          joint%late = extra(c)%late
       else
-         joint%more_length = 0
-         joint%tension_share = 1
          joint%normal_drag = 0
          joint%drag = 0
          joint%drag_gap = 0
@@ -158,20 +154,36 @@ contains
       end if
    end subroutine recall_joint
 
+   !> Length of a bonded row on which the bond of its interval is broken.
+   pure real(wp) function broken_length(table, c) result(broken)
+      type(contact_table_type), intent(in) :: table
+      integer, intent(in) :: c                     !! row
+      integer :: r
+      broken = 0
+      if (.not. is_of_interval(table, c) .or. table%tied(c)) return
+      r = min(c, other_row(table, c))
+      broken = table%length(c)*(1 - max(0.0_wp, table%bond_end(r + 1) - table%bond_end(r)))
+   end function broken_length
+
    !> Return mapping: the response of a contact that is closed at this motion. An open contact closes with the memory
    !> that it has.
-   pure subroutine map_joint(law, settings, joint, gap, slip, response)
+   pure subroutine map_joint(law, settings, joint, gap, slip, response, share)
       type(contact_law_type), intent(in) :: law
       type(joint_settings_type), intent(in) :: settings
       type(joint_type), intent(in) :: joint
       real(wp), intent(in) :: gap, slip        !! at the end of the step, of the step [length]
       type(joint_response_type), intent(out) :: response
-      real(wp) :: trial, limit, slip_tolerance
+      !> Half of the force that presses an interval together, compression positive, by which this row of it slides;
+      !> absent: the force of its own spring.
+      real(wp), intent(in), optional :: share
+      real(wp) :: trial, limit, slip_tolerance, pressing
       logical :: slides
+      pressing = -joint%k_n*gap
+      if (present(share)) pressing = share
       if (joint%tied) then
          limit = huge(limit)
       else
-         limit = strength(law, settings, joint, -joint%k_n*gap, logical(joint%bonded), slip)
+         limit = strength(law, settings, joint, pressing, logical(joint%bonded), slip)
       end if
       slip_tolerance = joint%k_s*settings%round_off
       response%spring = -joint%k_n*gap
@@ -187,7 +199,7 @@ contains
       else if (slides .and. .not. trial*joint%slip_sign < limit - slip_tolerance) then
          response%slip_sign = joint%slip_sign
          response%shear = joint%slip_sign*limit
-      else if (abs(trial) > limit + slip_tolerance) then
+      else if (abs(trial) > limit + slip_tolerance .and. .not. settings%sticks) then
          response%slip_sign = direction(trial)
          response%shear = sign(limit, trial)
       else
@@ -198,22 +210,24 @@ contains
          response%friction = 0
          return
       end if
-      response%bonded = joint%bonded .and. .not. law%brittle
+      ! what has no length has no bond that could break
+      response%bonded = joint%bonded .and. .not. (law%brittle .and. joint%length > 0)
       response%friction = limit
       if (joint%bonded .and. law%brittle) &
-         response%friction = sliding_friction(law, settings, joint, response%spring, slip)
+         response%friction = sliding_friction(law, settings, joint, pressing, slip)
    end subroutine map_joint
 
    !> Which of some contacts stay locked at a motion, as most do at most times: those of Coulomb's law, without a
-   !> partner, for which `map_joint` finds the same at several times the cost. Forces of these along the lines of their
-   !> links, if wanted.
-   pure subroutine find_held(laws, table, first, settings, state, extra, gap, slip, held, force)
+   !> partner, for which `map_joint` finds the same at several times the cost; of intervals those that are closed on all
+   !> their length. Forces of these along the lines of their links, if wanted.
+   pure subroutine find_held(laws, table, first, settings, state, extra, widest, mean, gap, slip, held, force)
       type(contact_law_type), intent(in) :: laws(:)              !! per joint material
       type(contact_table_type), intent(in) :: table
       integer, intent(in) :: first                               !! row that the n contacts begin with
       type(joint_settings_type), intent(in) :: settings
       type(joint_state_type), intent(in), contiguous :: state(:) !! (>= rows)
       type(joint_extra_type), allocatable, intent(in) :: extra(:)
+      real(wp), intent(in), contiguous :: widest(:), mean(:)     !! (n) gaps that decide, `find_extremes` [length]
       real(wp), intent(in), contiguous :: gap(:), slip(:)        !! (n) at the end of the step, of the step [length]
       logical(l1), intent(out), contiguous :: held(:)            !! (n)
       real(wp), intent(inout), contiguous, optional :: force(:, :)   !! (2, n)
@@ -227,10 +241,11 @@ contains
          ! an absent array with a descriptor may not be passed on as one without
          if (present(force)) then
             call find_held_by_friction(size(held), laws, table%joint(first:c), table%k_n(first:c), table%k_s(first:c), &
-                                       table%shear(first:c), state(first:c), settings, gap, slip, held, force)
+                                       table%shear(first:c), state(first:c), settings, widest, mean, gap, slip, held, &
+                                       force)
          else
             call find_held_by_friction(size(held), laws, table%joint(first:c), table%k_n(first:c), table%k_s(first:c), &
-                                       table%shear(first:c), state(first:c), settings, gap, slip, held)
+                                       table%shear(first:c), state(first:c), settings, widest, mean, gap, slip, held)
          end if
          return
       end if
@@ -240,7 +255,7 @@ contains
          c = first - 1 + k
          held(k) = .false.
          if (state(c)%state /= contact_state%locked .or. state(c)%tied) cycle
-         if (.not. gap(k) <= settings%open_tolerance) cycle
+         if (.not. widest(k) <= settings%open_tolerance) cycle
          associate (law => laws(table%joint(c)))
             if (law%law /= contact_law%coulomb .or. .not. law%friction > 0) cycle
             ! what the strength and the springs need of `recall_joint`, without a call
@@ -248,15 +263,16 @@ contains
             joint%shear = table%shear(c)
             if (joint%worn) joint%shear = 0
             joint%length = table%length(c)
+            joint%broken = 0
+            if (state(c)%bonded) joint%broken = broken_length(table, c)
             joint%k_n = table%k_n(c)
             joint%k_s = table%k_s(c)
             if (has_extra) then
-               joint%more_length = extra(c)%more_length
                joint%normal_drag = extra(c)%normal_drag
                joint%drag = extra(c)%drag
                joint%drag_gap = extra(c)%drag_gap
             end if
-            limit = coulomb_strength(law, joint, -joint%k_n*gap(k), logical(state(c)%bonded))
+            limit = coulomb_strength(law, joint, -joint%k_n*mean(k), logical(state(c)%bonded))
          end associate
          trial = elastic_shear(joint, slip(k))
          held(k) = abs(trial) <= limit + joint%k_s*settings%round_off
@@ -272,7 +288,8 @@ contains
    end function have_friction_alone
 
    !> `find_held` for n contacts with friction alone, without dashpots.
-   pure subroutine find_held_by_friction(n, laws, law, k_n, k_s, shear, state, settings, gap, slip, held, force)
+   pure subroutine find_held_by_friction(n, laws, law, k_n, k_s, shear, state, settings, widest, mean, gap, slip, held, &
+                                         force)
       integer, intent(in) :: n
       type(contact_law_type), intent(in) :: laws(:)
       integer, intent(in) :: law(n)                  !! number of each one's law
@@ -280,7 +297,7 @@ contains
       real(wp), intent(in) :: shear(n)               !! elongation at the start of the step [length]
       type(joint_state_type), intent(in) :: state(n)
       type(joint_settings_type), intent(in) :: settings
-      real(wp), intent(in) :: gap(n), slip(n)        !! [length]
+      real(wp), intent(in) :: widest(n), mean(n), gap(n), slip(n)   !! [length]
       logical(l1), intent(out) :: held(n)
       real(wp), intent(inout), contiguous, optional :: force(:, :)   !! (2, n)
       real(wp) :: trial, elongation
@@ -290,8 +307,8 @@ contains
          if (state(k)%worn) elongation = 0
          trial = k_s(k)*(elongation + slip(k))
          held(k) = state(k)%state == contact_state%locked .and. .not. state(k)%tied .and. &
-                   gap(k) <= settings%open_tolerance .and. &
-                   abs(trial) <= laws(law(k))%friction*max(-k_n(k)*gap(k), 0.0_wp) + k_s(k)*settings%round_off
+                   widest(k) <= settings%open_tolerance .and. &
+                   abs(trial) <= laws(law(k))%friction*max(-k_n(k)*mean(k), 0.0_wp) + k_s(k)*settings%round_off
          if (present(force)) force(:, k) = [k_n(k)*gap(k), trial]
       end do
    end subroutine find_held_by_friction
@@ -347,66 +364,13 @@ contains
       if (min(state, int(joint%state)) == contact_state%open) miss = miss + joint%k_n*abs(gap)
    end function miss_of_joint
 
-   !> Stiffness and load of a contact in its present state, along the normal (1) and the edge (2). The normal force that
-   !> friction depends on is left to the iteration, so that the stiffness is symmetric.
-   pure subroutine linearise_joint(joint, stiffness, force)
-      type(joint_type), intent(in) :: joint
-      real(wp), intent(out) :: stiffness(2)   !! [force/length]
-      real(wp), intent(out) :: force(2)       !! [force]
-      stiffness = 0
-      force = 0
-      if (joint%state == contact_state%open) return
-      stiffness(1) = joint%k_n + joint%normal_drag
-      force(1) = -joint%k_n*(joint%gap + joint%late) - joint%normal_drag*((joint%gap + joint%late) - joint%drag_gap)
-      if (joint%state == contact_state%locked) then
-         stiffness(2) = joint%k_s + joint%drag
-         force(2) = -joint%k_s*joint%shear
-      else
-         force(2) = -joint%slip_sign*joint%friction
-      end if
-   end subroutine linearise_joint
-
-   !> `linearise_joint` for some rows of the table at the start of the step.
-   pure subroutine linearise_joints(n, rows, table, state, extra, stiffness, force)
-      integer, intent(in) :: n
-      integer, intent(in) :: rows(n)
-      type(contact_table_type), intent(in) :: table
-      type(joint_state_type), intent(in), contiguous :: state(:)    !! (>= rows)
-      type(joint_extra_type), allocatable, intent(in) :: extra(:)   !! (>= rows), or none
-      real(wp), intent(inout) :: stiffness(2, n), force(2, n)       !! [force/length], [force]
-      type(joint_type) :: joint
-      integer :: c, k
-      logical :: has_extra
-      has_extra = allocated(extra)
-      joint%normal_drag = 0
-      joint%drag = 0
-      do k = 1, n
-         c = rows(k)
-         ! what the springs need of `recall_joint`, without a call
-         joint%joint_state_type = state(c)
-         joint%gap = table%gap(c)
-         joint%shear = table%shear(c)
-         if (joint%worn) joint%shear = 0
-         joint%k_n = table%k_n(c)
-         joint%k_s = table%k_s(c)
-         if (has_extra) then
-            joint%normal_drag = extra(c)%normal_drag
-            joint%drag = extra(c)%drag
-            joint%drag_gap = extra(c)%drag_gap
-            joint%late = extra(c)%late
-         end if
-         call linearise_joint(joint, stiffness(:, k), force(:, k))
-      end do
-   end subroutine linearise_joints
-
    !> Gap beyond which a closed contact opens: its tensile strength t l holds it together.
    pure real(wp) function opening_gap(law, settings, joint)
       type(contact_law_type), intent(in) :: law
       type(joint_settings_type), intent(in) :: settings
       type(joint_type), intent(in) :: joint
       opening_gap = settings%open_tolerance
-      opening_gap = opening_gap + tension_at(law, joint%total_slip, logical(joint%bonded))*joint%tension_share* &
-                    joint%length/joint%k_n
+      opening_gap = opening_gap + tension_at(law, joint%total_slip, logical(joint%bonded))*joint%length/joint%k_n
    end function opening_gap
 
    !> Friction force of a sliding contact with a given normal force.
@@ -447,11 +411,14 @@ contains
       end if
       rate = slip_rate(settings, joint, slip)
       strength = shear_strength(law, normal_force, joint%length, bonded, rate, joint%total_slip + abs(slip))
+      if (bonded .and. joint%broken > 0) then
+         strength = max(0.0_wp, strength - &
+                        (shear_strength(law, 0.0_wp, joint%broken, .true., rate, joint%total_slip + abs(slip)) - &
+                         shear_strength(law, 0.0_wp, joint%broken, .false., rate, joint%total_slip + abs(slip))))
+      end if
       if (joint%worn) then
          strength = max(0.0_wp, strength - shear_strength(law, 0.0_wp, joint%length, bonded, rate, &
                                                           joint%total_slip + abs(slip)))
-      else
-         strength = strength + cohesion_at(law, joint%total_slip + abs(slip), bonded)*joint%more_length
       end if
    end function strength
 
@@ -475,9 +442,10 @@ contains
       strength = law%friction*max(normal_force, 0.0_wp)
       if (joint%worn) return
       if (bonded) then
-         strength = strength + law%cohesion*(joint%length + joint%more_length)
+         strength = strength + law%cohesion*joint%length
+         if (joint%broken > 0) strength = strength - (law%cohesion - law%residual_cohesion)*joint%broken
       else if (law%residual_cohesion > 0) then
-         strength = strength + law%residual_cohesion*(joint%length + joint%more_length)
+         strength = strength + law%residual_cohesion*joint%length
       end if
       if (normal_force < 0 .and. law%tension > 0) strength = max(0.0_wp, strength + law%friction*normal_force)
    end function coulomb_strength

@@ -114,12 +114,41 @@ void rockdda_add_forces(int n_links, const int *incident, const double *vectors,
       STORE(m1, m + 2), STORE(m2, m + 8), STORE(m3, m + 14), STORE(m4, m + 20), STORE(m5, m + 26), STORE(m6, m + 32);  \
    }
 
+/* Vector of line 1 of a link, for its first or second block. */
+static inline void unpack_normal(const double *p, int is_first, double *v)
+{
+   const double *rest = p + (is_first ? 2 : 10);
+   v[0] = is_first ? p[0] : -p[0];
+   v[1] = is_first ? p[1] : -p[1];
+   for (int k = 0; k < 4; ++k)
+      v[2 + k] = rest[k];
+}
+
+/* Coupling of a link with the one that follows it in the table, along line 1: k (v w^T + w v^T) on the diagonal block of
+ * one of their blocks, and its coupling with the other block if that is stored (row and column of it: K_ij). */
+static void couple(double k, const double *p, int is_first, double *diagonal, double *other)
+{
+   double v[6], w[6], a[6], b[6];
+   unpack_normal(p, is_first, v);
+   unpack_normal(p + LINK_NUMBERS, is_first, w);
+   for (int j = 0; j < 6; ++j)
+      for (int i = 0; i < 6; ++i)
+         diagonal[6 * j + i] += k * (v[i] * w[j] + w[i] * v[j]);
+   if (!other)
+      return;
+   unpack_normal(p, !is_first, a);
+   unpack_normal(p + LINK_NUMBERS, !is_first, b);
+   for (int j = 0; j < 6; ++j)
+      for (int i = 0; i < 6; ++i)
+         other[6 * j + i] += k * (v[i] * b[j] + w[i] * a[j]);
+}
+
 /* Stiffness of the n links of block i and its own terms, of which the lower half counts, as its diagonal block;
  * stiffness of the links as its n couplings with blocks of larger numbers, which follow the diagonal block. */
 FOR_EACH_PROCESSOR
 void rockdda_add_stiffness(int i, int n_links, const int *incident, const int *pair, const int *slot,
-                           const double *vectors, const double *stiffness, const double *terms, int diagonal_slot,
-                           int n_couplings, double *values)
+                           const double *vectors, const double *stiffness, const double *coupling, const double *terms,
+                           int diagonal_slot, int n_couplings, double *values)
 {
    double *diagonal = values + 36 * (long)(diagonal_slot - 1);
    /* rows and columns 1 to 2; rows 3 to 6 of columns 1 and 2; of columns 3 to 6, of which the upper half counts */
@@ -208,4 +237,14 @@ void rockdda_add_stiffness(int i, int n_links, const int *incident, const int *p
    }
    if (m)
       STORE_COUPLING
+
+   for (int l = 0; l < n_links; ++l)
+   {
+      const int c = incident[l];
+      const long link = (c > 0 ? c : -c) - 1;
+      if (!(fabs(coupling[link]) > 0))
+         continue;
+      double *here = slot[link] > 0 && i < pair[2 * link + (c > 0)] ? values + 36 * (long)(slot[link] - 1) : 0;
+      couple(coupling[link], vectors + LINK_NUMBERS * link, c > 0, diagonal, here);
+   }
 }

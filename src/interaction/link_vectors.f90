@@ -35,8 +35,8 @@ module rockdda_interaction_link_vectors
 
       !> Stiffness of the links of block i and its own terms, as its diagonal block; stiffness of the links as its
       !> couplings with blocks of larger numbers, which follow the diagonal block.
-      pure subroutine add_stiffness(i, n, incident, pair, slot, vectors, stiffness, terms, diagonal, n_couplings, &
-                                    values) bind(c, name='rockdda_add_stiffness')
+      pure subroutine add_stiffness(i, n, incident, pair, slot, vectors, stiffness, coupling, terms, diagonal, &
+                                    n_couplings, values) bind(c, name='rockdda_add_stiffness')
          import :: c_int, c_double
          integer(c_int), value :: i
          integer(c_int), value :: n                       !! links of the block
@@ -44,6 +44,7 @@ module rockdda_interaction_link_vectors
          integer(c_int), intent(in) :: pair(2, *)         !! of all links
          integer(c_int), intent(in) :: slot(*)            !! stored block of each pair, 0 none
          real(c_double), intent(in) :: vectors(18, *), stiffness(2, *)
+         real(c_double), intent(in) :: coupling(*)        !! of a link with the next one, along line 1
          real(c_double), intent(in) :: terms(21)          !! lower triangle (pack_lower)
          integer(c_int), value :: diagonal                !! stored block of the diagonal
          integer(c_int), value :: n_couplings             !! that are stored behind it

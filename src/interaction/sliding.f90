@@ -15,31 +15,33 @@ contains
 
    !> Friction force of a contact that goes on sliding as it does, of a model with friction alone and without dashpots
    !> (`have_friction_alone`); negative: it does not, or `map_joint` is to find it.
-   pure real(wp) function friction_of_sliding(laws, settings, table, c, state, gap, slip) result(friction)
+   pure real(wp) function friction_of_sliding(laws, settings, table, c, state, widest, mean, slip) result(friction)
       type(contact_law_type), intent(in) :: laws(:)        !! per joint material
       type(joint_settings_type), intent(in) :: settings
       type(contact_table_type), intent(in) :: table        !! at the start of the step
       integer, intent(in) :: c                             !! row
       type(joint_state_type), intent(in) :: state
-      real(wp), intent(in) :: gap, slip                    !! at the end of the step, of the step [length]
+      real(wp), intent(in) :: widest, mean                 !! gaps that decide, `find_extremes` [length]
+      real(wp), intent(in) :: slip                         !! of the step [length]
       real(wp) :: limit
       friction = -1
       if (state%state /= contact_state%sliding .or. state%tied .or. state%bonded .or. state%worn) return
-      if (.not. gap <= settings%open_tolerance .or. table%partner(c) /= 0) return
-      limit = laws(table%joint(c))%friction*max(-table%k_n(c)*gap, 0.0_wp)
+      if (.not. widest <= settings%open_tolerance .or. table%partner(c) /= 0) return
+      limit = laws(table%joint(c))%friction*max(-table%k_n(c)*mean, 0.0_wp)
       if (table%k_s(c)*(table%shear(c) + slip)*state%slip_sign < limit - table%k_s(c)*settings%round_off) return
       friction = limit
    end function friction_of_sliding
 
    !> Judge a contact without a partner that stays open, or goes on sliding: what the last solve had of it, what its
    !> force misses of its law, its normal force, and its new friction force.
-   pure subroutine judge_steady(simple, laws, settings, table, c, gap, slip, joint, state_used, sign_used, &
-                                friction_used, bonded_used, miss, normal_force, worst, is_steady)
+   pure subroutine judge_steady(simple, laws, settings, table, c, lowest, widest, mean, gap, slip, joint, state_used, &
+                                sign_used, friction_used, bonded_used, miss, normal_force, worst, is_steady)
       logical, intent(in) :: simple                         !! for `friction_of_sliding`
       type(contact_law_type), intent(in) :: laws(:)         !! per joint material
       type(joint_settings_type), intent(in) :: settings
       type(contact_table_type), intent(in) :: table         !! at the start of the step
       integer, intent(in) :: c                              !! row
+      real(wp), intent(in) :: lowest, widest, mean          !! gaps that decide, `find_extremes` [length]
       real(wp), intent(in) :: gap, slip                     !! at the end of the step, of the step [length]
       type(joint_state_type), intent(inout) :: joint
       integer(i1), intent(inout) :: state_used, sign_used
@@ -51,13 +53,14 @@ contains
       real(wp) :: friction, pressing
       is_steady = .false.
       if (joint%state == contact_state%open) then
-      if (table%partner(c) /= 0 .or. .not. gap >= closing_gap(settings, table%offset(c), logical(joint%strikes))) return
+         if (table%partner(c) /= 0) return
+         if (.not. lowest >= closing_gap(settings, table%offset(c), logical(joint%strikes))) return
          friction = 0
          pressing = 0
          miss = 0
       else
          if (.not. simple) return
-         friction = friction_of_sliding(laws, settings, table, c, joint, gap, slip)
+         friction = friction_of_sliding(laws, settings, table, c, joint, widest, mean, slip)
          if (friction < 0) return
          pressing = -table%k_n(c)*gap
          miss = abs(friction - joint%friction)

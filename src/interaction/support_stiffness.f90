@@ -6,7 +6,7 @@ module rockdda_interaction_support_stiffness
    use rockdda_model_blocks, only : block_system_type
    use rockdda_model_parameters, only : parameters_type
    use rockdda_interaction_contact_stiffness, only : set_stiffness
-   use rockdda_interaction_ties, only : tie_points, tie_stiffness
+   use rockdda_interaction_ties, only : tie_stiffness
    implicit none
    private
    public :: support_stiffness
@@ -19,7 +19,7 @@ contains
       type(block_system_type), intent(in) :: blocks       !! at the start
       type(parameters_type), intent(in) :: parameters
       integer, intent(in) :: block
-      real(wp) :: largest, length, k_n, k_s, area, centroid(2), moments(3)
+      real(wp) :: along(2), distance, largest, length, k_n, k_s, area, centroid(2), moments(3)
       integer :: first, last, v, next
       stiffness = parameters%fixed_stiffness
       if (.not. parameters%by_length) return
@@ -30,15 +30,19 @@ contains
       do v = first, last
          if (blocks%edge_joint(v) == 0) cycle
          next = merge(first, v + 1, v == last)
-         length = norm2(blocks%vertices(:, next) - blocks%vertices(:, v))
+         along = blocks%vertices(:, next) - blocks%vertices(:, v)
+         length = norm2(along)
+         associate (arm => centroid - blocks%vertices(:, v))
+            distance = abs(along(1)*arm(2) - along(2)*arm(1))/length
+         end associate
          associate (material => parameters%joint_materials(blocks%edge_joint(v)))
             call set_stiffness(parameters, material, length, k_n, k_s)
             ! automatic, by its size: of the largest E, which no stage changes
             if (.not. k_n > 0) k_n = parameters%normal_stiffness/sqrt(area)*length
             largest = max(largest, k_n)
-            ! the middle of a tie stands for 2/3 of its length
-            if (material%tie) largest = max(largest, tie_stiffness(2, 2*length/tie_points, &
-               parameters%block_materials(blocks%block_material(block))%youngs_modulus, area, area))
+            ! to a block like it
+            if (material%tie) largest = max(largest, tie_stiffness(length, 2*distance/ &
+               parameters%block_materials(blocks%block_material(block))%youngs_modulus))
          end associate
       end do
       if (largest > 0) stiffness = parameters%fixed_stiffness/parameters%normal_stiffness*largest

@@ -13,6 +13,8 @@ module rockdda_interaction_water_at_start
    use rockdda_base_kinds, only : wp
    use rockdda_model_blocks, only : block_system_type
    use rockdda_model_parameters, only : parameters_type
+   use rockdda_contact_interval_law, only : first_place
+   use rockdda_contact_intervals, only : tie_place
    use rockdda_contact_table, only : contact_table_type
    use rockdda_interaction_boundary_edges, only : next_vertex
    use rockdda_interaction_context, only : step_context_type
@@ -31,7 +33,7 @@ contains
       type(contact_table_type), intent(in) :: table
       real(wp), allocatable, intent(out) :: pressure(:)   !! (contacts) [stress]
       integer :: first(context%blocks%n_vertices() + 1)
-      real(wp) :: sides(2)
+      real(wp) :: sides(2), place, beyond(2)
       integer :: c, from, to, side
       logical :: wet(2)
       allocate (pressure(table%n), source=0.0_wp)
@@ -45,6 +47,9 @@ contains
             if (.not. same_interval(table, from, to + 1)) exit
             to = to + 1
          end do
+         ! ends of the interval, by its points
+         place = merge(tie_place, first_place, logical(table%tied(from)))
+         beyond = place/(1 - 2*place)*(table%point(:, to) - table%point(:, from))
          do c = from, to
             do side = 1, 2
                sides(side) = 0
@@ -53,7 +58,8 @@ contains
                if (side == 1 .and. table%station(c) == 0) cycle
                call pressure_on_side(water, context, merge([table%block_a(c), table%vertex(c)], &
                                                            [table%block_b(c), table%edge(c)], side == 1), first, &
-                                     table%point(:, [from, to, c]), table%station(c) > 0, sides(side), wet(side))
+                                     reshape([table%point(:, from) - beyond, table%point(:, to) + beyond, &
+                                              table%point(:, c)], [2, 3]), table%station(c) > 0, sides(side), wet(side))
             end do
             if (any(wet)) pressure(c) = sum(sides, mask=wet)/count(wet)
          end do

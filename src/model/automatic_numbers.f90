@@ -127,7 +127,7 @@ contains
          'stiffness of its joints decides when it falls: at about '// &
          to_string(100*min(1.0_wp, stiffenings(i)%lost), 2)// &
          ' % less tilt than a rigid block ('//counted(count(stiffenings%lost > 1.001_wp*lost_tilt), 'block')// &
-         ' by more than '//to_string(100*lost_tilt, 2)//' %); give normal_stiffness where that matters')
+         ' by more than '//to_string(100*lost_tilt, 2)//' %); give stiffness where that matters')
    end subroutine report_soft_stands
 
    !> Largest time step: from the time in which a block swings on its joints, and the time in which it falls by

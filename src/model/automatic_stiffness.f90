@@ -8,10 +8,14 @@
 !> so that it closes by half of what the smaller block is compressed. How much of a large block is drawn changes
 !> nothing: stress spreads in it within the size of the smaller one.
 !>
-!> A slender block that stands free, of height H, base b and weight W, turns over on the part a of its base,
-!> a^3 = 6 W H/k, at a tilt that is smaller than that of a rigid block by a/b (Winkler's springs without tension). The
-!> stiffness of its joints is as large as keeps that within `lost_tilt`, but not above 200 E/b. In jointed rock, where
-!> neighbours hold slender blocks, it would only cost rounds.
+!> A slender block that stands free, of height H, base b and weight W, leans by theta before it falls. Its weight bears
+!> on its base at the share 9 (W/(k b^2 theta))^2 from the edge (rockdda_contact_interval_law, far open), so that it
+!> falls at a tilt that is smaller than that of a rigid block by the least share that both take,
+!>
+!>     3/2 (6 W H/(k b^3))^(2/3)
+!>
+!> The stiffness of its joints is as large as keeps that within `lost_tilt`, but not above 200 E/b. In jointed rock,
+!> where neighbours hold slender blocks, it would only cost rounds.
 module rockdda_model_automatic_stiffness
    use rockdda_base_kinds, only : wp
    use rockdda_geometry_polygons, only : polygon_properties
@@ -24,7 +28,7 @@ module rockdda_model_automatic_stiffness
    public :: stiffening_type, all_stiffenings, stiffness_between, stiffness_range
 
    !> Share of the tilt of a rigid block at which it falls that the joint below it may take.
-   real(wp), parameter, public :: lost_tilt = 0.025_wp
+   real(wp), parameter, public :: lost_tilt = 0.01_wp
    !> Height over base from which a block falls before it slides, with friction of 30 degrees.
    real(wp), parameter :: slender = 1.75_wp
    !> Blocks within this share of a block's base are its neighbours.
@@ -88,15 +92,16 @@ contains
       real(wp), intent(in) :: area                      !! [length^2]
       real(wp), intent(in) :: moments(3)                !! of polygon_properties [length^4]
       type(stiffening_type), intent(inout) :: self
-      real(wp) :: extent(2), weight
+      real(wp) :: extent(2), weight, turning
       ! of the rectangle with the same area and moments
       extent = sqrt(12*moments(1:2)/area)
       weight = abs(material%weight)
       if (gravity >= 0) weight = material%density*gravity
       if (.not. weight > 0) return
       weight = weight*area
-      self%stands = min(6*weight*extent(2)/(lost_tilt*extent(1))**3, far_over_e*self%modulus/extent(1))
-      self%lost = (6*weight*extent(2)/self%stands)**(1/3.0_wp)/extent(1)
+      turning = 6*weight*extent(2)/extent(1)**3
+      self%stands = min(turning*(1.5_wp/lost_tilt)**1.5_wp, far_over_e*self%modulus/extent(1))
+      self%lost = 1.5_wp*(turning/self%stands)**(2/3.0_wp)
    end subroutine stand
 
    !> Normal stiffness per length of a joint between two blocks.

@@ -251,9 +251,8 @@ contains
                                    'vertex on an edge', quantity='contact formulation', choices='length|vertex', &
                                    default_word='length', preset_word='vertex'), o%formulation, p%by_length, 1)
       call table%locate(o%formulation_origin)
-      call table%add(option('points', 'contact points of a stretch', quantity='contact points of a stretch', &
-                            applies='formulation length', least=3.0_wp, most=5.0_wp, default=3.0_wp), &
-                     o%points, p%points)
+      call table%add(option('points', 'no effect: a joint is integrated exactly over the part that is closed', &
+                            least=3.0_wp, most=5.0_wp, default_text='none'), o%points)
       call table%locate(o%points_origin)
       call table%add(option('corner_radius', 'radius of corners over the shorter of their edges', &
                             applies='formulation length', quantity='corner radius over the shorter edge', &

@@ -59,6 +59,8 @@ contains
          call messages%append(transfer%notes)
       end if
       if (.not. parameters%by_length) call report_unused(options, messages)
+      if (is_set(options%points)) call messages%add(severity%warning, 'points has no effect: a joint is integrated '// &
+         'exactly over the part that is closed', options%points_origin)
       if (is_set(options%gravity) .and. .not. alone) call messages%add(severity%note, 'gravity '// &
          parameters%shown(options%gravity, 'length/time^2')//' replaces weight over density of the analysis file')
       parameters%line_loads = settings%line_loads

@@ -10,6 +10,7 @@ module rockdda_python_session
    use rockdda_base_error, only : error_type, error_code
    use rockdda_base_diagnostics, only : diagnostics_type, diagnostic_type, severity
    use rockdda_base_strings, only : to_string
+   use rockdda_contact_view, only : contact_view_type
    use rockdda_lines_report, only : lines_report_type
    use rockdda_model_options, only : is_set
    use rockdda_io_source, only : source_type
@@ -34,7 +35,7 @@ module rockdda_python_session
       type(source_type) :: table                  !! with plain separators
       type(run_type) :: run
       logical :: is_started = .false.             !! the simulation has a state
-      real(wp), allocatable :: force(:, :)        !! (2, contacts) on the first block
+      type(contact_view_type) :: contacts         !! of the last step
       character(len=:), allocatable :: text       !! for `get_text`
    contains
       procedure :: status
@@ -114,7 +115,7 @@ contains
          limit%deadline = self%run%start + self%request%max_wall
          call self%run%sim%set_interruption(limit)
       end if
-      if (self%is_started) call self%run%sim%contact_forces(self%force)
+      if (self%is_started) call self%run%sim%view(self%contacts)
    end subroutine start
 
    !> Compute steps until their number or the wall-clock time is reached (at least one step), or the run is
@@ -131,7 +132,7 @@ contains
       call self%run%threads%apply()
       call advance_run(self%run, observer, self%error, n_steps, seconds, n_done)
       call restore_threads(before)
-      call self%run%sim%contact_forces(self%force)
+      call self%run%sim%view(self%contacts)
       if (allocated(self%error) .and. self%run%is_open) call self%run%close(self%error)
    end subroutine advance
 

@@ -300,18 +300,16 @@ contains
       real(c_double), intent(out) :: point(2, n), force(2, n)
       integer(c_int), intent(out) :: contact_state(n), block(2, n)
       type(session_type), pointer :: session
-      integer :: c
+      integer :: k
       if (n == 0) return
       call get_session(handle, session)
-      associate (t => session%run%sim%contacts)
-         do c = 1, n
-            point(:, c) = session%run%sim%state%vertices(:, t%vertex(c))
-            if (t%station(c) > 0) point(:, c) = t%point(:, c)
-            point(:, c) = point(:, c) + session%run%sim%state%datum
-            block(:, c) = [t%block_a(c), t%block_b(c)] - 1
+      associate (contacts => session%contacts)
+         do k = 1, n
+            point(:, k) = contacts%point(:, k) + session%run%sim%state%datum
          end do
-         force = session%force(:, 1:n)
-         contact_state = t%state(1:n)
+         block = contacts%blocks(:, 1:n) - 1
+         force = contacts%force(:, 1:n)
+         contact_state = contacts%state(1:n)
       end associate
    end subroutine contacts
 

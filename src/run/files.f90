@@ -4,6 +4,7 @@ module rockdda_run_files
    use rockdda_base_kinds, only : wp
    use rockdda_base_error, only : error_type
    use rockdda_base_diagnostics, only : diagnostics_type
+   use rockdda_contact_view, only : contact_view_type
    use rockdda_stepping_simulation, only : simulation_type
    use rockdda_io_checkpoint, only : checkpoint_facts_type, checkpoint_path
    use rockdda_io_digest, only : digest_length
@@ -33,7 +34,8 @@ module rockdda_run_files
       type(run_log_type) :: log
       type(frame_plan_type) :: plan
       type(checkpoint_timer_type), private :: timer
-      real(wp), allocatable, private :: force(:, :), stress(:, :)   !! scratch: of a slab of contacts
+      type(contact_view_type), private :: contacts             !! scratch: a slab of contacts
+      real(wp), allocatable, private :: stress(:, :)           !! their stresses
    contains
       procedure :: create_files
       procedure :: take_names
@@ -119,8 +121,8 @@ contains
       last = 0
       do while (last < sim%contacts%n .and. .not. allocated(error))
          first = last + 1
-         call sim%contact_slab(first, slab, last, self%force, self%stress)
-         call self%results%append_contacts(first, last, sim%state, sim%contacts, self%force, self%stress, error)
+         call sim%contact_slab(first, slab, last, self%contacts, self%stress)
+         call self%results%append_contacts(sim%state%datum, self%contacts, self%stress, error)
       end do
       self%n_frames = self%n_frames + 1
    end subroutine save_frame

@@ -55,8 +55,9 @@ contains
       before = step%state%acceleration
       call move(step, k01)
       if (step%newton%impact%happened) then
-         call step%newton%impact%finish(step%step_context_type, step%families%contacts%table, &
-                                        step%families%contacts%trial)
+         call step%newton%impact%finish(step%step_context_type, step%families%contacts%laws, &
+                                        step%families%contacts%table, step%families%contacts%trial, &
+                                        ledger%contact_energy)
          step%state%accelerates = .false.   ! the motion of the step is not that of its equations
       end if
       if (step%parameters%energy) call ledger%close_step(step%step_context_type, step%families, k01, &

@@ -13,9 +13,9 @@ module rockdda_stepping_construction
    use rockdda_model_stage_options, only : is_given
    use rockdda_model_state, only : block_state_type, energy
    use rockdda_contact_table, only : contact_table_type, contact_state
+   use rockdda_contact_view, only : force_on_a
    use rockdda_interaction_balance, only : energy_balance_type
    use rockdda_interaction_bolts, only : bolt_force
-   use rockdda_interaction_contacts, only : force_on_a
    use rockdda_interaction_held_forces, only : held_forces_type
    use rockdda_stepping_lodging, only : lodging_type
    implicit none

@@ -16,17 +16,17 @@
 !> impulses move the blocks in the rest of the step. Blocks with two fixed points take part as immovable, blocks with
 !> one as turning about it. No set of impulses may give energy: they are scaled down to what the blocks had.
 !>
-!> Of an interval the ends meet, and stations between with them. Springs decide where loads change the velocity in a
-!> step by half the speed of approach, so that contacts come to rest. Bolts are soft: they take part in the smooth
-!> motion alone.
+!> Each end of an interval meets by itself: in the step the whole interval has impulses at both ends in place of springs.
+!> Springs decide where loads change the velocity in a step by half the speed of approach, so that contacts come to rest.
+!> Bolts are soft: they take part in the smooth motion alone.
 module rockdda_stepping_impact
    use rockdda_base_kinds, only : wp, i1
-   use rockdda_contact_corners, only : corner_station
-   use rockdda_contact_table, only : contact_table_type, contact_state
-   use rockdda_interaction_closed_part, only : last_of_interval
+   use rockdda_contact_interval_law, only : at_point, end_gaps
+   use rockdda_contact_table, only : contact_table_type, contact_state, is_of_interval, other_row
    use rockdda_interaction_closing, only : closing_gap
    use rockdda_interaction_contact_law, only : contact_law_type
    use rockdda_interaction_context, only : step_context_type
+   use rockdda_interaction_intervals, only : end_gap, interval_response_type, respond
    use rockdda_interaction_joint_law, only : joint_settings_type
    use rockdda_interaction_open_close, only : open_close_type
    use rockdda_stepping_impulses, only : line_type, demand_type, set_lines, n_held, motion, set_demand, solve, &
@@ -72,75 +72,62 @@ contains
       type(contact_law_type), intent(in) :: laws(:)       !! per joint material
       real(wp), intent(in), contiguous :: x(:, :)         !! (6, nb) unknowns of the step
       logical, intent(out) :: is_settled
-      real(wp), allocatable :: free(:, :)
+      real(wp), allocatable :: free(:, :), gap(:)
       type(line_type) :: lines(2)
       type(demand_type) :: demand
-      integer :: c, first, i, last
+      integer :: c
       is_settled = .true.
       if (.not. any(laws%restitution >= 0)) return
-      first = 1
-      do while (first <= table%n)
-         last = last_of_interval(table, first)
-         do c = first, last
-            if (table%state(c) /= contact_state%open .or. laws(table%joint(c))%restitution < 0) cycle
-            if (self%yields(c)) cycle
-            if (trial%joint(c)%strikes) then
-               if (is_between(table, first, last, c)) cycle
-               if (.not. allocated(free)) free = free_velocity(context, x)
-               call set_lines(context, table, c, lines)
-               call set_demand(lines(1), context%state%velocity, free, 1.0_wp, laws(table%joint(c))%restitution, demand)
-               if (demand%is_impact) cycle
-               self%yields(c) = .true.
-               trial%joint(c)%strikes = .false.
-               is_settled = .false.
-            else if (trial%state_used(c) /= contact_state%open .and. .not. is_between(table, first, last, c)) then
-               call set_lines(context, table, c, lines)
-               if (.not. motion(lines(1), context%state%velocity) < 0) cycle
-               call keep_open(c)
-            end if
-         end do
-         ! between ends that meet nothing may press
-         if (any(trial%joint(first:last)%strikes)) then
-            do c = first, last
-               if (is_between(table, first, last, c) .and. closes(c)) call keep_open(c)
-            end do
-         end if
-         do c = first, last
-            if (.not. (is_between(table, first, last, c) .and. trial%joint(c)%strikes)) cycle
-            if (any(trial%joint(first:last)%strikes .and. &
-                    .not. [(is_between(table, first, last, i), i=first, last)])) cycle
+      gap = [(trial%gap_at_end(table, c), c=1, table%n)]
+      do c = 1, table%n
+         if (.not. was_apart(table, c) .or. laws(table%joint(c))%restitution < 0) cycle
+         if (self%yields(c)) cycle
+         if (trial%joint(c)%strikes) then
+            if (.not. allocated(free)) free = free_velocity(context, x)
+            call set_lines(context, table, c, lines)
+            call set_demand(lines(1), context%state%velocity, free, 1.0_wp, laws(table%joint(c))%restitution, demand)
+            if (demand%is_impact) cycle
+            self%yields(c) = .true.
             trial%joint(c)%strikes = .false.
             is_settled = .false.
-         end do
-         first = last + 1
+         else if (has_met(table, trial, gap, c)) then
+            call set_lines(context, table, c, lines)
+            if (.not. motion(lines(1), context%state%velocity) < 0) cycle
+            trial%joint(c)%strikes = .true.
+            trial%joint(c)%state = int(contact_state%open, i1)
+            is_settled = .false.
+         end if
       end do
-
-   contains
-
-      !> Has a row closed in the solution?
-      pure logical function closes(c)
-         integer, intent(in) :: c
-         closes = table%state(c) == contact_state%open .and. trial%state_used(c) /= contact_state%open .and. &
-                  .not. trial%joint(c)%strikes
-      end function closes
-
-      !> Keep a row open in the next solution.
-      subroutine keep_open(c)
-         integer, intent(in) :: c
-         trial%joint(c)%strikes = .true.
-         trial%joint(c)%state = int(contact_state%open, i1)
-         is_settled = .false.
-      end subroutine keep_open
-
+      ! an interval is open as a whole
+      do c = 1, table%n
+         if (table%station(c) /= 1) cycle
+         if (any(trial%joint(c:c + 1)%strikes)) trial%joint(c:c + 1)%state = int(contact_state%open, i1)
+      end do
    end subroutine mark
 
-   !> Is a row of an interval a station between its ends?
-   pure logical function is_between(table, first, last, c)
+   !> Were the blocks apart, at the start of the step, at a contact or at that end of an interval?
+   pure logical function was_apart(table, c)
       type(contact_table_type), intent(in) :: table
-      integer, intent(in) :: first, last, c     !! rows: first and last of the interval, and this one
-      is_between = c > first .and. c < last
-      if (is_between) is_between = all(table%station(c:c + 1) /= corner_station)
-   end function is_between
+      integer, intent(in) :: c                 !! row
+      was_apart = table%state(c) == contact_state%open
+      if (.not. was_apart .and. is_of_interval(table, c) .and. .not. table%tied(c)) &
+         was_apart = end_gap(table, table%gap, c) > 0
+   end function was_apart
+
+   !> Are they together there in the solution?
+   pure logical function has_met(table, trial, gap, c)
+      type(contact_table_type), intent(in) :: table
+      type(open_close_type), intent(in) :: trial
+      real(wp), intent(in), contiguous :: gap(:)   !! (>= rows) at the end of the step [length]
+      integer, intent(in) :: c                 !! row
+      real(wp) :: there
+      has_met = trial%state_used(c) /= contact_state%open
+      if (.not. is_of_interval(table, c) .or. table%tied(c)) return
+      there = end_gap(table, gap, c)
+      has_met = has_met .and. there < 0
+      ! where the other end meets, an end meets with it that would in the next step
+      if (trial%joint(other_row(table, c))%strikes) has_met = has_met .or. 2*there < end_gap(table, table%gap, c)
+   end function has_met
 
    !> Velocities and spins at the end of a step by its motion.
    pure function free_velocity(context, x) result(free)
@@ -161,7 +148,7 @@ contains
       real(wp), intent(inout), contiguous :: x(:, :)      !! (6, nb) unknowns of the step
       type(line_type), allocatable :: lines(:, :)         !! (normal and shear, contacts)
       type(demand_type), allocatable :: demands(:)
-      real(wp), allocatable :: free(:, :), v(:, :), w(:, :)
+      real(wp), allocatable :: free(:, :), v(:, :), w(:, :), gap(:)
       logical, allocatable :: reached(:)
       integer, allocatable :: rows(:)
       real(wp) :: pressed
@@ -169,6 +156,7 @@ contains
       self%happened = .false.
       if (.not. any(trial%joint(1:table%n)%strikes)) return
       free = free_velocity(context, x)
+      gap = [(trial%gap_at_end(table, c), c=1, table%n)]
       allocate (reached(size(x, 2)), source=.false.)
       allocate (v, w, mold=free)
       do
@@ -212,14 +200,22 @@ contains
          integer, intent(in) :: c                 !! row
          type(line_type), intent(in) :: line(2)
          type(demand_type), intent(out) :: demand
-         if (trial%joint(c)%strikes) then
-            if (.not. trial%gap(c) < closing_gap(settings, table%offset(c), .false.)) return
-            call set_demand(line(1), context%state%velocity, free, share_before(table%gap(c), trial%gap(c)), &
+         logical :: strikes
+         strikes = trial%joint(c)%strikes
+         ! with the other end of its interval
+         if (is_of_interval(table, c)) strikes = strikes .or. trial%joint(other_row(table, c))%strikes .and. &
+                                                 end_gap(table, gap, c) < 0
+         if (strikes) then
+            if (table%state(c) == contact_state%open .and. .not. has_met(table, trial, gap, c)) then
+               if (.not. end_gap(table, gap, c) < closing_gap(settings, table%offset(c), .false.)) return
+            end if
+            call set_demand(line(1), context%state%velocity, free, share_before(end_gap(table, table%gap, c), &
+                                                                                end_gap(table, gap, c)), &
                             laws(table%joint(c))%restitution, demand)
             ! `mark` has kept it open for this
             demand%is_impact = demand%speed > 0 .and. line(1)%mobility > 0
             demand%acts = demand%is_impact
-         else if (trial%state_used(c) /= contact_state%open) then
+         else if (has_met(table, trial, gap, c)) then
             demand%acts = line(1)%mobility > 0
             demand%target(1) = motion(line(1), free)
             demand%holds = table%tied(c) .or. (trial%joint(c)%bonded .and. laws(table%joint(c))%tension > 0)
@@ -239,12 +235,14 @@ contains
          type(demand_type), intent(inout) :: demand
          demand%is_smooth = .true.
          if (demand%is_impact) then
-            demand%target(1) = (max(0.0_wp, motion(line, v))*(1 - demand%share)*context%dt - trial%gap(c))/context%dt
-         else if (trial%state_used(c) /= contact_state%open) then
+            demand%target(1) = (max(0.0_wp, motion(line, v))*(1 - demand%share)*context%dt - &
+                                end_gap(table, gap, c))/context%dt
+         else if (has_met(table, trial, gap, c)) then
             demand%target = 0
          else
             demand%acts = line%mobility > 0
-            demand%target(1) = min(0.0_wp, (min(0.0_wp, table%gap(c)) - trial%gap(c))/context%dt)
+            demand%target(1) = min(0.0_wp, (min(0.0_wp, end_gap(table, table%gap, c)) - end_gap(table, gap, c))/ &
+                                   context%dt)
          end if
       end subroutine set_places
 
@@ -302,21 +300,54 @@ contains
    end subroutine keep_slip
 
    !> After the blocks have moved: their velocities. What open contacts overlap at the end is a gap that is free of
-   !> force.
-   subroutine finish(self, context, table, trial)
+   !> force. Where one end of an interval met, the other one stays pressed as it was.
+   subroutine finish(self, context, laws, table, trial, stored)
       class(impact_type), intent(in) :: self
       type(step_context_type), intent(inout) :: context
+      type(contact_law_type), intent(in) :: laws(:)       !! per joint material
       type(contact_table_type), intent(inout) :: table    !! of the step's end
       type(open_close_type), intent(in) :: trial
+      real(wp), intent(inout) :: stored                   !! in the springs [energy]
       integer :: b, c
       do b = 1, size(self%takes_part)
          if (self%takes_part(b)) context%state%velocity(1:3, b) = context%state%velocity(1:3, b) + self%change(:, b)
       end do
       do c = 1, table%n
          if (.not. (self%takes_part(table%block_a(c)) .or. self%takes_part(table%block_b(c)))) cycle
-         if (table%state(c) == contact_state%open .and. table%partner(c) == 0) &
+         if (table%state(c) /= contact_state%open .or. table%partner(c) /= 0) cycle
+         if (.not. is_of_interval(table, c)) then
             table%offset(c) = table%offset(c) + min(0.0_wp, trial%gap(c))
+         else if (table%station(c) == 1) then
+            call leave_interval(laws(table%joint(c)), trial, c, table, stored)
+         end if
       end do
    end subroutine finish
+
+   !> `finish` of an interval.
+   pure subroutine leave_interval(law, trial, c, table, stored)
+      type(contact_law_type), intent(in) :: law
+      type(open_close_type), intent(in) :: trial
+      integer, intent(in) :: c                            !! first row
+      type(contact_table_type), intent(inout) :: table
+      real(wp), intent(inout) :: stored                   !! [energy]
+      type(interval_response_type) :: interval
+      real(wp) :: before(2), free(2), gap(2), bond(2)
+      before = 0
+      free = end_gaps(trial%gap(c:c + 1))
+      if (trial%start(c) == 1_i1) before = min(0.0_wp, end_gaps(table%gap(c:c + 1)))
+      ! what leaves is let go
+      where (free > before) before = 0
+      free = min(0.0_wp, free - before)
+      free = at_point(free, free([2, 1]))
+      table%offset(c:c + 1) = table%offset(c:c + 1) + free
+      gap = trial%gap(c:c + 1) - free
+      bond = 0
+      call respond(law, table, c, .false., gap, 0.0_wp, bond, interval)
+      if (.not. interval%lowest < 0) return
+      table%state(c:c + 1) = int(contact_state%locked, i1)
+      table%normal_force(c:c + 1) = interval%force
+      table%energy(c:c + 1) = -0.5_wp*interval%force*gap
+      stored = stored + sum(table%energy(c:c + 1))
+   end subroutine leave_interval
 
 end module rockdda_stepping_impact

@@ -3,7 +3,8 @@
 !> (rockdda_stepping_impact) demands along them, and the impulses that fulfil it.
 module rockdda_stepping_impulses
    use rockdda_base_kinds, only : wp
-   use rockdda_contact_table, only : contact_table_type
+   use rockdda_contact_interval_law, only : at_end
+   use rockdda_contact_table, only : contact_table_type, is_of_interval, other_row
    use rockdda_interaction_contact_law, only : contact_law_type, friction_coefficient
    use rockdda_interaction_context, only : step_context_type
    use rockdda_interaction_kinematics, only : mass_times
@@ -38,21 +39,29 @@ module rockdda_stepping_impulses
 
 contains
 
-   !> Normal and shear line of a contact.
+   !> Normal and shear line of a contact, or of an interval at the end that the row is next to.
    pure subroutine set_lines(context, table, c, lines)
       type(step_context_type), intent(in) :: context
       type(contact_table_type), intent(in) :: table
       integer, intent(in) :: c                 !! row
       type(line_type), intent(out) :: lines(2)
-      real(wp) :: along(2), r(2)
-      integer :: k
+      real(wp) :: along(2), point(2), r(2)
+      integer :: d, k
       along = table%normal(:, c)
+      point = table%point(:, c)
+      if (is_of_interval(table, c)) then
+         ! that end of the interval
+         d = other_row(table, c)
+         along = at_end(along, table%normal(:, d))
+         along = along/norm2(along)
+         point = at_end(point, table%point(:, d))
+      end if
       do k = 1, 2
          lines(k)%a = table%block_a(c)
          lines(k)%b = table%block_b(c)
-         r = table%point(:, c) - context%state%centroid(:, lines(k)%a)
+         r = point - context%state%centroid(:, lines(k)%a)
          lines(k)%of_a = [along, r(1)*along(2) - r(2)*along(1)]
-         r = table%point(:, c) - context%state%centroid(:, lines(k)%b)
+         r = point - context%state%centroid(:, lines(k)%b)
          lines(k)%of_b = -[along, r(1)*along(2) - r(2)*along(1)]
          lines(k)%change_a = change(context, lines(k)%a, lines(k)%of_a)
          lines(k)%change_b = change(context, lines(k)%b, lines(k)%of_b)

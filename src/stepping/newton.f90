@@ -99,7 +99,7 @@ module rockdda_stepping_newton
       real(wp), allocatable, private :: largest(:)   !! (nb) work
    contains
       procedure :: find_equilibrium
-      procedure :: solve_once
+      procedure, nopass :: solve_once
       procedure :: swap_room
       procedure, private :: predict_motion
       procedure, private :: settle_friction
@@ -170,8 +170,11 @@ contains
          if (n_shortened >= max(least_patience, nint(patience*context%parameters%max_open_close)) .and. &
              .not. (self%at_floor .or. self%slack > 0)) return
          if (found%agree .and. .not. fraction < 1) then
-            report%outcome = attempt%converged
-            return
+            if (.not. families%contacts%settings%sticks) then
+               report%outcome = attempt%converged
+               return
+            end if
+            families%contacts%settings%sticks = .false.
          end if
          if (found%turned .or. .not. found%off > fine_placement) cycle
          call turn_arms(context, families, equations)
@@ -414,8 +417,7 @@ contains
    end subroutine solve_rows
 
    !> Solve the assembled equations for a load.
-   subroutine solve_once(self, equations, load, solver, report, error)
-      class(newton_type), intent(in) :: self
+   subroutine solve_once(equations, load, solver, report, error)
       type(equations_type), intent(inout) :: equations
       real(wp), intent(in), contiguous :: load(:, :)        !! (6, nb)
       class(linear_solver_type), intent(inout) :: solver
@@ -423,8 +425,6 @@ contains
       type(error_type), allocatable, intent(out) :: error
       type(solve_report_type) :: solution
       logical :: solved
-      associate (unused => self%at_floor)
-      end associate
       report%detail = ''
       solver%pause = 0
       solver%goes_on = .false.

@@ -8,8 +8,10 @@ module rockdda_stepping_reach
    use rockdda_model_options, only : is_set
    use rockdda_model_parameters, only : parameters_type
    use rockdda_model_state, only : block_state_type, radius_of_inertia
-   use rockdda_contact_table, only : contact_table_type, contact_state
+   use rockdda_contact_interval_law, only : end_gaps
+   use rockdda_contact_table, only : contact_table_type, contact_state, is_of_interval, other_row
    use rockdda_contact_search_limits, only : search_limits_type
+   use rockdda_contact_bonds, only : pressed_cosine
    use rockdda_stepping_control, only : step_control_type, longer_flight
    implicit none
    private
@@ -85,7 +87,7 @@ contains
       !$omp reduction(max:deepest, widest, pulled) schedule(static) if (contacts%n > parallel_contacts)
       do c = 1, contacts%n
          ! what the springs are compressed by, less that of the stress with which the contact began
-         deepest = max(deepest, contacts%normal_force(c)/contacts%k_n(c) - max(0.0_wp, contacts%offset(c)))
+         deepest = max(deepest, pressed_depth(contacts, c))
          if (opens) then
             widest = max(widest, opened(parameters%joint_materials(contacts%joint(c)), c))
             if (placed .and. contacts%state(c) /= contact_state%open) widest = max(widest, contacts%offset(c))
@@ -103,14 +105,15 @@ contains
       limits%penetration = max(limits%reach, 0.3_wp*parameters%search_distance, 2*deepest)
       limits%sine = sin(parameters%angle_tolerance)
       limits%cosine = cos(parameters%angle_tolerance)
+      if (parameters%by_length) limits%cosine = pressed_cosine
       limits%by_length = parameters%by_length
       limits%corrected = .not. (parameters%by_length .or. parameters%keeps_old_ways())
       if (.not. allocated(limits%is_tied)) allocate (limits%is_tied(size(parameters%joint_materials)), &
-                                                     limits%points(size(parameters%joint_materials)), &
-                                                     limits%bears_tension(size(parameters%joint_materials)))
+                                                     limits%bears_tension(size(parameters%joint_materials)), &
+                                                     limits%penalty(size(parameters%joint_materials)))
       limits%is_tied(:) = parameters%joint_materials%tie
+      limits%penalty(:) = parameters%penalty_joints()
       limits%bears_tension(:) = parameters%joint_materials%tension > 0 .or. limits%is_tied
-      limits%points(:) = merge(3, parameters%points, limits%is_tied)
       limits%radius = parameters%corner_radius
       limits%smooth = max(parameters%smooth_step, 1.0e-9_wp*parameters%w0)
       ! a block stands in the surface that bears it by the compression of its own springs
@@ -118,7 +121,7 @@ contains
       limits%sunk = 0
       do c = 1, merge(contacts%n, 0, limits%by_length .or. limits%corrected)
          associate (a => contacts%block_a(c), b => contacts%block_b(c), &
-                    twice => 2*(contacts%normal_force(c)/contacts%k_n(c) - max(0.0_wp, contacts%offset(c))))
+                    twice => 2*pressed_depth(contacts, c))
             limits%sunk(a) = max(limits%sunk(a), twice)
             limits%sunk(b) = max(limits%sunk(b), twice)
          end associate
@@ -136,6 +139,15 @@ contains
       end function opened
 
    end subroutine set_search_limits
+
+   !> How deep a contact has pressed the blocks into each other; an interval at the end where it is deepest.
+   pure real(wp) function pressed_depth(contacts, c) result(depth)
+      type(contact_table_type), intent(in) :: contacts   !! of the last step
+      integer, intent(in) :: c                           !! row
+      depth = contacts%normal_force(c)/contacts%k_n(c) - max(0.0_wp, contacts%offset(c))
+      if (contacts%state(c) == contact_state%open .or. contacts%tied(c) .or. .not. is_of_interval(contacts, c)) return
+      depth = max(depth, min(0.0_wp, contacts%offset(c)) - minval(end_gaps(contacts%distance([c, other_row(contacts, c)]))))
+   end function pressed_depth
 
    !> The next power of two times w0, at least 1e-7 w0.
    pure real(wp) function quantised(length, w0)

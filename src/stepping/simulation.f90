@@ -11,6 +11,8 @@ module rockdda_stepping_simulation
    use rockdda_model_blocks, only : block_system_type
    use rockdda_model_parameters, only : parameters_type
    use rockdda_model_state, only : step_record_type
+   use rockdda_contact_table, only : cut_no_interval
+   use rockdda_contact_view, only : contact_view_type, view_contacts
    use rockdda_interaction_block_forces, only : block_forces_type
    use rockdda_interaction_interaction, only : interaction_type
    use rockdda_interaction_joint_stress, only : joint_stresses
@@ -40,7 +42,7 @@ module rockdda_stepping_simulation
       procedure :: ends_stage
       procedure :: set_interruption
       procedure :: planned_time
-      procedure :: contact_forces
+      procedure :: view
       procedure :: contact_stresses
       procedure :: contact_slab
       procedure :: bolt_forces
@@ -129,15 +131,12 @@ contains
       self%construction%newborn = .false.
    end subroutine advance
 
-   !> Force of every contact of the last accepted step on its block_a: compression along the edge's outward normal,
-   !> shear along the edge. Zero for open contacts.
-   subroutine contact_forces(self, force)
+   !> The contacts of the last accepted step as they are written.
+   subroutine view(self, contacts)
       class(simulation_type), intent(in) :: self
-      real(wp), allocatable, intent(inout) :: force(:, :)   !! (2, contacts%n)
-      if (allocated(force)) deallocate (force)
-      allocate (force(2, self%contacts%n))
-      call self%families%contacts%forces_on_a(self%contacts, force)
-   end subroutine contact_forces
+      type(contact_view_type), intent(inout) :: contacts
+      call view_contacts(self%contacts, self%state%vertices, 1, self%contacts%n, contacts)
+   end subroutine view
 
    !> Normal (1, tension positive) and shear (2) stress of every contact of the last accepted step, zero for open ones.
    subroutine contact_stresses(self, stress)
@@ -148,22 +147,22 @@ contains
       call joint_stresses(self%contacts, stress)
    end subroutine contact_stresses
 
-   !> Forces and stresses of some of the contacts, a slab of about `most` rows that cuts no interval.
-   subroutine contact_slab(self, first, most, last, force, stress)
+   !> Some of the contacts, a slab of about `most` rows that cuts no interval, and their stresses.
+   subroutine contact_slab(self, first, most, last, contacts, stress)
       class(simulation_type), intent(in) :: self
       integer, intent(in) :: first, most
       integer, intent(out) :: last                           !! row that the slab ends with
-      real(wp), allocatable, intent(inout) :: force(:, :), stress(:, :)   !! (2, last - first + 1)
+      type(contact_view_type), intent(inout) :: contacts
+      real(wp), allocatable, intent(inout) :: stress(:, :)   !! (2, last - first + 1)
+      integer :: begin
+      begin = first
       last = min(self%contacts%n, first + most - 1)
-      do while (last < self%contacts%n)
-         if (self%contacts%station(last + 1) <= 1) exit
-         last = last + 1
-      end do
-      if (allocated(force)) then
-         if (size(force, 2) /= last - first + 1) deallocate (force, stress)
+      call cut_no_interval(self%contacts%n, self%contacts%station, begin, last)
+      if (allocated(stress)) then
+         if (size(stress, 2) /= last - first + 1) deallocate (stress)
       end if
-      if (.not. allocated(force)) allocate (force(2, last - first + 1), stress(2, last - first + 1))
-      call self%families%contacts%forces_on_a(self%contacts, force, first)
+      if (.not. allocated(stress)) allocate (stress(2, last - first + 1))
+      call view_contacts(self%contacts, self%state%vertices, first, last, contacts)
       call joint_stresses(self%contacts, stress, first)
    end subroutine contact_slab
 

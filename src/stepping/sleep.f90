@@ -129,7 +129,7 @@ contains
       worst = 0
       do i = 1, size(woken)
          if (.not. context%state%asleep(i) .or. context%is_left_out(i)) cycle
-         disturbance = equations%disturbance(i, radius_of_inertia(context%state, i))/context%parameters%sleep_tolerance
+         disturbance = pull_on(equations, i, radius_of_inertia(context%state, i))/context%parameters%sleep_tolerance
          woken(i) = disturbance > wakes
          worst = max(worst, disturbance)
       end do
@@ -157,5 +157,42 @@ contains
          context%state%calm(i) = 0
       end do
    end subroutine wake_disturbed
+
+   !> What a block asleep would move by: the forces on it at the solution x, in which it does not move, over the sum of
+   !> their magnitudes. Moments and the forces that strain it count on the arm `radius`.
+   pure real(wp) function pull_on(equations, block, radius) result(disturbance)
+      type(equations_type), intent(in) :: equations
+      integer, intent(in) :: block
+      real(wp), intent(in) :: radius                 !! [length]
+      real(wp) :: r(6), along(2), total, v(6, 2), w(6, 2)
+      integer :: b, c, l, other, side
+      r = equations%block_load(:, block)
+      total = norm2(r(1:2))
+      do l = equations%start(block) + 1, equations%start(block + 1)
+         c = abs(equations%incident(l))
+         along = equations%force(:, c)
+         do side = 1, 2
+            b = equations%pair(side, c)
+            if (b == 0) cycle
+            if (equations%row_of(b) == 0) cycle   ! asleep: x = 0
+            v = equations%vectors_of(c, side)
+            along(1) = along(1) - equations%stiffness(1, c)*dot_product(v(:, 1), equations%x(:, b))
+            ! with the row before or behind it
+            do other = c - 1, c + 1, 2
+               if (other < 1 .or. other > equations%n_links) cycle
+               if (.not. abs(equations%coupling(min(c, other))) > 0) cycle
+               w = equations%vectors_of(other, side)
+               along(1) = along(1) - equations%coupling(min(c, other))*dot_product(w(:, 1), equations%x(:, b))
+            end do
+            along(2) = along(2) - equations%stiffness(2, c)*dot_product(v(:, 2), equations%x(:, b))
+         end do
+         v = equations%vectors_of(c, merge(1, 2, equations%incident(l) > 0))
+         r = r + along(1)*v(:, 1) + along(2)*v(:, 2)
+         total = total + norm2(along)
+      end do
+      r(3:6) = r(3:6)/radius
+      disturbance = 0
+      if (total > 0) disturbance = norm2(r)/total
+   end function pull_on
 
 end module rockdda_stepping_sleep

@@ -9,7 +9,7 @@ module rockdda_stepping_stage_change
    use rockdda_model_state, only : energy
    use rockdda_interaction_balance, only : energy_balance_type
    use rockdda_interaction_block_forces, only : block_forces_type
-   use rockdda_interaction_contact_law, only : new_contact_laws, rebound_on_springs
+   use rockdda_interaction_contact_law, only : new_contact_laws, act_along_length
    use rockdda_stepping_construction, only : construction_type
    use rockdda_stepping_equilibrium, only : report_no_equilibrium
    use rockdda_stepping_material_changes, only : change_materials
@@ -129,7 +129,8 @@ contains
       call change_materials(construction%changed, s, step%blocks, step%parameters, step%state, is_new)
       if (.not. is_new) return
       call new_contact_laws(step%parameters%joint_materials, step%families%contacts%laws, ignored)
-      if (step%parameters%by_length) call rebound_on_springs(step%families%contacts%laws)
+      if (step%parameters%by_length) &
+         call act_along_length(step%parameters%penalty_joints(), step%families%contacts%laws)
       call step%families%elasticity%init(step%parameters)
       call balance%add(energy%discarded, sum(before) - &
                        sum(block_energies(step%blocks, step%families%elasticity, step%state)))

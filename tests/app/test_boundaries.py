@@ -122,7 +122,7 @@ class Boundaries(ResultsTest):
         outcome = self.run_program("run", "column.dc", "column.df", "--config", "column.nml", "-o", "out.h5", "--force")
         self.assertEqual(outcome.code, 0, outcome.err)
         self.assertIn(
-            "will move from the stress of &in_situ: its shear exceeds the strength of 3 contact points", outcome.err
+            "will move from the stress of &in_situ: its shear exceeds the strength of 2 contact points", outcome.err
         )
 
     def test_all_mistakes_come_in_one_pass(self):

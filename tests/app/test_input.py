@@ -347,7 +347,7 @@ class BadInput(ProgramTest):
         """A group changes what it names; another number adds a material; faults are told with their place."""
         self.write(
             "run.nml",
-            "&run steps = 1 / &contact formulation = 'length', points = 5, corner_radius = 0.02 /\n"
+            "&run steps = 1 / &contact formulation = 'length', corner_radius = 0.02 /\n"
             "&joint_material number = 1, name = 'bedding', cohesion = 5, tension = 2, normal_stiffness = 5e9,\n"
             "  shear_stiffness = 2e9, brittle = .false. /\n"
             "&joint_material number = 2, friction = 40, tie = .true. /\n"
@@ -358,7 +358,6 @@ class BadInput(ProgramTest):
         log = self.path("block.log").read_text()
         for text in (
             "contact formulation                = length\n",
-            "contact points of a stretch        = 5\n",
             "corner radius over the shorter edge = 0.02\n",
             "joint_material 1                   = number 1, name bedding, friction 30, cohesion 5, tension 2, "
             "normal_stiffness 5000000000, shear_stiffness 2000000000, law residual, residual_friction 20, "

@@ -60,7 +60,7 @@ class Sleep(ResumeTest):
                 self.awake(model, options)
 
     def awake(self, model, options):
-        """Without sleep the wall ends within 5 % of its displacement; with steps 2 % shorter it ends 14 % away."""
+        """Without sleep the wall ends within 10 % of its displacement; with steps 2 % shorter it ends 14 % away."""
         text = self.path("wall.nml").read_text()
         self.write("wall.nml", text.replace("sleep = 'on'", "sleep = 'off'"))
         self.good("run", *model, "-o", "awake.h5", "--steps", "590", "--threads", "1", *options)
@@ -69,7 +69,7 @@ class Sleep(ResumeTest):
             with h5py.File(self.path(name)) as file:
                 centroid = file["frames/centroid"][()]
                 moved.append((centroid[-1] - centroid[0])[1:SLIDER])
-        self.assertLess(np.abs(moved[0] - moved[1]).max(), 0.05 * np.abs(moved[1]).max())
+        self.assertLess(np.abs(moved[0] - moved[1]).max(), 0.1 * np.abs(moved[1]).max())
 
 
 if __name__ == "__main__":

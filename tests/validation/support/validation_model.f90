@@ -22,6 +22,7 @@ module validation_model
    use rockdda_model_resolve, only : resolve_parameters
    use rockdda_model_state, only : energy, n_energies
    use rockdda_interaction_kinematics, only : mass_matrix
+   use rockdda_contact_view, only : contact_view_type
    use rockdda_stepping_simulation, only : simulation_type
    implicit none
    private
@@ -342,13 +343,13 @@ contains
       type(simulation_type), intent(in) :: sim
       integer, intent(in) :: block
       real(wp) :: f(2)
-      real(wp), allocatable :: force(:, :)
-      integer :: c
-      call sim%contact_forces(force)
+      type(contact_view_type) :: contacts
+      integer :: k
+      call sim%view(contacts)
       f = 0
-      do c = 1, sim%contacts%n
-         if (sim%contacts%block_a(c) == block) f = f + force(:, c)
-         if (sim%contacts%block_b(c) == block) f = f - force(:, c)
+      do k = 1, size(contacts%state)
+         if (contacts%blocks(1, k) == block) f = f + contacts%force(:, k)
+         if (contacts%blocks(2, k) == block) f = f - contacts%force(:, k)
       end do
    end function block_load
 

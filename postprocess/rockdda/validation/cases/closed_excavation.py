@@ -41,7 +41,7 @@ def opening(young: float, joint: dict[str, float], shares: int) -> Model:
     model.add_boundary([(0, SIDE), (SIDE, SIDE)], "traction", pressure=pressure)
     model.add_in_situ(surface=float(SIDE), surcharge=pressure, k0=0.5)
     model.add_region("opening", box=(1.9, 2.9, 5.1, 4.1))
-    end = {"until": "equilibrium", "tolerance": 1e-8}
+    end = {"until": "equilibrium", "tolerance": 1e-7}
     model.add_stage("ground", reset_displacement=True, **end)
     for k in range(1, shares + 1):
         first = {"excavate": "opening"} if k == 1 else {}

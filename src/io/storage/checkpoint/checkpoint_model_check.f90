@@ -57,7 +57,6 @@ contains
       call check%holds(p%shear_stiffness > 0 .and. p%shear_stiffness <= huge(1.0_wp), 'shear_stiffness')
       call check%holds(p%stiffness_length >= 0 .and. p%stiffness_length <= huge(1.0_wp), 'stiffness_length')
       call check%holds(p%fixed_stiffness > 0 .and. p%fixed_stiffness <= huge(1.0_wp), 'fixed_stiffness')
-      call check%holds(p%points >= 3 .and. p%points <= 5, 'points')
       call check%holds(p%corner_radius >= 0 .and. p%corner_radius < 0.5_wp, 'corner_radius')
       call check%holds(p%search_distance >= 0 .and. p%search_distance <= huge(1.0_wp), 'search_distance')
       call check%holds(p%angle_tolerance >= 0 .and. p%angle_tolerance < 1.6_wp, 'angle_tolerance')

@@ -83,6 +83,7 @@ contains
       call archive%part('length', n, contacts%length)
       call archive%part('station', n, contacts%station)
       call archive%part('offset', n, contacts%offset)
+      call archive%part('bond_end', n, contacts%bond_end)
       call archive%part('k_n', n, contacts%k_n)
       call archive%part('k_s', n, contacts%k_s)
       call archive%part('tied', n, contacts%tied)

@@ -256,6 +256,7 @@ contains
          call check%is_finite(t%distance(1:n), 'distance')
          call check%is_finite(t%length(1:n), 'length')
          call check%is_finite(t%offset(1:n), 'offset')
+         call check%is_finite(t%bond_end(1:n), 'bond_end')
          call check%is_finite(t%k_n(1:n), 'k_n')
          call check%is_finite(t%k_s(1:n), 'k_s')
          call check%is_finite(t%normal(:, 1:n), 'normal_x')

@@ -9,7 +9,7 @@ module rockdda_io_results
    use rockdda_base_kinds, only : wp, i8
    use rockdda_base_strings, only : to_string
    use rockdda_base_error, only : error_type, error_code, make_error
-   use rockdda_contact_table, only : contact_table_type
+   use rockdda_contact_view, only : contact_view_type
    use rockdda_model_blocks, only : block_system_type
    use rockdda_model_state, only : block_state_type, step_record_type, n_energies, energy_names
    use rockdda_io_hdf5_adapter, only : hdf5_file_type
@@ -264,37 +264,29 @@ contains
       self%is_long = 8_i8*n > self%long_table
    end subroutine append_frame
 
-   !> Rows first to last of the contacts of a frame. The place of a contact is its vertex, or the point of its station,
-   !> in the moved configuration.
-   subroutine append_contacts(self, first, last, state, contacts, force, stress, error)
+   !> Some of the contacts of a frame, in the moved configuration.
+   subroutine append_contacts(self, datum, contacts, stress, error)
       class(results_type), intent(inout) :: self
-      integer, intent(in) :: first, last
-      type(block_state_type), intent(in) :: state
-      type(contact_table_type), intent(in) :: contacts
-      real(wp), intent(in) :: force(:, :)               !! (2, last - first + 1) on block_a, zero when open
-      real(wp), intent(in) :: stress(:, :)              !! (2, the same) normal, tension positive, and shear
+      real(wp), intent(in) :: datum(2)                  !! of the positions [length]
+      type(contact_view_type), intent(in) :: contacts
+      real(wp), intent(in) :: stress(:, :)              !! (2, the same rows) normal, tension positive, and shear
       type(error_type), allocatable, intent(out) :: error
-      integer, allocatable :: pair(:, :)
       real(wp), allocatable :: point(:, :)
-      integer :: c, k, n
+      integer :: k, n
       if (.not. (self%frames .and. self%contacts)) return
-      n = last - first + 1
-      allocate (pair(2, n), point(2, n))
-      do c = first, last
-         k = c - first + 1
-         pair(:, k) = [contacts%block_a(c), contacts%block_b(c)] - 1
-         point(:, k) = state%vertices(:, contacts%vertex(c))
-         if (contacts%station(c) > 0) point(:, k) = contacts%point(:, c)
-         point(:, k) = point(:, k) + state%datum
+      n = size(contacts%state)
+      allocate (point(2, n))
+      do k = 1, n
+         point(:, k) = contacts%point(:, k) + datum
       end do
       associate (s => self%series)
          call s(s_point)%add(reshape(point, [2*n]), n)
-         call s(s_force)%add(reshape(force(:, 1:n), [2*n]), n)
-         call s(s_state)%add(int(contacts%state(first:last)), n)
-         call s(s_blocks)%add(reshape(pair, [2*n]), n)
-         call s(s_opening)%add(contacts%distance(first:last), n)
-         call s(s_slip)%add(contacts%total_slip(first:last), n)
-         call s(s_length)%add(contacts%length(first:last), n)
+         call s(s_force)%add(reshape(contacts%force, [2*n]), n)
+         call s(s_state)%add(contacts%state, n)
+         call s(s_blocks)%add(reshape(contacts%blocks - 1, [2*n]), n)
+         call s(s_opening)%add(contacts%opening, n)
+         call s(s_slip)%add(contacts%slip, n)
+         call s(s_length)%add(contacts%length, n)
          call s(s_normal_stress)%add(stress(1, 1:n), n)
          call s(s_shear_stress)%add(stress(2, 1:n), n)
       end associate

@@ -1,0 +1,200 @@
+! SPDX-License-Identifier: MIT
+!> Intervals among the contacts of a step: whether they are open or closed, and on which part, by their gaps; and what
+!> they do with both rows at a time (rockdda_contact_interval_law).
+!>
+!> Both rows of an interval are open, or none is. Closed on all its length it is two contacts like any others. Closed on a
+!> part, or held by a bond, its forces along the normal depend on the gaps of both rows. It slides as two contacts of
+!> which each has half of the force that presses it together and of the length that is closed: the slip of both differs
+!> by strain alone, and no row has a force that pulls while the interval is pressed.
+module rockdda_interaction_intervals
+   use rockdda_base_kinds, only : wp
+   use rockdda_base_parallel, only : parallel_contacts
+   use rockdda_contact_interval_law, only : closed_part_type, first_place, at_end, end_gaps, find_closed_part, &
+      cut_bond, part_forces
+   use rockdda_contact_table, only : contact_table_type, contact_state, is_of_interval, other_row
+   use rockdda_interaction_contact_law, only : contact_law_type, tension_at
+   implicit none
+   private
+   public :: find_extremes, find_leans, end_gap, mean_gap, interval_response_type, respond, &
+      bond_after
+
+   !> An interval at a motion.
+   type :: interval_response_type
+      type(closed_part_type) :: part
+      real(wp) :: own(2) = 0, cross = 0   !! stiffness along the normal [force/length]
+      real(wp) :: force(2) = 0            !! of the springs at both points, compression positive
+      real(wp) :: pressing = 0            !! half of the whole force, by which each row slides
+      real(wp) :: length = 0              !! half of the length that is closed [length]
+      real(wp) :: broken = 0              !! of that what has lost its bond [length]
+      real(wp) :: lowest = 0              !! smaller gap of both ends [length]
+   end type interval_response_type
+
+contains
+
+   !> Gap at the end that row c of an interval is next to, by the gaps of both rows; of other contacts their gap.
+   pure real(wp) function end_gap(table, gap, c)
+      type(contact_table_type), intent(in) :: table
+      real(wp), intent(in), contiguous :: gap(:)       !! (>= rows) [length]
+      integer, intent(in) :: c
+      end_gap = gap(c)
+      if (is_of_interval(table, c)) end_gap = at_end(gap(c), gap(other_row(table, c)))
+   end function end_gap
+
+   !> Gap by which the springs of row c are pressed that its friction depends on: its own, or the mean of both rows of an
+   !> interval.
+   pure real(wp) function mean_gap(table, gap, c)
+      type(contact_table_type), intent(in) :: table
+      real(wp), intent(in), contiguous :: gap(:)       !! (>= rows) [length]
+      integer, intent(in) :: c
+      mean_gap = gap(c)
+      if (is_of_interval(table, c)) mean_gap = 0.5_wp*(gap(c) + gap(other_row(table, c)))
+   end function mean_gap
+
+   !> By which gaps contacts are open or closed: the gap, or the smaller one of both ends of an interval (`lowest`), and
+   !> the gap, or what is beyond any limit where an interval is not closed on all its length (`widest`); and `mean_gap`.
+   pure subroutine find_extremes(table, first, last, gap, lowest, widest, mean)
+      type(contact_table_type), intent(in) :: table
+      integer, intent(in) :: first, last               !! rows; no interval is cut
+      real(wp), intent(in), contiguous :: gap(:)       !! (last - first + 1) [length]
+      real(wp), intent(inout), contiguous :: lowest(:), widest(:), mean(:)   !! (>= last - first + 1) [length]
+      real(wp) :: ends(2)
+      integer :: c, k
+      c = first
+      do while (c <= last)
+         k = c - first + 1
+         if (table%station(c) == 1) then
+            ends = end_gaps(gap(k:k + 1))
+            lowest(k:k + 1) = minval(ends)
+            widest(k:k + 1) = merge(maxval(ends), huge(1.0_wp), all(ends <= 0))
+            mean(k:k + 1) = 0.5_wp*(gap(k) + gap(k + 1))
+            c = c + 2
+         else
+            lowest(k) = gap(k)
+            widest(k) = gap(k)
+            mean(k) = gap(k)
+            c = c + 1
+         end if
+      end do
+   end subroutine find_extremes
+
+   !> Where rows slip: at their points, and those of an interval that is closed on a part at the points of Gauss of that
+   !> part. (There the edges move along each other; what they do where they are apart is no slip.) Both rows of a tie slip
+   !> in its middle: that cells of other strain stretch along each other must cost nothing, or a beam of two cells bends
+   !> by an eighth less.
+   subroutine find_leans(laws, table, lean)
+      type(contact_law_type), intent(in) :: laws(:)           !! per joint material
+      type(contact_table_type), intent(in) :: table           !! of the step's start
+      !> (3, >= rows) From the point of each row, and the distance of the blocks there; of a vertex 0 [length].
+      real(wp), allocatable, intent(inout) :: lean(:, :)
+      type(interval_response_type) :: interval
+      real(wp) :: high, bond(2), way(3), shares(2)
+      integer :: c
+      if (allocated(lean)) then
+         if (size(lean, 2) < table%n) deallocate (lean)
+      end if
+      if (.not. allocated(lean)) allocate (lean(3, table%n + table%n/4))
+      !$omp parallel do default(none) shared(laws, table, lean) private(c, interval, high, bond, way, shares) &
+      !$omp schedule(static) if (table%n > parallel_contacts)
+      do c = 1, table%n
+         if (table%station(c) == 2) cycle
+         lean(1:2, c) = 0
+         lean(3, c) = merge(table%distance(c), 0.0_wp, table%share(c) > 0 .and. table%share(c) < 1)
+         if (table%station(c) /= 1) cycle
+         lean(1:2, c + 1) = 0
+         lean(3, c + 1) = table%distance(c + 1)
+         if (table%tied(c)) then
+            way = rows_apart(table, c)
+            lean(:, c) = lean(:, c) + 0.5_wp*way
+            lean(:, c + 1) = lean(:, c + 1) - 0.5_wp*way
+            cycle
+         end if
+         if (table%state(c) == contact_state%open .or. all(end_gaps(table%gap(c:c + 1)) <= 0)) cycle
+         ! where it touches without force, rounding would decide on which part it is closed
+         if (.not. any(abs(table%normal_force(c:c + 1)) > 0)) cycle
+         bond = table%bond_end(c:c + 1)
+         call respond(laws(table%joint(c)), table, c, logical(table%bonded(c) .and. table%bonded(c + 1)), &
+                      table%gap(c:c + 1), 0.0_wp, bond, interval)
+         associate (part => interval%part)
+            if (.not. part%length > 0) cycle
+            ! place of the middle between both points, 0 ... 1, and from there by half of the part's share
+            high = (part%middle - first_place)/(1 - 2*first_place)
+            shares = [high - 0.5_wp*part%length, (high - 1) + 0.5_wp*part%length]
+         end associate
+         way = rows_apart(table, c)
+         lean(:, c) = lean(:, c) + shares(1)*way
+         lean(:, c + 1) = lean(:, c + 1) + shares(2)*way
+      end do
+      !$omp end parallel do
+   end subroutine find_leans
+
+   !> From the first row of an interval to the second one: of their points, and of the distance of the blocks there.
+   pure function rows_apart(table, c) result(way)
+      type(contact_table_type), intent(in) :: table
+      integer, intent(in) :: c                         !! first row
+      real(wp) :: way(3)                               !! [length]
+      way = [table%point(1, c + 1) - table%point(1, c), table%point(2, c + 1) - table%point(2, c), &
+             table%distance(c + 1) - table%distance(c)]
+   end function rows_apart
+
+   !> Part of an interval on which a bond is sound at the end of a step: what slip and opening do not break for good is
+   !> sound wherever the interval is closed.
+   pure function bond_after(law, bond, gap) result(after)
+      type(contact_law_type), intent(in) :: law
+      real(wp), intent(in) :: bond(2)                  !! in the step
+      real(wp), intent(in) :: gap(2)                   !! at its end [length]
+      real(wp) :: after(2), ends(2), closed(2)
+      after = bond
+      if (.not. law%residual_tension > 0) return
+      ends = end_gaps(gap)
+      if (.not. any(ends < 0)) return
+      closed = [0.0_wp, 1.0_wp]
+      if (ends(1) > 0) closed(1) = ends(1)/(ends(1) - ends(2))
+      if (ends(2) > 0) closed(2) = ends(1)/(ends(1) - ends(2))
+      after = closed
+      if (bond(2) > bond(1)) after = [min(bond(1), closed(1)), max(bond(2), closed(2))]
+   end function bond_after
+
+   !> An interval at a motion. Its bond breaks where it is stretched beyond its strength, or, without tensile strength,
+   !> where it opens.
+   pure subroutine respond(law, table, c, bonded, gap, slack, bond, interval)
+      type(contact_law_type), intent(in) :: law
+      type(contact_table_type), intent(in) :: table
+      integer, intent(in) :: c                         !! first row
+      logical, intent(in) :: bonded                    !! both rows
+      real(wp), intent(in) :: gap(2)                   !! [length]
+      real(wp), intent(in) :: slack                    !! gap up to which it is not open [length]
+      real(wp), intent(inout) :: bond(2)               !! part on which the bond is sound
+      type(interval_response_type), intent(out) :: interval
+      real(wp) :: stiffness, length, tension, holding(2)
+      holding = 0
+      stiffness = table%k_n(c) + table%k_n(c + 1)
+      length = table%length(c) + table%length(c + 1)
+      interval%lowest = minval(end_gaps(gap))
+      if (bond(2) > bond(1)) then
+         tension = tension_at(law, maxval(table%total_slip(c:c + 1)), bonded)
+         if (tension > 0 .and. stiffness > 0) then
+            call cut_bond(gap, tension*length/stiffness, bond)
+            if (bond(2) > bond(1)) holding = bond
+         else
+            call cut_bond(gap, slack, bond)
+         end if
+         if (.not. bond(2) > bond(1)) bond = 0
+      end if
+      call find_closed_part(gap, holding, law%penalty, interval%part)
+      interval%own = stiffness*interval%part%own
+      interval%cross = stiffness*interval%part%cross
+      interval%force = part_forces(interval%part, stiffness, gap)
+      interval%pressing = 0.5_wp*sum(interval%force)
+      interval%length = 0.5_wp*length*interval%part%bears
+      interval%broken = broken_length(interval%length, bond(2) - bond(1), interval%part%length)
+   end subroutine respond
+
+   !> Part of a length of a closed interval that has lost its bond.
+   pure real(wp) function broken_length(length, sound, closed) result(broken)
+      real(wp), intent(in) :: length           !! of what is closed [length]
+      real(wp), intent(in) :: sound, closed    !! shares of the interval
+      broken = 0
+      if (closed > 0) broken = length*(1 - min(1.0_wp, sound/closed))
+   end function broken_length
+
+end module rockdda_interaction_intervals

@@ -1,0 +1,332 @@
+! SPDX-License-Identifier: MIT
+!> Trial states, forces and predicted motion of the contacts of a step. They do not change the contact table.
+module rockdda_interaction_trial_states
+   use, intrinsic :: iso_c_binding, only : c_loc
+   use rockdda_base_first_use, only : set_zero, take_bytes, take_pages
+   use rockdda_base_kinds, only : wp, i1, i2, i8, l1
+   use rockdda_base_parallel, only : parallel_contacts, piece, n_pieces
+   use rockdda_contact_interval_law, only : end_gaps
+   use rockdda_contact_table, only : contact_table_type, contact_state, cut_no_interval, is_of_interval, &
+      other_row
+   use rockdda_interaction_dashpots, only : has_dashpots
+   use rockdda_interaction_contact_law, only : contact_law_type
+   use rockdda_interaction_intervals, only : interval_response_type, mean_gap, respond
+   use rockdda_interaction_joint_end, only : joint_end_type, end_joints
+   use rockdda_interaction_joint_law, only : joint_settings_type, joint_state_type, joint_extra_type, joint_type, &
+      recall_joint, sliding_friction
+   implicit none
+   private
+   public :: trial_states_type, no_state, piece_of_rows, widest_piece
+
+   !> Rows of a piece at most, which cuts no interval.
+   integer, parameter :: widest_piece = piece + 1
+
+   !> `state_used` of contacts that have not been in a solve of the attempt.
+   integer(i1), parameter :: no_state = -1
+   !> Trial states and predicted motion of one step's contacts.
+   type :: trial_states_type
+      !> When the last solve has paused: contacts change their states only if the force that they miss, over the root of
+      !> their stiffness, is larger [root of energy].
+      real(wp) :: doubt = 0
+      type(joint_state_type), allocatable :: joint(:)   !! trial state, slip direction, friction force and bond
+      type(joint_extra_type), allocatable :: extra(:)   !! with dashpots or dilation, else none
+      real(wp), allocatable :: normal_force(:)  !! of the last solve; before the first, of the last step
+      real(wp), allocatable :: miss(:)        !! what the force of the last solve misses of its law [force]
+      integer(i1), allocatable :: state_used(:)   !! state in the last solve (preset peer: may differ from the trial's)
+      integer(i1), allocatable :: sign_used(:)    !! slip direction in the last solve
+      real(wp), allocatable :: friction_used(:) !! friction force of the last solve
+      logical(l1), allocatable :: bonded_used(:)  !! bond of the last solve
+      !> Stiffness along the normal of rows of intervals that are closed on a part: their own, and with the other row; of
+      !> the trial and in the last solve [force/length].
+      real(wp), allocatable :: own(:), cross(:), own_used(:), cross_used(:)
+      logical(l1), allocatable :: partly_used(:)   !! was one of these in the last solve
+      real(wp), allocatable :: bond(:)        !! as `bond_end` of the table, what is sound in this attempt
+      real(wp), allocatable :: gap(:)         !! predicted gap
+      real(wp), allocatable :: slip(:)        !! predicted slip in this step
+      integer(i2), allocatable :: changes(:)      !! changes of state in this step so far
+      logical(l1), allocatable :: opened(:)       !! at the end of the step, after forces have acted in it
+      integer(i1), allocatable :: start(:)    !! 1: closed at the start of the step, 2: open
+      !> Share of the step's motion after which the forces of contacts act that are closed at the start (1) or open (2):
+      !> that of the scheme, and 1; gap and slip are those there until `reach_end`. And the factor of their forces in
+      !> the equations.
+      real(wp) :: level(2) = 1, factor(2) = 1
+      integer, private :: n_begun = 0         !! rows that have been in use; those behind take no memory yet
+   contains
+      procedure :: begin
+      procedure :: friction_limit
+      procedure :: find_ends
+      procedure :: recall
+      procedure :: gap_at_end
+      procedure :: spring_force
+      procedure :: force_used
+      procedure :: both_bonded
+      procedure :: drag_used
+   end type trial_states_type
+
+contains
+
+   !> First and last row of piece p, which cuts no interval.
+   pure subroutine piece_of_rows(table, p, first, last)
+      type(contact_table_type), intent(in) :: table
+      integer, intent(in) :: p
+      integer, intent(out) :: first, last
+      first = (p - 1)*piece + 1
+      last = min(p*piece, table%n)
+      call cut_no_interval(table%n, table%station, first, last)
+   end subroutine piece_of_rows
+
+   !> Trial states of the first round are those of the last step.
+   subroutine begin(self, table, laws, settings)
+      class(trial_states_type), intent(inout) :: self
+      type(contact_table_type), intent(in) :: table
+      type(contact_law_type), intent(in) :: laws(:)  !! per joint material
+      type(joint_settings_type), intent(in) :: settings
+      integer :: first, last, n, p
+      n = table%n
+      self%doubt = 0
+      ! one that is open at the start and closes does not know when: its force at the end is an impulse
+      self%level = [settings%level, 1.0_wp]
+      self%factor = [1.0_wp, settings%impact]
+      call make_room(self, n)
+      call make_extra_room(self, table, laws)
+      if (allocated(self%extra)) self%extra(1:n) = joint_extra_type()
+      !$omp parallel do default(none) shared(self, table, laws, settings, n) private(p, first, last) schedule(static) &
+      !$omp if (n > parallel_contacts)
+      do p = 1, n_pieces(n)
+         call piece_of_rows(table, p, first, last)
+         call begin_rows(first, last, self, table, laws, settings)
+      end do
+      !$omp end parallel do
+   end subroutine begin
+
+   !> `begin` for some of the rows.
+   pure subroutine begin_rows(first, last, self, table, laws, settings)
+      integer, intent(in) :: first, last
+      class(trial_states_type), intent(inout) :: self
+      type(contact_table_type), intent(in) :: table
+      type(contact_law_type), intent(in) :: laws(:)  !! per joint material
+      type(joint_settings_type), intent(in) :: settings
+      integer :: c
+      self%normal_force(first:last) = table%normal_force(first:last)
+      self%gap(first:last) = table%gap(first:last)
+      self%slip(first:last) = 0
+      self%changes(first:last) = 0
+      self%miss(first:last) = 0
+      self%opened(first:last) = .false.
+      self%state_used(first:last) = no_state
+      self%bond(first:last) = table%bond_end(first:last)
+      self%partly_used(first:last) = .false.
+      do c = first, last
+         self%joint(c)%friction = 0
+         self%joint(c)%state = table%state(c)
+         self%joint(c)%slip_sign = table%slip_sign(c)
+         self%joint(c)%bonded = table%bonded(c)
+         self%joint(c)%tied = table%tied(c)
+         self%joint(c)%worn = .false.
+         self%joint(c)%strikes = .false.
+         self%joint(c)%partly = .false.
+         self%start(c) = merge(2_i1, 1_i1, table%state(c) == contact_state%open)
+         if (table%state(c) == contact_state%sliding) call set_friction(self, table, laws, settings, c)
+      end do
+      do c = first, last
+         if (table%station(c) == 1 .and. table%state(c) /= contact_state%open .and. .not. table%tied(c)) &
+            call begin_interval(c, self, table, laws, settings)
+      end do
+   end subroutine begin_rows
+
+   !> An interval that is closed on a part begins with that part.
+   pure subroutine begin_interval(c, self, table, laws, settings)
+      integer, intent(in) :: c                       !! first row
+      class(trial_states_type), intent(inout) :: self
+      type(contact_table_type), intent(in) :: table
+      type(contact_law_type), intent(in) :: laws(:)  !! per joint material
+      type(joint_settings_type), intent(in) :: settings
+      type(interval_response_type) :: interval
+      type(joint_type) :: joint
+      integer :: i
+      if (all(end_gaps(table%gap(c:c + 1)) <= 0)) return
+      ! where it touches without force, rounding would decide on which part it is closed, or that it has no stiffness
+      if (.not. any(abs(table%normal_force(c:c + 1)) > 0)) return
+      call respond(laws(table%joint(c)), table, c, logical(table%bonded(c) .and. table%bonded(c + 1)), &
+                   table%gap(c:c + 1), settings%open_tolerance, self%bond(c:c + 1), interval)
+      self%joint(c:c + 1)%partly = .true.
+      self%own(c:c + 1) = interval%own
+      self%cross(c:c + 1) = interval%cross
+      do i = 1, 2
+         if (table%state(c + i - 1) /= contact_state%sliding) cycle
+         call self%recall(table, c + i - 1, joint)
+         joint%length = interval%length
+         joint%broken = interval%broken
+         self%joint(c + i - 1)%friction = sliding_friction(laws(table%joint(c)), settings, joint, &
+                                                           interval%pressing, 0.0_wp)
+      end do
+   end subroutine begin_interval
+
+   !> Friction force that a contact begins with.
+   pure subroutine set_friction(self, table, laws, settings, c)
+      class(trial_states_type), intent(inout) :: self
+      type(contact_table_type), intent(in) :: table
+      type(contact_law_type), intent(in) :: laws(:)  !! per joint material
+      type(joint_settings_type), intent(in) :: settings
+      integer, intent(in) :: c                       !! row
+      type(joint_type) :: joint
+      real(wp) :: pressing
+      call self%recall(table, c, joint)
+      pressing = table%normal_force(c)
+      if (is_of_interval(table, c)) pressing = 0.5_wp*(pressing + table%normal_force(other_row(table, c)))
+      self%joint(c)%friction = sliding_friction(laws(table%joint(c)), settings, joint, pressing, 0.0_wp)
+   end subroutine set_friction
+
+   !> Force of the normal spring of a contact that was closed in the last solve, at its motion, compression positive.
+   pure real(wp) function spring_force(self, table, c) result(force)
+      class(trial_states_type), intent(in) :: self
+      type(contact_table_type), intent(in) :: table
+      integer, intent(in) :: c                         !! row
+      if (self%joint(c)%partly) then
+         force = -(self%own(c)*self%gap(c) + self%cross(c)*self%gap(other_row(table, c)))
+      else
+         force = -table%k_n(c)*self%gap(c)
+      end if
+   end function spring_force
+
+   !> Are both rows of an interval bonded?
+   pure logical function both_bonded(self, c)
+      class(trial_states_type), intent(in) :: self
+      integer, intent(in) :: c                         !! first row
+      both_bonded = self%joint(c)%bonded .and. self%joint(c + 1)%bonded
+   end function both_bonded
+
+   !> The same force as the last solve had it, after the contact was judged.
+   pure real(wp) function force_used(self, table, c) result(force)
+      class(trial_states_type), intent(in) :: self
+      type(contact_table_type), intent(in) :: table
+      integer, intent(in) :: c                         !! row
+      if (self%partly_used(c)) then
+         force = -(self%own_used(c)*self%gap(c) + self%cross_used(c)*self%gap(other_row(table, c)))
+      else
+         force = -table%k_n(c)*self%gap(c)
+      end if
+   end function force_used
+
+   !> Force of the normal dashpot of a contact in the last solve, against the opening: `force_used` for the dashpots.
+   pure real(wp) function drag_used(self, table, c) result(force)
+      class(trial_states_type), intent(in) :: self
+      type(contact_table_type), intent(in) :: table
+      integer, intent(in) :: c                         !! row
+      integer :: d
+      associate (extra => self%extra)
+         force = extra(c)%normal_drag*(self%gap(c) - extra(c)%drag_gap)
+         if (.not. self%partly_used(c)) return
+         d = other_row(table, c)
+         force = (self%own_used(c)*force + self%cross_used(c)*extra(c)%normal_drag*(self%gap(d) - extra(d)%drag_gap))/ &
+                 table%k_n(c)
+      end associate
+   end function drag_used
+
+   !> Contacts first to last that were closed in the last solve, at the end of the step.
+   pure subroutine find_ends(self, table, first, last, ends)
+      class(trial_states_type), intent(in) :: self
+      type(contact_table_type), intent(in) :: table    !! at the start of the step
+      integer, intent(in) :: first, last               !! rows, at most a piece of them
+      type(joint_end_type), intent(inout) :: ends(:)   !! of row first at 1
+      call end_joints(last - first + 1, table%k_n(first:last), table%k_s(first:last), table%shear(first:last), &
+                      self%joint(first:last), self%state_used(first:last), self%sign_used(first:last), &
+                      self%friction_used(first:last), self%gap(first:last), self%slip(first:last), ends)
+   end subroutine find_ends
+
+   !> A contact with its memory in the table.
+   pure subroutine recall(self, table, c, joint)
+      class(trial_states_type), intent(in) :: self
+      type(contact_table_type), intent(in) :: table    !! at the start of the step
+      integer, intent(in) :: c                         !! row
+      type(joint_type), intent(inout) :: joint
+      call recall_joint(table, c, self%joint(c), self%extra, joint)
+   end subroutine recall
+
+   !> Gap at the end of the step, by the gap where the forces act.
+   pure real(wp) function gap_at_end(self, table, c) result(gap)
+      class(trial_states_type), intent(in) :: self
+      type(contact_table_type), intent(in) :: table  !! at the start of the step
+      integer, intent(in) :: c                       !! row
+      real(wp) :: late
+      late = 0
+      if (allocated(self%extra)) late = self%extra(c)%late
+      gap = self%gap(c)
+      associate (level => self%level(self%start(c)))
+         if (level < 1) gap = table%gap(c) + ((gap - table%gap(c)) - late)/level
+      end associate
+      if (allocated(self%extra)) gap = gap - self%extra(c)%opens
+   end function gap_at_end
+
+   !> Friction force that a sliding contact should have at the motion of the last solve [force].
+   pure real(wp) function friction_limit(self, table, laws, settings, c)
+      class(trial_states_type), intent(in) :: self
+      type(contact_table_type), intent(in) :: table
+      type(contact_law_type), intent(in) :: laws(:)   !! per joint material
+      type(joint_settings_type), intent(in) :: settings
+      integer, intent(in) :: c                        !! row
+      type(joint_type) :: joint
+      type(interval_response_type) :: interval
+      real(wp) :: pressing, bond(2)
+      integer :: r
+      call self%recall(table, c, joint)
+      pressing = -table%k_n(c)*mean_gap(table, self%gap, c)
+      if (self%joint(c)%partly) then
+         r = min(c, other_row(table, c))
+         pressing = 0.5_wp*(self%spring_force(table, r) + self%spring_force(table, r + 1))
+         bond = self%bond(r:r + 1)
+         call respond(laws(table%joint(c)), table, r, self%both_bonded(r), self%gap(r:r + 1), settings%open_tolerance, &
+                      bond, interval)
+         joint%length = interval%length
+         joint%broken = interval%broken
+      end if
+      friction_limit = sliding_friction(laws(table%joint(c)), settings, joint, pressing, self%slip(c))
+   end function friction_limit
+
+   !> Arrays for at least n contacts.
+   pure subroutine make_room(self, n)
+      class(trial_states_type), intent(inout), target :: self
+      integer, intent(in) :: n
+      integer :: m
+      if (allocated(self%gap)) then
+         if (size(self%gap) < n) deallocate (self%joint, self%normal_force, self%miss, self%gap, self%slip, &
+                                               self%changes, self%state_used, self%sign_used, self%friction_used, &
+                                               self%bonded_used, self%opened, self%start, self%own, self%cross, &
+                                               self%own_used, self%cross_used, self%partly_used, self%bond)
+      end if
+      if (.not. allocated(self%gap)) then
+         m = n + n/32 + 16
+         allocate (self%joint(m), self%changes(m), self%state_used(m), self%sign_used(m), self%opened(m), &
+                   self%bonded_used(m), self%start(m), self%normal_force(m), self%miss(m), self%gap(m), self%slip(m), &
+                   self%friction_used(m), self%own(m), self%cross(m), self%own_used(m), self%cross_used(m), &
+                   self%partly_used(m), self%bond(m))
+         self%n_begun = 0
+      end if
+      if (n <= self%n_begun) return
+      m = self%n_begun + 1
+      call take_bytes(c_loc(self%joint(m)), int(storage_size(self%joint)/8, i8)*(n - m + 1))
+      call take_pages(self%normal_force(m:n))
+      call take_pages(self%miss(m:n))
+      call take_pages(self%gap(m:n))
+      call take_pages(self%slip(m:n))
+      ! what `begin_rows` does not set
+      self%sign_used(m:n) = 0
+      self%bonded_used(m:n) = .false.
+      call set_zero(self%friction_used(m:n))
+      self%n_begun = n
+   end subroutine make_room
+
+   !> What n contacts have with some laws only.
+   pure subroutine make_extra_room(self, table, laws)
+      class(trial_states_type), intent(inout) :: self
+      type(contact_table_type), intent(in) :: table
+      type(contact_law_type), intent(in) :: laws(:)   !! per joint material
+      logical :: is_needed
+      is_needed = any(laws%dilation > 0) .or. has_dashpots(laws, table)
+      if (allocated(self%extra)) then
+         if (size(self%extra) < table%n .or. .not. is_needed) deallocate (self%extra)
+      end if
+      if (is_needed .and. .not. allocated(self%extra)) allocate (self%extra(table%n + table%n/32 + 16))
+   end subroutine make_extra_room
+
+end module rockdda_interaction_trial_states
