@@ -14,7 +14,8 @@
 !> so goes through a pile at once, as between rigid blocks; a closed contact that a blow does not press gets no impulse.
 !> All contacts that blows reach are solved for together (Gauss-Seidel). The motion of the step changes by what the
 !> impulses move the blocks in the rest of the step. Blocks with two fixed points take part as immovable, blocks with
-!> one as turning about it. No set of impulses may give energy: they are scaled down to what the blocks had.
+!> one as turning about it. No set of impulses on blocks that reach each other may give energy: they are scaled down to
+!> what these had.
 !>
 !> Each end of an interval meets by itself: in the step the whole interval has impulses at both ends in place of springs.
 !> Springs decide where loads change the velocity in a step by half the speed of approach, so that contacts come to rest.
@@ -150,8 +151,8 @@ contains
       type(demand_type), allocatable :: demands(:)
       real(wp), allocatable :: free(:, :), v(:, :), w(:, :), gap(:)
       logical, allocatable :: reached(:)
-      integer, allocatable :: rows(:)
-      real(wp) :: pressed
+      integer, allocatable :: rows(:), group(:)
+      real(wp), allocatable :: pressed(:)
       integer :: b, c, i, n
       self%happened = .false.
       if (.not. any(trial%joint(1:table%n)%strikes)) return
@@ -182,12 +183,16 @@ contains
          if (all(reached .or. .not. [(any(abs(w(:, b)) > 0), b=1, size(w, 2))])) exit
          reached = reached .or. [(any(abs(w(:, b)) > 0), b=1, size(w, 2))]
       end do
-      pressed = 0
+      group = groups_of(context, table, pack(rows, demands%acts))
+      allocate (pressed(size(group)), source=0.0_wp)
       do i = 1, n
          if (demands(i)%is_impact .or. trial%state_used(rows(i)) == contact_state%open) cycle
-         pressed = pressed + 0.5_wp*table%k_n(rows(i))*min(0.0_wp, context%dt*motion(lines(1, i), w))**2
+         b = max(group(table%block_a(rows(i))), group(table%block_b(rows(i))))
+         if (b > 0) pressed(b) = pressed(b) + 0.5_wp*table%k_n(rows(i))*min(0.0_wp, context%dt*motion(lines(1, i), w))**2
       end do
-      call limit_energy(context, free, pressed, v, w)
+      do b = 1, size(group)
+         if (group(b) == b) call limit_energy(context, group == b, free, pressed(b), v, w)
+      end do
       x(1:3, :) = x(1:3, :) + context%dt*w
       self%happened = .true.
       self%takes_part = [(any(abs(v(:, b) - free(:, b)) > 0 .or. abs(w(:, b)) > 0), b=1, size(v, 2))]
@@ -247,6 +252,27 @@ contains
       end subroutine set_places
 
    end subroutine find
+
+   !> Blocks that some contacts join, by the first one of each group; 0 where a block cannot move.
+   pure function groups_of(context, table, rows) result(group)
+      type(step_context_type), intent(in) :: context
+      type(contact_table_type), intent(in) :: table
+      integer, intent(in) :: rows(:)
+      integer, allocatable :: group(:)         !! (nb)
+      integer :: b, i, sides(2)
+      logical :: changed
+      group = [(merge(b, 0, n_held(context, b) < 2), b=1, context%blocks%n_blocks)]
+      changed = .true.
+      do while (changed)
+         changed = .false.
+         do i = 1, size(rows)
+            sides = [table%block_a(rows(i)), table%block_b(rows(i))]
+            if (any(group(sides) == 0) .or. group(sides(1)) == group(sides(2))) cycle
+            group(sides) = minval(group(sides))
+            changed = .true.
+         end do
+      end do
+   end function groups_of
 
    !> Share of the step after which a gap closes that is linear in it.
    pure real(wp) function share_before(before, after) result(share)

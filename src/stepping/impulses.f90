@@ -182,10 +182,11 @@ contains
       end do
    end subroutine solve
 
-   !> Scale the changes of velocities and places down until they give no energy. Forces of the smooth motion, which are
-   !> those of its mean accelerations, do the work of the change of places.
-   pure subroutine limit_energy(context, free, pressed, v, w)
+   !> Scale the changes of velocities and places of some blocks down until they give no energy. Forces of the smooth
+   !> motion, which are those of its mean accelerations, do the work of the change of places.
+   pure subroutine limit_energy(context, chosen, free, pressed, v, w)
       type(step_context_type), intent(in) :: context
+      logical, intent(in) :: chosen(:)         !! (nb) blocks that act on each other
       real(wp), intent(in) :: free(:, :)       !! velocities without the impulses
       real(wp), intent(in) :: pressed          !! of second order, of springs that are pressed further [energy]
       real(wp), intent(inout) :: v(:, :)       !! with them
@@ -196,6 +197,7 @@ contains
       square = 0
       lifted = pressed
       do b = 1, size(v, 2)
+         if (.not. chosen(b)) cycle
          if (any(abs(v(:, b) - free(:, b)) > 0)) then
             change_of = [v(:, b) - free(:, b), 0.0_wp, 0.0_wp, 0.0_wp]
             momentum = mass_times(context%state%mass(b), context%state%area(b), context%state%moments(:, b), change_of)
@@ -212,13 +214,17 @@ contains
       share = 1
       if (square > 0) share = max(0.0_wp, min(1.0_wp, -0.5_wp*linear/square))
       if (share*linear + share**2*square + lifted > 0) then
-         w = w*max(0.0_wp, -(share*linear + share**2*square)/lifted)
+         do b = 1, size(w, 2)
+            if (chosen(b)) w(:, b) = w(:, b)*max(0.0_wp, -(share*linear + share**2*square)/lifted)
+         end do
       else
          ! the largest share that gives none
          share = (-linear + sqrt(max(0.0_wp, linear**2 - 4*square*lifted)))/(2*square)
          share = max(0.0_wp, min(1.0_wp, share))
       end if
-      v = free + share*(v - free)
+      do b = 1, size(v, 2)
+         if (chosen(b)) v(:, b) = free(:, b) + share*(v(:, b) - free(:, b))
+      end do
    end subroutine limit_energy
 
 end module rockdda_stepping_impulses
