@@ -23,6 +23,7 @@ module rockdda_contact_narrow_phase
    use rockdda_contact_corner_search, only : search_corners
    use rockdda_contact_penetration, only : is_entered
    use rockdda_contact_exposure, only : exposure_type
+   use rockdda_model_kinks, only : crushed
    implicit none
    private
    public :: search_pair, search_near, collect_pair, try_vertex, is_beyond
@@ -196,6 +197,9 @@ contains
       if (is_its_end(topology%edge_out(v), outof(1)*t(1) + outof(2)*t(2))) return
       if (is_beyond(vertices(:, v), vertices(:, v), other_box, limits%reach)) return
       if (is_beyond(vertices(:, e), vertices(:, topology%next(e)), own_box, limits%reach)) return
+      if (topology%met_by_tip(v) == e) then
+         if (-gap < crushed*min(length(topology%edge_in(v)), length(topology%edge_out(v)))) return
+      end if
       if (exposure%is_hidden(v, e, s, vertices, topology, outlines)) then
          if (.not. was_closed(v, e, previous, history)) return
          if (exposure%is_hidden(v, e, s, vertices, topology, outlines, presses=.true.)) return

@@ -13,6 +13,7 @@ module rockdda_contact_topology
    use rockdda_geometry_bridges, only : match_bridges
    use rockdda_geometry_polygons, only : inradius_bound
    use rockdda_model_blocks, only : block_system_type
+   use rockdda_model_kinks, only : edges_met_by_tips
    implicit none
    private
    public :: contact_topology_type, new_contact_topology
@@ -26,6 +27,7 @@ module rockdda_contact_topology
       logical(l1), allocatable :: active(:)    !! (nv) takes part in contacts as a vertex
       logical(l1), allocatable :: is_edge(:)   !! (nv) the edge that starts here takes part in contacts
       integer, allocatable :: first(:)     !! (nb + 1) vertices of block i: first(i) : first(i+1)-1
+      integer, allocatable :: met_by_tip(:)   !! (nv) edge that the vertex meets in a kink from the start, 0 none
       real(wp), allocatable :: inradius(:) !! (nb) bound of the inradius at the start, 2 A/perimeter [length]
    end type contact_topology_type
 
@@ -79,6 +81,7 @@ contains
       do i = 1, blocks%n_blocks
          topology%inradius(i) = inradius_bound(blocks%vertices(:, topology%first(i):topology%first(i + 1) - 1))
       end do
+      topology%met_by_tip = edges_met_by_tips(blocks)
       topology%owner = [(k, k=1, nv)]
       do k = 1, nv
          if (topology%active(k)) topology%owner(topology%edge_out(k)) = k

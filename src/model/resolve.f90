@@ -9,6 +9,7 @@ module rockdda_model_resolve
    use rockdda_model_analysis_input, only : analysis_input_type, dialect
    use rockdda_model_automatic_numbers, only : choose_numbers
    use rockdda_model_formulation, only : choose_formulation, report_unused
+   use rockdda_model_kinks, only : report_tips
    use rockdda_model_given_materials, only : put_materials_together, put_tables_together, settle_accuracy
    use rockdda_model_contact_numbers, only : automatic_over_e, preset_over_e, far_over_e, mean_edge, advised_ratio, &
       stiffness_advice, springs_of_joint
@@ -93,6 +94,7 @@ contains
          ' steps and every '//parameters%shown(options%save_dt, 'time')//' of time')
       if (settings%strict .and. .not. parameters%energy) call messages%add(severity%error, &
          'strict needs the energy balance, but &output energy is .false.: leave one of them out')
+      if (parameters%by_length) call report_tips(blocks, parameters, messages)
       call resolve_stiffness(settings, parameters, messages)
       call resolve_lengths(blocks, settings, alone .and. parameters%by_length .and. .not. parameters%peer_contacts &
                            .and. .not. is_set(options%stiffness), parameters, messages)

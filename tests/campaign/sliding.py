@@ -58,11 +58,11 @@ def wedge_of_two(drawn: Values, bench: Bench) -> None:
     if knick[1] > 0.7 * height:
         raise Unsuited
     top = np.array([knick[0] + (height - knick[1]) / math.tan(steep), height])
-    # the joint leaves the steep plane above the knick: the foot of the active block does not run into the flat plane
-    foot = knick + 0.1 * (top - knick)
+    # the joint leaves the steep plane above the knick, or there: the tip of the active block then meets the flat plane
+    foot = knick + drawn["raised"] * (top - knick)
     joint_top = np.array([foot[0], height])
     face = np.array([min(0.3 * height, 0.6 * front), height])
-    passive = np.array([[0.0, 0.0], knick, foot, joint_top, face])
+    passive = np.array([[0.0, 0.0], knick, *([foot] if drawn["raised"] > 0 else []), joint_top, face])
     active = np.array([foot, top, joint_top])
     low = -0.3 * height
     base = np.array([[0.0, low], [top[0] - low, low], [top[0] - low, height], top, knick, [0, 0]])
@@ -248,6 +248,7 @@ KINDS = [
             flat=between(5, 25, 20),
             front=between(0.5, 1.5, 20),
             friction=between(20, 45, 25),
+            raised=st.sampled_from([0.0, 0.02, 0.1]),
         ),
         wedge_of_two,
     ),
