@@ -22,8 +22,9 @@ module rockdda_interaction_open_close
 
    !> A contact that closes after so many changes of state in an attempt has opened twice: its shear spring is free.
    integer, parameter :: worn_changes = 3
-   !> The closed part of an interval has changed when its stiffness has by more than this share.
-   real(wp), parameter :: same_part = 1.0e-6_wp
+   !> The closed part of an interval has changed when its stiffness has by more than this share; loads follow smaller
+   !> changes with the matrix of the last solve.
+   real(wp), parameter :: same_part = 1.0e-3_wp
 
    !> Trial states and predicted motion of one step's contacts.
    type, extends(trial_states_type) :: open_close_type

@@ -12,7 +12,7 @@ module rockdda_stepping_verdict
    use rockdda_base_kinds, only : wp
    use rockdda_base_sorting, only : sorted_order
    use rockdda_model_state, only : radius_of_inertia
-   use rockdda_contact_table, only : contact_state, contact_table_type
+   use rockdda_contact_table, only : contact_state, contact_table_type, is_of_interval
    use rockdda_model_stage_options, only : confirming_steps
    use rockdda_interaction_block_forces, only : block_forces_type
    use rockdda_stepping_trial_step, only : trial_step_type
@@ -182,20 +182,23 @@ contains
       if (carried > 0) deformation = max(deformation, twice_energy/carried)
    end function deformation_by_now
 
-   !> What its loads deform a model by: the mean strain of blocks and joints times its extent. A trial changes the loads
-   !> or what carries them by their own order, so that an elastic answer is of this size, or smaller.
+   !> What its loads deform a model by: the mean strain of blocks, and what joints turn by that close by their mean
+   !> closure at one end, times its extent. A trial changes the loads or what carries them by their own order, so that an
+   !> elastic answer is of this size, or smaller.
    function deformation_of(step, table) result(deformation)
       class(trial_step_type), intent(in) :: step
       type(contact_table_type), intent(in) :: table   !! of the last step
       real(wp) :: deformation
-      real(wp) :: strain, closing, modulus
-      integer :: c, i, n, n_closed
+      real(wp) :: strain, closing, joint_length, modulus
+      integer :: c, i, n, n_closed, n_joints
       logical :: can_move(step%blocks%n_blocks)
       can_move = movable(step)
       strain = 0
       closing = 0
+      joint_length = 0
       n = 0
       n_closed = 0
+      n_joints = 0
       do i = 1, step%blocks%n_blocks
          if (.not. can_move(i)) cycle
          modulus = step%parameters%block_materials(step%blocks%block_material(i))%youngs_modulus
@@ -208,8 +211,13 @@ contains
          if (table%state(c) == contact_state%open .or. .not. min(table%k_n(c), table%k_s(c)) > 0) cycle
          closing = closing + hypot(table%normal_force(c)/table%k_n(c), table%shear_force(c)/table%k_s(c))
          n_closed = n_closed + 1
+         if (.not. is_of_interval(table, c)) cycle
+         joint_length = joint_length + table%length(c)
+         if (table%station(c) == 1) n_joints = n_joints + 1
       end do
-      deformation = (strain/n + closing/max(1, n_closed)/typical_size(step))*extent_of(step)
+      ! a joint may be much shorter than its blocks: the base of a column
+      joint_length = merge(min(joint_length/max(1, n_joints), typical_size(step)), typical_size(step), n_joints > 0)
+      deformation = (strain/n + closing/max(1, n_closed)/joint_length)*extent_of(step)
    end function deformation_of
 
    !> Diagonal of the box around the blocks that can move.
