@@ -19,6 +19,7 @@ module rockdda_run_model_run
    use rockdda_base_error, only : error_type, error_code, make_error
    use rockdda_base_diagnostics, only : diagnostics_type, severity
    use rockdda_base_strings, only : first_line, to_string
+   use rockdda_model_state, only : energy
    use rockdda_stepping_simulation, only : simulation_type
    use rockdda_io_timestamp, only : wall_seconds
    use rockdda_io_results_info, only : results_info_type
@@ -284,9 +285,9 @@ contains
       class(run_type), intent(inout) :: self
       type(error_type), allocatable, intent(out) :: error
       character(len=:), allocatable :: text
-      if (self%sim%ledger%given%false_column() == 0) return
       if (self%energy_was_reported .and. .not. self%strict) return
-      text = self%sim%ledger%given%describe(self%sim%state%step)
+      text = self%sim%ledger%given%describe(self%sim%state%step, self%sim%ledger%total(energy%dissipated))
+      if (len(text) == 0) return
       call self%object(text, error)
       self%energy_was_reported = .true.
    end subroutine check_energy

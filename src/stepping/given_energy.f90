@@ -18,6 +18,9 @@ module rockdda_stepping_given_energy
    real(wp), parameter :: given_share = 1.0e-3_wp
    !> Overlaps below this share of w0 are round-off: contacts may give their energy.
    real(wp), parameter :: negligible_overlap = 1.0e-9_wp
+   !> Numerical dissipation may be negative for some steps, by the periods that a time scheme does not resolve; below zero
+   !> by more than this share of the energy exchanged it has moved the blocks.
+   real(wp), parameter :: gained_share = 0.02_wp
    !> Columns that enter the energy exchanged.
    integer, parameter :: exchanged_columns(7) = [energy%kinetic, energy%strain, energy%gravity, energy%springs, &
                                                  energy%external, energy%friction, energy%dissipated]
@@ -91,15 +94,23 @@ contains
                                                                                 huge(1.0_wp)), dim=1)
    end function false_column
 
-   !> What is wrong, where, and advice.
-   pure function describe(self, step) result(text)
+   !> What is wrong, where, and advice; empty where nothing is.
+   pure function describe(self, step, dissipation) result(text)
       class(given_energy_type), intent(in) :: self
-      integer, intent(in) :: step   !! present one
+      integer, intent(in) :: step            !! present one
+      real(wp), intent(in) :: dissipation    !! column of the balance [energy]
       character(len=:), allocatable :: text
       integer :: column
       column = self%false_column()
       text = ''
-      if (column == 0) return
+      if (column == 0) then
+         if (dissipation < -gained_share*self%scale) &
+            text = 'energy from nowhere: up to step '//to_string(step)//" the energy column 'numerical_dissipation' "// &
+                   'gave '//to_string(-dissipation)//', '//to_string(-dissipation/self%scale)//' of the energy '// &
+                   'exchanged so far (at most '//to_string(gained_share)//' is accepted): impacts within a step have '// &
+                   'thrown blocks. Give joints a restitution, or use shorter steps'
+         return
+      end if
       associate (w => self%worst(:, column))
          text = 'energy from nowhere: up to step '//to_string(step)//" the energy column '"//column_name(column)// &
                 "' gave "//to_string(self%given(column))//', '//to_string(self%given(column)/self%scale)// &
