@@ -6,8 +6,7 @@
 !> towards dt_max, and not beyond what the last step's displacement allows. Ends of stages and runs shorten one step.
 !>
 !> In a static stage until equilibrium dt grows beyond dt_max, up to max_growth times as far: by `fast_growth` while the
-!> open-close iteration needs few rounds, and back when it needs many. With `&time accuracy` dynamic steps are as long
-!> as their error allows (rockdda_stepping_accuracy).
+!> open-close iteration needs few rounds, and back when it needs many.
 module rockdda_stepping_control
    use rockdda_base_kinds, only : wp
    use rockdda_base_diagnostics, only : diagnostics_type, severity
@@ -17,14 +16,13 @@ module rockdda_stepping_control
    use rockdda_interaction_time_scheme, only : time_scheme_type, shi_scheme, generalized_alpha
    use rockdda_stepping_stage_watch, only : stage_watch_type
    use rockdda_stepping_strikes, only : strikes_type
-   use rockdda_stepping_accuracy, only : accuracy_type, step_to_row
    use rockdda_stepping_time_error, only : time_error_type
    use rockdda_stepping_trend, only : trend_type
    use rockdda_model_stage_options, only : seeks_equilibrium, is_given, water_of_stage, stage_k01, stage_number, &
       confirming_steps
    implicit none
    private
-   public :: step_control_type, new_step_control, check_stages, cut_for_displacement, growth, longer_flight
+   public :: step_control_type, new_step_control, check_stages, cut_for_displacement, growth
    public :: cut_reason, n_cut_reasons, cut_names, goes_on
 
    !> Why an attempt at a step is repeated with a shorter step.
@@ -33,16 +31,13 @@ module rockdda_stepping_control
       integer :: contacts = 2       !! contacts still change after the last open-close round
       integer :: solver = 3         !! the equations could not be solved
       integer :: ruined_block = 4   !! a block would invert or vanish
-      integer :: accuracy = 5       !! an acceleration changes too suddenly for the wanted accuracy
    end type cut_reason_enum
    type(cut_reason_enum), parameter :: cut_reason = cut_reason_enum()
-   integer, parameter :: n_cut_reasons = 5
+   integer, parameter :: n_cut_reasons = 4
    !> Names for programs.
    character(len=*), parameter :: cut_names(n_cut_reasons) = [character(len=16) :: 'displacement', 'contacts', &
-                                                             'solver', 'ruined_block', 'accuracy']
+                                                             'solver', 'ruined_block']
 
-   !> With a wanted accuracy blocks in free flight may move by so many times g2 w0, but by no more than w0.
-   real(wp), parameter :: longer_flight = 10.0_wp
    !> Largest factor by which the step grows after an accepted step.
    real(wp), parameter :: growth = 1.5_wp
    !> The same in a static stage until equilibrium, where the step took at most `few_rounds` rounds.
@@ -91,13 +86,10 @@ module rockdda_stepping_control
       type(trend_type) :: trend             !! of static steps that do not search equilibrium
       type(time_error_type) :: time_error   !! of dynamic steps
       type(strikes_type) :: strikes         !! of blocks on others in them
-      type(accuracy_type) :: accuracy       !! their length by it
       integer :: short_steps = 0            !! accepted steps after which dt could not grow back because of g2 w0
    contains
       procedure :: k01
       procedure :: scheme
-      procedure :: follows_error
-      procedure :: dynamic_length
       procedure :: gravity
       procedure :: water
       procedure :: step_size
@@ -150,38 +142,6 @@ contains
       if (parameters%second_order) scheme = generalized_alpha(parameters%rho_infinity)
       scheme%is_dynamic = .true.
    end function scheme
-
-   !> Are steps as long as the wanted accuracy allows?
-   pure logical function follows_error(self, parameters)
-      class(step_control_type), intent(in) :: self
-      type(parameters_type), intent(in) :: parameters
-      follows_error = parameters%accuracy > 0 .and. .not. self%k01(parameters) < 1
-   end function follows_error
-
-   !> Length of the present dynamic part: to the next static stage or the end of the run; huge: not known.
-   pure real(wp) function dynamic_length(self, parameters) result(length)
-      class(step_control_type), intent(in) :: self
-      type(parameters_type), intent(in) :: parameters
-      real(wp) :: end_of_stage
-      integer :: i
-      length = parameters%t_end
-      end_of_stage = self%first_time
-      do i = self%stage, size(parameters%stages)
-         associate (stage => parameters%stages(i))
-            if (stage_k01(stage, parameters%k01) < 1) exit
-            if (is_set(stage%until_time)) then
-               end_of_stage = max(end_of_stage, stage%until_time)
-            else if (is_set(stage%duration)) then
-               end_of_stage = end_of_stage + stage%duration
-            else
-               end_of_stage = huge(1.0_wp)
-               exit
-            end if
-         end associate
-      end do
-      if (i <= size(parameters%stages) .or. parameters%ends_with_stages) length = min(length, end_of_stage)
-      if (length < huge(1.0_wp)) length = length - self%accuracy%begin
-   end function dynamic_length
 
    !> Does a static stage search equilibrium with steps that may grow?
    pure logical function is_static_search(self, parameters)
@@ -297,7 +257,6 @@ contains
       real(wp), intent(in) :: time
       real(wp) :: target
       dt = self%dt
-      if (self%follows_error(parameters)) dt = step_to_row(parameters, self%motion_start, time, dt, self%last_dt)
       target = parameters%t_end
       if (self%stage <= size(parameters%stages)) then
          associate (stage => parameters%stages(self%stage))
@@ -324,9 +283,8 @@ contains
       self%last_displacement = displacement
       self%last_k01 = k01_used
       limit = parameters%displacement_ratio*parameters%w0
-      if (shortened .and. .not. self%follows_error(parameters)) return
+      if (shortened) return
       wanted = min(parameters%dt_max, growth*dt)
-      if (self%follows_error(parameters)) wanted = min(parameters%dt_bound, self%accuracy%wanted)
       if (present(may_grow) .and. present(rounds)) then
          if (may_grow) wanted = grown_step(self, parameters, dt, rounds)
       end if
@@ -392,8 +350,7 @@ contains
          end if
          self%balanced = 0
          ! a static stage may have grown its steps; another one goes on with them
-         if (.not. (self%is_static_search(parameters) .or. self%follows_error(parameters) .and. &
-                    .not. self%last_k01 < 1)) self%dt = min(self%dt, parameters%dt_max)
+         if (.not. self%is_static_search(parameters)) self%dt = min(self%dt, parameters%dt_max)
       end do
 
    contains

@@ -41,19 +41,11 @@ module rockdda_stepping_trial_step
       type(contact_table_type) :: room          !! scratch
       integer, allocatable :: skipped(:)        !! stages that were over before their first step, since the last step
       type(phase_times_type) :: times           !! where the time went; nothing depends on it
-      real(wp) :: change = 0, at_kinks = 0      !! of accelerations, as of time_error%find_changes
-      !> (4, nb) forces on the blocks at the start of the first step of Shi's scheme with a wanted accuracy: resultant
-      !> and moment about the centroid, sum of magnitudes; else none
-      real(wp), allocatable :: at_start(:, :)
-      real(wp), private :: kink_end = 0         !! end of the last attempt that was cut for a kink; 0: none [time]
-      logical, private :: is_sudden = .false.   !! an attempt was cut for a sudden change
-      real(wp), private :: shorter = 0          !! step to try after one that is not accurate enough
       integer, private :: cuts(n_cut_reasons) = 0   !! of the step at hand
       real(wp), allocatable :: last_motion(:, :)       !! (6, nb) x at the start of the step
       real(wp), allocatable, private :: memory(:)      !! of the solver, to go back to when the step is interrupted
       logical, allocatable, private :: was_asleep(:)                   !! (nb) the same
       real(wp), allocatable, private :: velocity(:, :)                 !! (6, nb) work
-      logical, allocatable, private :: in_flight(:)                    !! (nb) with accuracy, work; else none
    contains
       procedure :: find_motion
       procedure :: find_contacts
@@ -62,18 +54,14 @@ module rockdda_stepping_trial_step
       procedure, private :: expect_motion
       procedure, private :: find_acceleration
       procedure, private :: turn_forces
-      procedure, private :: judge_accuracy
       procedure, private :: shorten_step
    end type trial_step_type
 
    !> A motion that can be accepted, unless the search for it was interrupted.
    type :: trial_report_type
       logical :: interrupted = .false.   !! a stop was requested; nothing has changed
-      logical :: was_sudden = .false.    !! a longer step was not accurate enough: accelerations changed suddenly
-      real(wp) :: kink_end = 0           !! end of the shortest step that was cut for a kink; 0: none was [time]
       logical :: shortened = .false.     !! dt was shortened to land on an end
       real(wp) :: displacement = 0       !! largest of any vertex [length]
-      real(wp) :: bounded = 0            !! the same of those that g2 w0 bounds [length]
       integer :: rounds = 0              !! of the open-close iteration, of the accepted attempt
       integer :: attempts = 0
       integer :: iterations = 0          !! of the solver, of all attempts
@@ -104,15 +92,13 @@ contains
       reach = self%finder%first_reach(self%step_context_type, self%control)
       call self%find_contacts(reach)
       self%cuts = 0
-      self%kink_end = 0
-      self%is_sudden = .false.
       sleepers = 0
       is_first = .true.
       do
          report%attempts = report%attempts + 1
          ! the negation: a step that is no number has no smaller one
          at_floor = .not. self%dt > self%parameters%dt_min*(1 + 1.0e-12_wp)
-         call self%try_step(reach, is_first, at_floor, of_attempt, report%bounded, report%displacement, error)
+         call self%try_step(reach, is_first, at_floor, of_attempt, report%displacement, error)
          is_first = .false.
          report%iterations = report%iterations + of_attempt%iterations
          if (allocated(error)) then
@@ -144,12 +130,10 @@ contains
                                    self%equations%x, error)
                return
             end if
-            call self%shorten_step(of_attempt%outcome, report%bounded)
+            call self%shorten_step(of_attempt%outcome, report%displacement)
          end select
       end do
       report%rounds = of_attempt%rounds
-      report%was_sudden = self%is_sudden
-      report%kink_end = self%kink_end
       report%shortened = abs(self%dt - self%control%dt) > 0 .and. report%attempts == 1
       self%control%cuts = self%control%cuts + self%cuts
       call self%times%lap(phase%other)
@@ -206,17 +190,15 @@ contains
    end subroutine find_contacts
 
    !> One attempt with a fixed dt: find the equilibrium, and check that its motion can be accepted.
-   subroutine try_step(self, reach, is_first, at_floor, report, bounded, displacement, error)
+   subroutine try_step(self, reach, is_first, at_floor, report, displacement, error)
       class(trial_step_type), intent(inout) :: self
       real(wp), intent(in) :: reach     !! of the search that found the contacts [length]
       logical, intent(in) :: is_first   !! nothing has been solved in this step: x is the motion of the last one
       logical, intent(in) :: at_floor   !! there is no smaller step to fall back to
       type(newton_report_type), intent(out) :: report
-      real(wp), intent(out) :: bounded           !! displacement that is bounded by g2 w0 [length]
       real(wp), intent(out) :: displacement      !! largest of any vertex [length]
       type(error_type), allocatable, intent(out) :: error
 
-      bounded = 0
       displacement = 0
       self%times%attempts = self%times%attempts + 1
       call self%times%lap(phase%other)
@@ -227,8 +209,6 @@ contains
          if (allocated(error) .or. report%outcome /= attempt%converged) return
       end if
       if (self%scheme%second_order) call self%turn_forces()
-      if (is_first .and. self%control%follows_error(self%parameters) .and. &
-          .not. (self%scheme%second_order .or. self%control%time_error%counts)) call find_start_forces()
       self%newton%may_predict = is_first .and. abs(self%dt - self%control%last_dt) <= 0 .and. &
                                 abs(self%control%k01(self%parameters) - 1) <= 0
       call self%expect_motion(is_first)
@@ -242,66 +222,7 @@ contains
       if (allocated(error)) return
       ! only a motion that would be accepted is measured: in earlier rounds blocks may be loose
       if (report%outcome /= attempt%converged) return
-      call find_flights()
-      call judge_motion(self%step_context_type, self%equations%x, reach, at_floor, self%in_flight, bounded, &
-                        displacement, report%outcome)
-      if (report%outcome /= attempt%converged .or. .not. self%control%follows_error(self%parameters)) return
-      call self%judge_accuracy(at_floor, report%outcome)
-
-   contains
-
-      !> Find the forces on the blocks at the start of the step. Shi's scheme damps the motion that they begin within
-      !> its first step, so that its end does not tell that they were out of balance.
-      subroutine find_start_forces()
-         type(time_scheme_type) :: scheme
-         real(wp), allocatable :: velocity(:, :)
-         integer :: i
-         scheme = self%scheme
-         allocate (velocity, source=self%state%velocity)
-         self%state%velocity = 0
-         self%scheme%level = 0
-         self%scheme%seeks_start = .true.
-         call self%renew_all()
-         call self%expect()
-         call assemble_start(self)
-         if (.not. allocated(self%at_start)) allocate (self%at_start(4, self%blocks%n_blocks))
-         do i = 1, self%blocks%n_blocks
-            self%at_start(:, i) = [self%equations%f(1:3, i), norm2(self%equations%magnitude(1:2, i))]
-         end do
-         self%state%velocity = velocity
-         self%scheme = scheme
-      end subroutine find_start_forces
-
-      !> With a wanted accuracy: blocks that neither touch others at the start or the end of the step nor are held.
-      subroutine find_flights()
-         integer :: c, k, n
-         n = merge(self%blocks%n_blocks, 0, self%control%follows_error(self%parameters))
-         if (allocated(self%in_flight)) then
-            if (size(self%in_flight) /= n) deallocate (self%in_flight)
-         end if
-         if (.not. allocated(self%in_flight)) allocate (self%in_flight(n))
-         if (n == 0) return
-         self%in_flight = .true.
-         associate (contacts => self%families%contacts, edges => self%families%boundaries%edges)
-            do c = 1, contacts%table%n
-               if (contacts%table%state(c) == contact_state%open .and. &
-                   contacts%trial%joint(c)%state == contact_state%open) cycle
-               self%in_flight(contacts%table%block_a(c)) = .false.
-               self%in_flight(contacts%table%block_b(c)) = .false.
-            end do
-            do c = 1, size(edges, 2)
-               self%in_flight(edges(2, c)) = .false.
-            end do
-         end associate
-         do c = 1, self%blocks%fixed%n
-            self%in_flight(self%blocks%fixed%block(c)) = .false.
-         end do
-         do c = 1, self%blocks%bolts%n
-            do k = 1, 2
-               if (self%blocks%bolts%blocks(k, c) > 0) self%in_flight(self%blocks%bolts%blocks(k, c)) = .false.
-            end do
-         end do
-      end subroutine find_flights
+      call judge_motion(self%step_context_type, self%equations%x, reach, at_floor, displacement, report%outcome)
 
    end subroutine try_step
 
@@ -410,37 +331,11 @@ contains
       call self%equations%assemble()
    end subroutine assemble_start
 
-   !> Do accelerations change more than the wanted accuracy allows? Then the step is to be shorter.
-   subroutine judge_accuracy(self, at_floor, outcome)
-      class(trial_step_type), intent(inout) :: self
-      logical, intent(in) :: at_floor
-      integer, intent(inout) :: outcome           !! one of attempt%...
-      logical :: is_kink, is_sudden
-      associate (p => self%parameters, control => self%control, step => self%control%accuracy%attempt)
-         if (.not. control%time_error%counts) call control%accuracy%begin_part(self%state%time)
-         call control%time_error%find_changes(self%step_context_type, self%equations%x, self%families%contacts%table, &
-                                              self%families%contacts%trial, self%change, self%at_kinks)
-         if (at_floor) return
-         step%first_dt = p%dt_max
-         step%dt = self%dt
-         step%time = self%state%time + self%dt
-         step%length = control%dynamic_length(p)
-         step%largest = control%time_error%reference(p)
-         step%change = self%change
-         step%at_kink = self%at_kinks
-         call control%accuracy%judge_step(p%accuracy, p%cut_factor, step, is_kink, is_sudden, &
-                                          self%shorter)
-         if (is_kink .or. is_sudden) outcome = attempt%inaccurate
-         if (is_kink) self%kink_end = step%time
-         self%is_sudden = self%is_sudden .or. is_sudden
-      end associate
-   end subroutine judge_accuracy
-
    !> A shorter step after a failed attempt; count why.
-   pure subroutine shorten_step(self, outcome, bounded)
+   pure subroutine shorten_step(self, outcome, displacement)
       class(trial_step_type), intent(inout) :: self
       integer, intent(in) :: outcome              !! one of attempt%...
-      real(wp), intent(in) :: bounded             !! displacement that is bounded by g2 w0 [length]
+      real(wp), intent(in) :: displacement        !! largest of any vertex [length]
       integer :: reason
       select case (outcome)
       case (attempt%too_far)
@@ -449,16 +344,12 @@ contains
          reason = cut_reason%ruined_block
       case (attempt%no_solution)
          reason = cut_reason%solver
-      case (attempt%inaccurate)
-         reason = cut_reason%accuracy
       case default
          reason = cut_reason%contacts
       end select
       self%cuts(reason) = self%cuts(reason) + 1
-      if (outcome == attempt%inaccurate) then
-         self%dt = max(self%parameters%dt_min, self%shorter)
-      else if (outcome == attempt%too_far) then
-         self%dt = cut_for_displacement(self%parameters, self%dt, bounded)
+      if (outcome == attempt%too_far) then
+         self%dt = cut_for_displacement(self%parameters, self%dt, displacement)
       else
          self%dt = max(self%parameters%dt_min, self%parameters%cut_factor*self%dt)
       end if

@@ -355,7 +355,6 @@ class Refused(ResumeTest):
             ("contacts/slip_sign", 257),
             ("control/released", 127),
             ("control/cuts", -3),
-            ("control/accuracy_purpose", 3),
             ("construction/newborn", -128),
         ):
             with self.subTest(name=name, value=value):
