@@ -66,7 +66,6 @@ NOT_DRAWN |= {"find_acceleration", "become_quiet", "take_joints"}  # the first d
 NOT_DRAWN |= {"add_impulses"}  # of contacts that close
 NOT_DRAWN |= {"note_energies", "clear", "fill_record", "show_blocks", "forget", "renew_all"}  # bookkeeping
 NOT_DRAWN |= {"lend", "give_back", "name_blocks", "take_forces"}  # columns that two tables share
-NOT_DRAWN |= {"borrow", "return_room", "swap_room"}  # scratch that the search and the rounds share
 NOT_DRAWN |= {"report_no_equilibrium", "report_failure"}  # messages
 
 # Where a reader finds what is wanted most often: what, and places (procedure, part of the statement). The first place

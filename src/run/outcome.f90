@@ -151,7 +151,7 @@ contains
       real(wp) :: tolerance
       text = ''
       associate (control => sim%control, p => sim%parameters, state => sim%state)
-         if (control%k01(p) > 0) return
+         if (.not. control%is_static(p)) return
          tolerance = usual_tolerance
          if (control%stage <= size(p%stages)) tolerance = p%stages(control%stage)%tolerance
          if (.not. (sim%record%unbalanced > tolerance .or. control%watch%restless > 0)) return

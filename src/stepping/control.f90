@@ -89,6 +89,8 @@ module rockdda_stepping_control
       integer :: short_steps = 0            !! accepted steps after which dt could not grow back because of g2 w0
    contains
       procedure :: k01
+      procedure :: is_dynamic
+      procedure :: is_static
       procedure :: scheme
       procedure :: gravity
       procedure :: water
@@ -133,12 +135,26 @@ contains
       if (self%stage <= size(parameters%stages)) k01 = stage_k01(parameters%stages(self%stage), k01)
    end function k01
 
+   !> Are velocities carried on whole in the present stage?
+   pure logical function is_dynamic(self, parameters)
+      class(step_control_type), intent(in) :: self
+      type(parameters_type), intent(in) :: parameters
+      is_dynamic = self%k01(parameters) >= 1
+   end function is_dynamic
+
+   !> Does each step of the present stage begin at rest? Stages in between lose a part of the velocity in each step.
+   pure logical function is_static(self, parameters)
+      class(step_control_type), intent(in) :: self
+      type(parameters_type), intent(in) :: parameters
+      is_static = self%k01(parameters) <= 0
+   end function is_static
+
    !> Time integration of the present stage: static stages, and those that lose velocity, have Shi's.
    pure type(time_scheme_type) function scheme(self, parameters)
       class(step_control_type), intent(in) :: self
       type(parameters_type), intent(in) :: parameters
       scheme = shi_scheme()
-      if (self%k01(parameters) < 1) return
+      if (.not. self%is_dynamic(parameters)) return
       if (parameters%second_order) scheme = generalized_alpha(parameters%rho_infinity)
       scheme%is_dynamic = .true.
    end function scheme
@@ -149,8 +165,8 @@ contains
       type(parameters_type), intent(in) :: parameters
       is_static_search = .false.
       if (self%stage > size(parameters%stages)) return
-      is_static_search = seeks_equilibrium(parameters%stages(self%stage)) .and. .not. self%k01(parameters) > 0 &
-                         .and. parameters%max_growth > 1
+      is_static_search = seeks_equilibrium(parameters%stages(self%stage)) .and. self%is_static(parameters) .and. &
+                         parameters%max_growth > 1
    end function is_static_search
 
    !> Does the present stage end with equilibrium?

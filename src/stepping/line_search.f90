@@ -61,7 +61,6 @@ module rockdda_stepping_line_search
       procedure :: is_better
       procedure :: find_norm
       procedure :: go_back
-      procedure :: swap_room
       procedure, private :: measure
       procedure, private :: measure_part
    end type line_search_type
@@ -175,17 +174,6 @@ contains
       type(equations_type), intent(inout) :: equations
       equations%x = self%x
    end subroutine go_back
-
-   !> Exchange an array of scratch, of two numbers for each link, with one of another part of the step. Between two
-   !> searches nothing is kept in it.
-   pure subroutine swap_room(self, room)
-      class(line_search_type), intent(inout) :: self
-      real(wp), allocatable, intent(inout) :: room(:, :)
-      real(wp), allocatable :: own(:, :)
-      call move_alloc(self%force, own)
-      call move_alloc(room, self%force)
-      call move_alloc(own, room)
-   end subroutine swap_room
 
    !> |R| at the fraction a of the way.
    real(wp) function measure(self, a, families, equations)

@@ -1,24 +1,26 @@
 ! SPDX-License-Identifier: MIT
 !> The step at hand: attempts to solve it, each with a shorter dt than the last, until the motion can be accepted.
 !>
-!> Every attempt starts from the state of the last accepted step, which none of them changes. What becomes of the motion
-!> that is found is told by rockdda_stepping_acceptance.
+!> Every attempt starts from the state of the last accepted step and leaves it as it is: what it finds of the start of the
+!> step, and of blocks asleep, is kept beside it. The accepted motion is applied in rockdda_stepping_acceptance. A step
+!> that fails or is interrupted gives back the last motion and the memory of the solver (`drop_attempts`).
 module rockdda_stepping_trial_step
    use rockdda_base_kinds, only : wp
    use rockdda_base_error, only : error_type, add_context
    use rockdda_base_phase_times, only : phase_times_type, phase
    use rockdda_base_strings, only : to_string
-   use rockdda_contact_table, only : contact_table_type, contact_state
+   use rockdda_model_parameters, only : parameters_type
+   use rockdda_contact_table, only : contact_table_type
    use rockdda_interaction_context, only : step_context_type
    use rockdda_interaction_equations, only : equations_type
    use rockdda_interaction_families, only : families_type
-   use rockdda_interaction_time_scheme, only : time_scheme_type, shi_scheme
+   use rockdda_interaction_time_scheme, only : time_scheme_type, scheme_of_start, purpose
    use rockdda_linear_solver, only : linear_solver_type
    use rockdda_stepping_contact_finder, only : contact_finder_type
    use rockdda_stepping_control, only : step_control_type, cut_for_displacement, cut_reason, n_cut_reasons
    use rockdda_stepping_failure, only : attempt, judge_motion, report_failure
    use rockdda_stepping_sleep, only : wake_disturbed
-   use rockdda_stepping_smooth_motion, only : smooth_motion_type, newton_report_type
+   use rockdda_stepping_smooth_motion, only : smooth_motion_type, newton_report_type, conditions_type
    implicit none
    private
    public :: trial_step_type, trial_report_type
@@ -41,11 +43,8 @@ module rockdda_stepping_trial_step
       type(contact_table_type) :: room          !! scratch
       integer, allocatable :: skipped(:)        !! stages that were over before their first step, since the last step
       type(phase_times_type) :: times           !! where the time went; nothing depends on it
-      integer, private :: cuts(n_cut_reasons) = 0   !! of the step at hand
       real(wp), allocatable :: last_motion(:, :)       !! (6, nb) x at the start of the step
-      real(wp), allocatable, private :: memory(:)      !! of the solver, to go back to when the step is interrupted
-      logical, allocatable, private :: was_asleep(:)                   !! (nb) the same
-      real(wp), allocatable, private :: velocity(:, :)                 !! (6, nb) work
+      real(wp), allocatable, private :: memory(:)      !! of the solver, there
    contains
       procedure :: find_motion
       procedure :: find_contacts
@@ -54,7 +53,7 @@ module rockdda_stepping_trial_step
       procedure, private :: expect_motion
       procedure, private :: find_acceleration
       procedure, private :: turn_forces
-      procedure, private :: shorten_step
+      procedure, private :: drop_attempts
    end type trial_step_type
 
    !> A motion that can be accepted, unless the search for it was interrupted.
@@ -65,6 +64,7 @@ module rockdda_stepping_trial_step
       integer :: rounds = 0              !! of the open-close iteration, of the accepted attempt
       integer :: attempts = 0
       integer :: iterations = 0          !! of the solver, of all attempts
+      integer :: cuts(n_cut_reasons) = 0 !! attempts that failed, by reason
    end type trial_report_type
 
 contains
@@ -79,19 +79,14 @@ contains
       real(wp) :: reach
       logical :: at_floor, is_first
       integer :: n_woken, sleepers
-      if (self%parameters%sleeps) then
-         if (.not. allocated(self%was_asleep)) allocate (self%was_asleep, mold=self%state%asleep)
-         self%was_asleep(:) = self%state%asleep
-      end if
       if (.not. allocated(self%last_motion)) allocate (self%last_motion, mold=self%equations%x)
       self%last_motion(:, :) = self%equations%x
-      if (allocated(self%solver%interruption)) call self%solver%pack(self%memory)
+      call self%solver%pack(self%memory)
       call self%begin_step()
-      if (abs(self%dt - self%control%last_dt) <= 0 .and. .not. self%control%k01(self%parameters) > 0) &
+      if (abs(self%dt - self%control%last_dt) <= 0 .and. self%control%is_static(self%parameters)) &
          call self%control%trend%expect(self%dt, self%state%acceleration, self%equations%x)
       reach = self%finder%first_reach(self%step_context_type, self%control)
       call self%find_contacts(reach)
-      self%cuts = 0
       sleepers = 0
       is_first = .true.
       do
@@ -103,20 +98,19 @@ contains
          report%iterations = report%iterations + of_attempt%iterations
          if (allocated(error)) then
             call add_context(error, 'step '//to_string(self%state%step + 1))
+            call self%drop_attempts()
             return
          end if
          select case (of_attempt%outcome)
          case (attempt%converged)
             sleepers = sleepers + 1
-            call wake_disturbed(self%step_context_type, self%equations, self%contacts, sleepers, n_woken)
+            call wake_disturbed(self, self%equations, self%contacts, sleepers, self%asleep, self%calm, n_woken)
             if (n_woken == 0) exit
             call self%find_contacts(reach)
             report%attempts = report%attempts - 1
          case (attempt%interrupted)
             report%interrupted = .true.
-            if (self%parameters%sleeps) self%state%asleep = self%was_asleep
-            self%equations%x = self%last_motion
-            call self%solver%unpack(self%memory)
+            call self%drop_attempts()
             return
          case (attempt%search_again)
             ! a step that may be: search further, and begin again
@@ -128,21 +122,31 @@ contains
                call report_failure(of_attempt%outcome, self%dt, of_attempt%detail, self%blocks, self%parameters, &
                                    self%state, self%families%contacts%table, self%families%contacts%trial, &
                                    self%equations%x, error)
+               call self%drop_attempts()
                return
             end if
-            call self%shorten_step(of_attempt%outcome, report%displacement)
+            call shorten_step(self%parameters, of_attempt%outcome, report%displacement, self%dt, report%cuts)
          end select
       end do
       report%rounds = of_attempt%rounds
       report%shortened = abs(self%dt - self%control%dt) > 0 .and. report%attempts == 1
-      self%control%cuts = self%control%cuts + self%cuts
       call self%times%lap(phase%other)
    end subroutine find_motion
+
+   !> Forget the attempts at a step: the same step can be repeated with the same bits.
+   subroutine drop_attempts(self)
+      class(trial_step_type), intent(inout) :: self
+      self%equations%x = self%last_motion
+      call self%solver%unpack(self%memory)
+      if (allocated(self%acceleration)) deallocate (self%acceleration)
+   end subroutine drop_attempts
 
    !> Loads, supports and dt that the present stage gives the step.
    subroutine begin_step(self)
       class(trial_step_type), intent(inout) :: self
       integer :: p
+      self%asleep = self%state%asleep
+      self%calm = self%state%calm
       self%released = self%control%released
       do p = 1, self%blocks%fixed%n
          if (.not. self%state%active(self%blocks%fixed%block(p))) self%released(p) = .true.
@@ -151,7 +155,6 @@ contains
       self%motion_start = self%control%motion_start
       self%water = self%control%water(self%parameters)
       self%solver%enough = self%control%residual_enough(self%parameters, self%blocks%n_blocks)
-      self%newton%slack = self%control%force_slack(self%parameters)
       self%dt = self%control%step_size(self%parameters, self%state%time)
    end subroutine begin_step
 
@@ -161,22 +164,14 @@ contains
       real(wp), intent(in) :: reach   !! [length]
       integer :: pattern_id
       call self%times%lap(phase%other)
-      ! the search and the rounds, which take turns, use the same scratch
-      associate (contacts => self%families%contacts, equations => self%equations, &
-                 new_lengths => self%finder%search%inheritance%new_lengths)
-         call self%newton%swap_room(new_lengths%stored)
-         call self%finder%borrow(equations, contacts)
-         call self%finder%find(self%step_context_type, self%contacts, reach, contacts%table)
-         call self%finder%return_room(equations, contacts)
-         call self%newton%swap_room(new_lengths%stored)
-      end associate
+      call self%finder%find(self%step_context_type, self%contacts, reach, self%families%contacts%table)
       if (allocated(self%resting)) deallocate (self%resting)
       if (allocated(self%finder%search%pairs%resting)) self%resting = self%finder%search%pairs%resting
       self%times%searches = self%times%searches + 1
       if (self%finder%search%pairs%was_kept) self%times%reused = self%times%reused + 1
       call self%times%lap(phase%search)
       call self%families%prepare(self%step_context_type, self%equations)
-      call self%equations%set_rows(self%state%asleep)
+      call self%equations%set_rows(self%asleep)
       if (allocated(self%equations%block_of)) then
          self%solver%centroid = self%state%centroid(:, self%equations%block_of)
       else
@@ -198,27 +193,29 @@ contains
       type(newton_report_type), intent(out) :: report
       real(wp), intent(out) :: displacement      !! largest of any vertex [length]
       type(error_type), allocatable, intent(out) :: error
-
+      type(conditions_type) :: conditions
       displacement = 0
       self%times%attempts = self%times%attempts + 1
       call self%times%lap(phase%other)
       self%scheme = self%control%scheme(self%parameters)
       self%scheme%carried = self%control%carry(self%parameters, self%dt)
-      if (self%scheme%second_order .and. .not. self%state%accelerates) then
+      if (self%scheme%second_order .and. .not. self%knows_acceleration()) then
          call self%find_acceleration(report, error)
          if (allocated(error) .or. report%outcome /= attempt%converged) return
       end if
       if (self%scheme%second_order) call self%turn_forces()
-      self%newton%may_predict = is_first .and. abs(self%dt - self%control%last_dt) <= 0 .and. &
-                                abs(self%control%k01(self%parameters) - 1) <= 0
-      call self%expect_motion(is_first)
+      conditions%slack = self%control%force_slack(self%parameters)
+      conditions%may_predict = is_first .and. abs(self%dt - self%control%last_dt) <= 0 .and. &
+                               self%control%is_dynamic(self%parameters)
+      conditions%is_like_last = is_first .and. self%control%is_like_last(self%parameters, self%dt)
+      conditions%at_floor = at_floor
+      call self%expect_motion(is_first, conditions%may_predict)
       call self%families%begin(self%step_context_type)
       call self%families%place(self%step_context_type, self%equations)
       call self%times%lap(phase%block_terms)
-      self%newton%at_floor = at_floor
-      self%newton%is_like_last = is_first .and. self%control%is_like_last(self%parameters, self%dt)
-      call self%newton%find_smooth_motion(self%control%k01(self%parameters) > 0, self%step_context_type, &
-                                          self%families, self%equations, self%solver, self%times, report, error)
+      call self%newton%find_smooth_motion(.not. self%control%is_static(self%parameters), conditions, &
+                                          self%step_context_type, self%families, self%equations, self%solver, &
+                                          self%times, report, error)
       if (allocated(error)) return
       ! only a motion that would be accepted is measured: in earlier rounds blocks may be loose
       if (report%outcome /= attempt%converged) return
@@ -228,13 +225,14 @@ contains
 
    !> Set the motion expected of each block in the step; its rotation turns the arms of forces. It is 2 v dt - d (d:
    !> motion of the last step) where the rounds may begin there, v dt where velocities are carried on, and d in statics.
-   subroutine expect_motion(self, is_first)
+   subroutine expect_motion(self, is_first, may_predict)
       class(trial_step_type), intent(inout) :: self
-      logical, intent(in) :: is_first   !! x is the motion of the last step
+      logical, intent(in) :: is_first      !! x is the motion of the last step
+      logical, intent(in) :: may_predict   !! the rounds may begin with a predicted motion
       call self%renew_all()
-      if (self%newton%may_predict) then
+      if (may_predict) then
          call self%expect(self%state%velocity, 2*self%dt, less=self%equations%x)
-      else if (self%control%k01(self%parameters) > 0) then
+      else if (.not. self%control%is_static(self%parameters)) then
          call self%expect(self%state%velocity, self%dt)
       else if (is_first .and. abs(self%dt - self%control%last_dt) <= 0) then
          call self%expect(self%equations%x)
@@ -250,30 +248,22 @@ contains
       type(newton_report_type), intent(out) :: report
       type(error_type), allocatable, intent(out) :: error
       type(time_scheme_type) :: scheme
-      real(wp), allocatable :: velocity(:, :), last(:, :), force(:, :)
+      real(wp), allocatable :: last(:, :), force(:, :)
       real(wp) :: dt
       scheme = self%scheme
       dt = self%dt
-      allocate (velocity, source=self%state%velocity)
       allocate (last, source=self%equations%x)
-      self%state%velocity = 0
-      self%state%acceleration = 0
       self%dt = 0.5_wp*dt
-      self%scheme = shi_scheme()
-      self%scheme%level = 0
-      self%scheme%seeks_start = .true.
       call self%renew_all()
       call self%expect()
-      call assemble_start(self)
+      call assemble_start(self, scheme_of_start(purpose%acceleration, 0.0_wp))
       allocate (force, source=self%equations%f)
       if (self%parameters%mass_damping > 0) call add_damping(force)
-      self%scheme%level = 1
-      call assemble_start(self)
+      call assemble_start(self, scheme_of_start(purpose%acceleration, 1.0_wp))
       self%equations%x = 0
       call self%newton%solve_once(self%equations, force, self%solver, report, error)
-      self%state%acceleration = (2/self%dt**2)*self%equations%x
-      self%state%accelerates = report%outcome == attempt%converged .and. .not. allocated(error)
-      self%state%velocity = velocity
+      if (report%outcome == attempt%converged .and. .not. allocated(error)) &
+         self%acceleration = (2/self%dt**2)*self%equations%x
       self%equations%x = last
       self%scheme = scheme
       self%dt = dt
@@ -286,7 +276,7 @@ contains
          integer :: i
          do i = 1, self%blocks%n_blocks
             if (self%is_left_out(i)) cycle
-            force(:, i) = force(:, i) - self%parameters%mass_damping*self%momentum(i, velocity(:, i))
+            force(:, i) = force(:, i) - self%parameters%mass_damping*self%momentum(i, self%state%velocity(:, i))
          end do
       end subroutine add_damping
 
@@ -306,25 +296,20 @@ contains
       scheme = self%scheme
       if (.not. abs(2*scheme%level - 1) > 0) return   ! forces act at mid-step
       if (.not. maxval(abs(self%state%velocity(3, :)))*self%dt > least_turn) return
-      if (.not. allocated(self%velocity)) allocate (self%velocity, mold=self%state%velocity)
-      self%velocity(:, :) = self%state%velocity
-      self%state%velocity = 0
-      self%scheme = shi_scheme()
-      self%scheme%level = 0
-      self%scheme%turns_forces = .true.
-      call self%expect(self%velocity, self%dt)
-      call assemble_start(self)
+      call self%expect(self%state%velocity, self%dt)
+      call assemble_start(self, scheme_of_start(purpose%turning, 0.0_wp))
       self%turning = -self%equations%f
-      call self%expect(self%velocity, 2*scheme%level*self%dt)
-      call assemble_start(self)
+      call self%expect(self%state%velocity, 2*scheme%level*self%dt)
+      call assemble_start(self, scheme_of_start(purpose%turning, 0.0_wp))
       self%turning = self%turning + self%equations%f
-      self%state%velocity = self%velocity
       self%scheme = scheme
    end subroutine turn_forces
 
    !> Assemble the equations of a motion from rest in the states of the start, with the arms of the expected motion.
-   subroutine assemble_start(self)
+   subroutine assemble_start(self, scheme)
       class(trial_step_type), intent(inout) :: self
+      type(time_scheme_type), intent(in) :: scheme   !! of the start
+      self%scheme = scheme
       call self%families%begin(self%step_context_type)
       call self%families%place(self%step_context_type, self%equations)
       call self%families%add_to_links(self%equations)
@@ -332,10 +317,12 @@ contains
    end subroutine assemble_start
 
    !> A shorter step after a failed attempt; count why.
-   pure subroutine shorten_step(self, outcome, displacement)
-      class(trial_step_type), intent(inout) :: self
+   pure subroutine shorten_step(parameters, outcome, displacement, dt, cuts)
+      type(parameters_type), intent(in) :: parameters
       integer, intent(in) :: outcome              !! one of attempt%...
       real(wp), intent(in) :: displacement        !! largest of any vertex [length]
+      real(wp), intent(inout) :: dt               !! step [time]
+      integer, intent(inout) :: cuts(:)           !! (n_cut_reasons)
       integer :: reason
       select case (outcome)
       case (attempt%too_far)
@@ -347,11 +334,11 @@ contains
       case default
          reason = cut_reason%contacts
       end select
-      self%cuts(reason) = self%cuts(reason) + 1
+      cuts(reason) = cuts(reason) + 1
       if (outcome == attempt%too_far) then
-         self%dt = cut_for_displacement(self%parameters, self%dt, displacement)
+         dt = cut_for_displacement(parameters, dt, displacement)
       else
-         self%dt = max(self%parameters%dt_min, self%parameters%cut_factor*self%dt)
+         dt = max(parameters%dt_min, parameters%cut_factor*dt)
       end if
    end subroutine shorten_step
 
