@@ -65,7 +65,7 @@ NOT_DRAWN |= {"hold_contact_forces", "hold_bolt_forces"}  # the first step after
 NOT_DRAWN |= {"find_acceleration", "become_quiet", "take_joints"}  # the first dynamic step
 NOT_DRAWN |= {"add_impulses"}  # of contacts that close
 NOT_DRAWN |= {"note_energies", "clear", "fill_record", "show_blocks", "forget", "renew_all"}  # bookkeeping
-NOT_DRAWN |= {"lend", "give_back", "name_blocks", "take_forces"}  # columns that two tables share
+NOT_DRAWN |= {"take_forces", "take_attempt", "drop_attempts"}  # what attempts keep beside the state
 NOT_DRAWN |= {"report_no_equilibrium", "report_failure"}  # messages
 
 # Where a reader finds what is wanted most often: what, and places (procedure, part of the statement). The first place

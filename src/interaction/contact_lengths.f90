@@ -231,8 +231,9 @@ contains
       logical, intent(in) :: mixed_only                  !! only contacts of which one block alone is renewed
       type(equations_type), intent(inout) :: equations
       integer :: p
-      !$omp parallel do default(none) shared(table, lean, trial, first_link, context, was_judged, mixed_only, equations) &
-      !$omp private(p) schedule(static) if (table%n > parallel_contacts)
+      !$omp parallel do default(none) private(p) schedule(static) &
+      !$omp shared(table, lean, trial, first_link, context, was_judged, mixed_only, equations) &
+      !$omp if (table%n > parallel_contacts)
       do p = 1, n_pieces(table%n)
          call measure_rows((p - 1)*piece + 1, min(p*piece, table%n), table, lean, trial, first_link, context, &
                            was_judged, mixed_only, equations)

@@ -2,8 +2,8 @@
 !> When arms and lengths of forces are measured and turned within the rounds of an attempt.
 !>
 !> Forces act on arms that have turned with the rotation expected of the blocks. A solve finds another rotation; what
-!> the lengths are wrong by then makes a share of the forces on a block (`off`). Within the first `fine_rounds` rounds arms
-!> are turned where that is too much, so that states can settle afterwards:
+!> the lengths are wrong by then makes a share of the forces on a block (`off`). Within the first `fine_rounds` rounds
+!> arms are turned where that is too much, so that states can settle afterwards:
 !>
 !>     in the last measurement, or before any   states are                    arms are measured
 !>     -------------------------------------    --------------------------    ---------------------------------
@@ -119,8 +119,8 @@ contains
    end subroutine measure
 
    !> Turn the arms of forces for the rotations of the present motion, of the blocks to be renewed. Where two blocks
-   !> that turn alike are joined, and only one of them is renewed, their link is off by more than before: arms of all blocks
-   !> are then turned, instead of those of one more row of neighbours in each round.
+   !> that turn alike are joined, and only one of them is renewed, their link is off by more than before: arms of all
+   !> blocks are then turned, instead of those of one more row of neighbours in each round.
    subroutine turn(context, families, equations)
       type(step_context_type), intent(inout) :: context
       type(families_type), intent(inout) :: families

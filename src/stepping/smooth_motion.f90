@@ -24,7 +24,8 @@ contains
 
    !> Find the motion x and the states of all links at the end of a step, `find_equilibrium`; in dynamic steps again and
    !> again until it is settled which contacts meet by the law of impact. Rounds and iterations are those of all.
-   subroutine find_smooth_motion(self, is_dynamic, first_conditions, context, families, equations, solver, times, report, error)
+   subroutine find_smooth_motion(self, is_dynamic, first_conditions, context, families, equations, solver, times, &
+                                 report, error)
       class(smooth_motion_type), intent(inout) :: self
       logical, intent(in) :: is_dynamic
       type(conditions_type), intent(in) :: first_conditions

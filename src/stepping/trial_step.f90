@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: MIT
 !> The step at hand: attempts to solve it, each with a shorter dt than the last, until the motion can be accepted.
 !>
-!> Every attempt starts from the state of the last accepted step and leaves it as it is: what it finds of the start of the
-!> step, and of blocks asleep, is kept beside it. The accepted motion is applied in rockdda_stepping_acceptance. A step
+!> Every attempt starts from the state of the last accepted step and leaves it as it is: what it finds of the start of
+!> the step, and of blocks asleep, is kept beside it. The accepted motion is applied in rockdda_stepping_acceptance. A step
 !> that fails or is interrupted gives back the last motion and the memory of the solver (`drop_attempts`).
 module rockdda_stepping_trial_step
    use rockdda_base_kinds, only : wp

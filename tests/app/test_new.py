@@ -118,7 +118,9 @@ class HelpOnGroups(ProgramTest):
         for group in ("joint_material", "joint_law", "change"):
             self.assertIn(f"'rockdda help {group}'", self.run_program("help", "cohesion").out)
         self.assertFails(
-            self.run_program("help", "cut_facto"), 2, "rockdda: error: no help on 'cut_facto'; did you mean 'cut_factor'?"
+            self.run_program("help", "cut_facto"),
+            2,
+            "rockdda: error: no help on 'cut_facto'; did you mean 'cut_factor'?",
         )
         told = self.run_program("help", "stages")
         self.assertFails(told, 2, "rockdda: error: no help on 'stages'; did you mean 'stage'?")

@@ -275,7 +275,10 @@ class ErrorInTime(ProgramTest):
         lines += ["bolts 0", "block 1 1 4", "-100 -5 1", "100 -5 1", "100 0 1", "-100 0 1"]
         lines += ["block 2 1 4", "0 0 1", "5 0 1", "5 2 1", "0 2 1", "fixed_points", "-95 -2.5 1", "95 -2.5 1"]
         self.write("flat.blk", "\n".join([*lines, "loading_points", "measured_points", "bolt_list", "end", ""]))
-        for friction, expected in ((10, "may depend on the time step: .*, and where friction turns the error"), (40, "")):
+        for friction, expected in (
+            (10, "may depend on the time step: .*, and where friction turns the error"),
+            (40, ""),
+        ):
             self.write(
                 "flat.nml",
                 "&model geometry = 'flat.blk' /\n&load gravity = 9.81, harmonic = 3, 0, 0.4, 0, 0 /\n"
