@@ -19,19 +19,10 @@ module rockdda_stepping_arms
    use rockdda_interaction_context, only : step_context_type
    use rockdda_interaction_equations, only : equations_type
    use rockdda_interaction_families, only : families_type
+   use rockdda_stepping_method, only : method_type
    implicit none
    private
-   public :: arms_type, moment, fine_rounds, few_blocks
-
-   !> Lengths at the end of the step may be wrong, for a rotation other than the expected one, by what makes this share
-   !> of the forces on a block; by the second one in models of so few blocks that another round costs nothing. Where a
-   !> round follows anyway they are made right beyond that. It is done in the first `fine_rounds` rounds: states shall
-   !> settle. Rounds after these must not end with lengths that are wrong by more than the third one, unless no smaller
-   !> step is left: stiff ties of small cells miss the others by rounding, a block that spins into another by thousands.
-   real(wp), parameter :: coarse = 1.0e-4_wp, fine = 1.0e-6_wp, gross = 10.0_wp
-   integer, parameter :: fine_rounds = 10
-   !> Models of so few blocks, for which a solve costs nothing, leave no correction to the next round.
-   integer, parameter :: few_blocks = 30
+   public :: arms_type, moment
 
    !> When arms are measured in a round.
    type :: moment_enum
@@ -55,59 +46,66 @@ module rockdda_stepping_arms
 contains
 
    !> When are arms measured in this round?
-   pure integer function moment_of(self, context, round, is_end) result(when)
+   pure integer function moment_of(self, context, method, round, is_end) result(when)
       class(arms_type), intent(in) :: self
       type(step_context_type), intent(in) :: context
+      type(method_type), intent(in) :: method
       integer, intent(in) :: round
       logical, intent(in) :: is_end   !! friction was brought to its end: no other judgement follows in the round
       logical :: has_few
       when = moment%never
-      if (.not. context%follows_rotation() .or. round > fine_rounds) return
-      has_few = context%blocks%n_blocks <= few_blocks
-      if (round == 1 .or. has_few .or. self%off > fine) then
-         when = merge(moment%before, moment%after, is_end .or. round == 1 .or. has_few .or. self%off > coarse)
+      if (.not. context%follows_rotation() .or. round > method%fine_rounds) return
+      has_few = context%blocks%n_blocks <= method%few_blocks
+      if (round == 1 .or. has_few .or. self%off > method%fine_arms) then
+         when = merge(moment%before, moment%after, is_end .or. round == 1 .or. has_few .or. &
+                      self%off > method%coarse_arms)
       else
          when = moment%at_rest
       end if
    end function moment_of
 
    !> Measure by how much arms are wrong; turn them if it is too much.
-   subroutine place(self, was_judged, context, families, equations)
+   subroutine place(self, was_judged, method, context, families, equations)
       class(arms_type), intent(inout) :: self
       logical, intent(in) :: was_judged   !! states were found by the motion, after the solve
+      type(method_type), intent(in) :: method
       type(step_context_type), intent(inout) :: context
       type(families_type), intent(inout) :: families
       type(equations_type), intent(inout) :: equations
-      call measure(was_judged, context, families, equations, self%off)
-      self%turned = self%off > merge(coarse, fine, context%blocks%n_blocks > few_blocks)
-      if (self%turned) call turn(context, families, equations)
+      call measure(was_judged, method, context, families, equations, self%off)
+      self%turned = self%off > merge(method%coarse_arms, method%fine_arms, &
+                                     context%blocks%n_blocks > method%few_blocks)
+      if (self%turned) call turn(method, context, families, equations)
    end subroutine place
 
    !> After the rounds in which arms are turned: are they wrong by so much that the motion cannot be accepted?
-   subroutine forbid(self, context, families, equations, forbidden)
+   subroutine forbid(self, method, context, families, equations, forbidden)
       class(arms_type), intent(inout) :: self
+      type(method_type), intent(in) :: method
       type(step_context_type), intent(inout) :: context
       type(families_type), intent(in) :: families
       type(equations_type), intent(inout) :: equations
       logical, intent(out) :: forbidden
-      call measure(.false., context, families, equations, self%off)
-      forbidden = self%off > gross
+      call measure(.false., method, context, families, equations, self%off)
+      forbidden = self%off > method%gross_arms
    end subroutine forbid
 
    !> Before another round: arms that are wrong by little are made right as well.
-   subroutine turn_if_off(self, context, families, equations)
+   subroutine turn_if_off(self, method, context, families, equations)
       class(arms_type), intent(inout) :: self
+      type(method_type), intent(in) :: method
       type(step_context_type), intent(inout) :: context
       type(families_type), intent(inout) :: families
       type(equations_type), intent(inout) :: equations
-      if (self%turned .or. .not. self%off > fine) return
-      call turn(context, families, equations)
+      if (self%turned .or. .not. self%off > method%fine_arms) return
+      call turn(method, context, families, equations)
       self%turned = .true.
    end subroutine turn_if_off
 
    !> Find the blocks with arms and lengths that are off, and by how much at most.
-   subroutine measure(was_judged, context, families, equations, off)
+   subroutine measure(was_judged, method, context, families, equations, off)
       logical, intent(in) :: was_judged
+      type(method_type), intent(in) :: method
       type(step_context_type), intent(inout) :: context
       type(families_type), intent(in) :: families
       type(equations_type), intent(inout) :: equations
@@ -115,13 +113,14 @@ contains
       call context%find_moved(equations%x)
       call families%measure_placement(context, was_judged, .false., equations)
       off = largest_off(equations)
-      if (off > fine) call equations%misplaced_blocks(fine, context%renewed)
+      if (off > method%fine_arms) call equations%misplaced_blocks(method%fine_arms, context%renewed)
    end subroutine measure
 
    !> Turn the arms of forces for the rotations of the present motion, of the blocks to be renewed. Where two blocks
    !> that turn alike are joined, and only one of them is renewed, their link is off by more than before: arms of all
    !> blocks are then turned, instead of those of one more row of neighbours in each round.
-   subroutine turn(context, families, equations)
+   subroutine turn(method, context, families, equations)
+      type(method_type), intent(in) :: method
       type(step_context_type), intent(inout) :: context
       type(families_type), intent(inout) :: families
       type(equations_type), intent(inout) :: equations
@@ -131,7 +130,7 @@ contains
       if (all(context%renewed)) return
       ! other links are right now, or are as they were
       call families%measure_placement(context, .false., .true., equations)
-      if (.not. largest_off(equations) > coarse) return
+      if (.not. largest_off(equations) > method%coarse_arms) return
       context%renewed = .true.
       call context%expect(equations%x)
       call families%place(context, equations)

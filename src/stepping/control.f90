@@ -15,6 +15,7 @@ module rockdda_stepping_control
    use rockdda_model_parameters, only : parameters_type
    use rockdda_interaction_time_scheme, only : time_scheme_type, shi_scheme, generalized_alpha
    use rockdda_stepping_stage_watch, only : stage_watch_type
+   use rockdda_stepping_method, only : method_type
    use rockdda_stepping_strikes, only : strikes_type
    use rockdda_stepping_time_error, only : time_error_type
    use rockdda_stepping_trend, only : trend_type
@@ -22,7 +23,7 @@ module rockdda_stepping_control
       confirming_steps
    implicit none
    private
-   public :: step_control_type, new_step_control, check_stages, cut_for_displacement, growth
+   public :: step_control_type, new_step_control, check_stages, cut_for_displacement
    public :: cut_reason, n_cut_reasons, cut_names, goes_on
 
    !> Why an attempt at a step is repeated with a shorter step.
@@ -37,31 +38,6 @@ module rockdda_stepping_control
    !> Names for programs.
    character(len=*), parameter :: cut_names(n_cut_reasons) = [character(len=16) :: 'displacement', 'contacts', &
                                                              'solver', 'ruined_block']
-
-   !> Largest factor by which the step grows after an accepted step.
-   real(wp), parameter :: growth = 1.5_wp
-   !> The same in a static stage until equilibrium, where the step took at most `few_rounds` rounds.
-   real(wp), parameter :: fast_growth = 4.0_wp
-   integer, parameter :: few_rounds = 6
-   !> Where it took more than this share of the rounds allowed the next step is shorter by `slow_down`.
-   real(wp), parameter :: many_rounds = 0.5_wp, slow_down = 0.5_wp
-   !> Where blocks come to rest after slip depends on the way there. While friction has a share in the work of the
-   !> contacts, steps grow slowly to `held_length` times dt_max and keep this length until the unbalanced force is below
-   !> `nearly`, for at most `most_held` steps; where the share is large they then grow slowly.
-   real(wp), parameter :: no_slip = 0.005_wp, much_slip = 0.1_wp, nearly = 0.009_wp, very_nearly = 0.001_wp, &
-                          slow_growth = 1.1_wp, held_length = 1.5_wp
-   integer, parameter :: most_held = 100
-   !> A static step counts as like the last one when it is longer by less than this factor.
-   real(wp), parameter :: much_longer = 1.14_wp
-   !> In a static stage that searches equilibrium the forces of contacts may miss their laws by this share of the
-   !> unbalanced force, between both limits. What they miss is made good in the next step; a miss of the size of the
-   !> stage's tolerance would stay as it is in steps that move nothing any more.
-   real(wp), parameter :: small_miss = 0.1_wp, least_miss = 1.0e-6_wp, largest_miss = 3.0e-3_wp
-   !> A stage that releases forces begins with a step this many times as long as dt_max, so that inertia does not delay
-   !> its first shares.
-   real(wp), parameter :: first_release = 30.0_wp
-   !> Residual of the solver over the unbalanced force that is allowed.
-   real(wp), parameter :: small_residual = 0.1_wp
 
    !> Part of the state of a run.
    type :: step_control_type
@@ -86,6 +62,7 @@ module rockdda_stepping_control
       type(trend_type) :: trend             !! of static steps that do not search equilibrium
       type(time_error_type) :: time_error   !! of dynamic steps
       type(strikes_type) :: strikes         !! of blocks on others in them
+      type(method_type) :: method           !! no part of the state
       integer :: short_steps = 0            !! accepted steps after which dt could not grow back because of g2 w0
    contains
       procedure :: k01
@@ -188,7 +165,7 @@ contains
       integer, intent(in) :: n_blocks
       residual_enough = 0
       if (self%is_static_search(parameters) .and. .not. (self%idle .and. self%steps > 0)) residual_enough = &
-         small_residual*parameters%stages(self%stage)%tolerance/sqrt(real(n_blocks, wp))
+         self%method%small_residual*parameters%stages(self%stage)%tolerance/sqrt(real(n_blocks, wp))
    end function residual_enough
 
    !> Share of the largest normal force by which contact forces may miss their laws, 0: their own tolerance, with which
@@ -198,7 +175,8 @@ contains
       type(parameters_type), intent(in) :: parameters
       force_slack = 0
       if (self%is_static_search(parameters) .and. self%steps > 0) &
-         force_slack = max(least_miss, min(small_miss*self%unbalanced, largest_miss))
+         force_slack = max(self%method%least_miss, min(self%method%small_miss*self%unbalanced, &
+                                                       self%method%largest_miss))
    end function force_slack
 
    !> Is a static step that searches equilibrium much like the last one, and no shorter?
@@ -207,7 +185,7 @@ contains
       type(parameters_type), intent(in) :: parameters
       real(wp), intent(in) :: dt             !! step [time]
       is_like_last = self%is_static_search(parameters) .and. self%steps > 0 .and. .not. dt < self%last_dt .and. &
-                dt < much_longer*self%last_dt
+                dt < self%method%much_longer*self%last_dt
    end function is_like_last
 
    !> Weight with which a static step takes the change of acceleration since the last step into account, so that blocks
@@ -223,7 +201,7 @@ contains
       real(wp), intent(in) :: dt             !! step [time]
       weight = 0
       if (.not. self%is_like_last(parameters, dt) .or. self%releases) return
-      if (self%slip_share > no_slip .and. dt > parameters%dt_max) &
+      if (self%slip_share > self%method%no_slip .and. dt > parameters%dt_max) &
          weight = (1 - (parameters%dt_max/dt)**2)*dt**2/(dt**2 + self%last_dt**2)
    end function carry
 
@@ -232,7 +210,7 @@ contains
       class(step_control_type), intent(inout) :: self
       type(parameters_type), intent(in) :: parameters
       if (self%is_static_search(parameters)) &
-         self%dt = max(self%dt, min(first_release, parameters%max_growth)*parameters%dt_max)
+         self%dt = max(self%dt, min(self%method%first_release, parameters%max_growth)*parameters%dt_max)
    end subroutine begin_release
 
    !> Number of the present stage in the results, from 0; after the last stage one more.
@@ -300,7 +278,7 @@ contains
       self%last_k01 = k01_used
       limit = parameters%displacement_ratio*parameters%w0
       if (shortened) return
-      wanted = min(parameters%dt_max, growth*dt)
+      wanted = min(parameters%dt_max, self%method%growth*dt)
       if (present(may_grow) .and. present(rounds)) then
          if (may_grow) wanted = grown_step(self, parameters, dt, rounds)
       end if
@@ -327,16 +305,19 @@ contains
       type(parameters_type), intent(in) :: parameters
       real(wp), intent(in) :: dt             !! step [time]
       integer, intent(in) :: rounds          !! of all attempts at the step
-      wanted = dt*merge(fast_growth, growth, rounds <= few_rounds)
-      ! while forces are released their shares are the way, which inertia would only delay
-      if (.not. self%releases) then
-         if (self%slip_share > much_slip) wanted = dt*merge(slow_growth, growth, self%unbalanced > very_nearly)
-         if (self%slip_share > no_slip .and. self%unbalanced > nearly .and. self%steps < most_held) &
-            wanted = min(max(held_length*parameters%dt_max, dt), slow_growth*dt)
-         ! a step that was cut grows back as everywhere
-         wanted = max(wanted, min(parameters%dt_max, growth*dt))
-      end if
-      if (rounds > many_rounds*parameters%max_open_close) wanted = slow_down*dt
+      associate (m => self%method)
+         wanted = dt*merge(m%fast_growth, m%growth, rounds <= m%few_rounds)
+         ! while forces are released their shares are the way, which inertia would only delay
+         if (.not. self%releases) then
+            if (self%slip_share > m%much_slip) &
+               wanted = dt*merge(m%slow_growth, m%growth, self%unbalanced > m%very_nearly)
+            if (self%slip_share > m%no_slip .and. self%unbalanced > m%nearly .and. self%steps < m%most_held) &
+               wanted = min(max(m%held_length*parameters%dt_max, dt), m%slow_growth*dt)
+            ! a step that was cut grows back as everywhere
+            wanted = max(wanted, min(parameters%dt_max, m%growth*dt))
+         end if
+         if (rounds > m%many_rounds*parameters%max_open_close) wanted = m%slow_down*dt
+      end associate
       wanted = max(parameters%dt_min, min(wanted, parameters%dt_max*parameters%max_growth))
    end function grown_step
 

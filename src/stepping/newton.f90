@@ -23,38 +23,15 @@ module rockdda_stepping_newton
    use rockdda_interaction_equations, only : equations_type
    use rockdda_interaction_families, only : families_type
    use rockdda_interaction_unsettled, only : count_unsettled, largest_normal
-   use rockdda_linear_solver, only : linear_solver_type, solve_report_type
-   use rockdda_stepping_arms, only : arms_type, moment, fine_rounds, few_blocks
+   use rockdda_linear_solver, only : linear_solver_type, solve_report_type, solve_effort_type
+   use rockdda_stepping_arms, only : arms_type, moment
    use rockdda_stepping_failure, only : attempt
    use rockdda_stepping_line_search, only : line_search_type
+   use rockdda_stepping_method, only : method_type
    use rockdda_stepping_motion, only : is_finite_motion
    implicit none
    private
    public :: newton_type, newton_report_type, conditions_type
-
-   !> Friction forces must agree with the normal forces they come from to this share of the largest normal force.
-   real(wp), parameter :: friction_tolerance = 1.0e-5_wp
-   !> |R| counts as zero below this share of the loads in static steps that search equilibrium, elsewhere below that of
-   !> friction. It is over all blocks: contacts that change their states in circles on a few of them are less of it.
-   real(wp), parameter :: static_tolerance = 1.0e-8_wp
-   !> Contact forces may miss their laws by this share of the largest normal force, or the weight, of the less loaded of
-   !> the two blocks; by the second one when `fine_rounds` rounds have not done better.
-   real(wp), parameter :: force_tolerance = 1.0e-5_wp, coarse_tolerance = 1.0e-3_wp
-   !> The misfit of friction and normal forces is brought down in at most so many solves a round.
-   integer, parameter :: friction_solves = 12
-   !> A predicted motion is taken when its residual is below this share of that of the last motion.
-   real(wp), parameter :: good_prediction = 0.1_wp
-   !> An attempt is given up when so large a share of the rounds allowed, and so many, were shortened in a row. Not in
-   !> static steps whose forces may miss their laws: they search equilibrium, to which shorter steps come no nearer.
-   real(wp), parameter :: patience = 0.4_wp
-   integer, parameter :: least_patience = 6
-
-   !> A solve may pause when its residual is this share of its first one; it continues while the residual is more than
-   !> `small_part` of |R|.
-   real(wp), parameter :: coarse_solve = 0.01_wp, small_part = 0.1_wp
-   !> After a solve that has paused, a state changes only by a missing force whose energy in the contact's spring is
-   !> more than this (squared) of what the mean residual of a block has: smaller ones are of the solver.
-   real(wp), parameter :: doubtful = 3.0_wp
 
    !> What of the equations is new since the last solve.
    type :: change_enum
@@ -67,6 +44,7 @@ module rockdda_stepping_newton
 
    !> Conditions of an attempt.
    type :: conditions_type
+      type(method_type) :: method
       real(wp) :: slack = 0              !! share by which forces may miss their laws; 0: the usual ones
       logical :: may_predict = .false.   !! x is the motion of the last step, which had the same length
       logical :: is_like_last = .false.  !! a static step of about the length of the last one, whose motion is in x
@@ -118,47 +96,53 @@ contains
       type(arms_type) :: arms
       integer :: n_shortened, round
       logical :: peer, solved
-      peer = families%contacts%settings%peer
-      report%detail = ''
-      if ((conditions%may_predict .or. conditions%is_like_last) .and. .not. peer) &
-         call self%predict_motion(conditions%may_predict, context, families, equations, times)
-      call families%contacts%friction%forget()
-      n_shortened = 0
-      do round = 1, context%parameters%max_open_close
-         report%rounds = round
-         if (.not. peer) call self%line%keep(families, equations, round)
-         call self%solve_round(merge(change%states, change%loads, found%n_changes > 0 .or. arms%turned .or. peer), &
-                               merge(0.0_wp, coarse_solve, peer), conditions%slack, families, equations, solver, &
-                               times, report, solved, error)
-         if (.not. solved) return
-         found%fraction = 1
-         if (round > 1 .and. .not. peer) call self%line%search(families, merge(static_tolerance, friction_tolerance, &
-                                                               conditions%slack > 0), equations, found%fraction)
-         n_shortened = merge(n_shortened + 1, 0, found%fraction < 1)
-         call self%judge(conditions, round, .false., .false., context, families, equations, report%left, arms, found)
-         if (report%left > 0 .and. .not. (found%fraction < 1 .or. arms%turned) .and. &
-             (found%agree .or. found%n_changes == 0)) then
-            ! what may be accepted is solved for to the end
-            call self%solve_on(0.0_wp, families, equations, solver, times, report, solved, error)
+      associate (method => conditions%method)
+         peer = families%contacts%settings%peer
+         report%detail = ''
+         if ((conditions%may_predict .or. conditions%is_like_last) .and. .not. peer) &
+            call self%predict_motion(conditions, context, families, equations, times)
+         call families%contacts%friction%forget()
+         n_shortened = 0
+         do round = 1, context%parameters%max_open_close
+            report%rounds = round
+            if (.not. peer) call self%line%keep(families, equations, round)
+            call self%solve_round(merge(change%states, change%loads, found%n_changes > 0 .or. arms%turned .or. peer), &
+                                  merge(0.0_wp, method%coarse_solve, peer), conditions, families, equations, solver, &
+                                  times, report, solved, error)
             if (.not. solved) return
-            call self%judge(conditions, round, .false., .true., context, families, equations, report%left, arms, found)
-         end if
-         if (.not. (found%agree .or. arms%turned .or. found%fraction < 1 .or. peer) .and. found%n_changes == 0) then
-            call end_friction(conditions%slack, families, equations, solver, times, report, solved, error)
-            if (.not. solved) return
-            call self%judge(conditions, round, .true., .false., context, families, equations, report%left, arms, found)
-         end if
-         call times%lap(phase%judge)
-         if (n_shortened >= max(least_patience, nint(patience*context%parameters%max_open_close)) .and. &
-             .not. (conditions%at_floor .or. conditions%slack > 0)) return
-         if (converged(found, families%contacts)) then
-            report%outcome = attempt%converged
-            return
-         end if
-         ! blocks have come to lean on each other: friction acts from here on
-         if (found%agree .and. .not. found%fraction < 1) families%contacts%settings%sticks = .false.
-         call arms%turn_if_off(context, families, equations)
-      end do
+            found%fraction = 1
+            if (round > 1 .and. .not. peer) call self%line%search(families, merge(method%static_tolerance, &
+                                                                  method%friction_tolerance, conditions%slack > 0), &
+                                                                  method, equations, found%fraction)
+            n_shortened = merge(n_shortened + 1, 0, found%fraction < 1)
+            call self%judge(conditions, round, .false., .false., context, families, equations, report%left, arms, found)
+            if (report%left > 0 .and. .not. (found%fraction < 1 .or. arms%turned) .and. &
+                (found%agree .or. found%n_changes == 0)) then
+               ! what may be accepted is solved for to the end
+               call self%solve_on(0.0_wp, method, families, equations, solver, times, report, solved, error)
+               if (.not. solved) return
+               call self%judge(conditions, round, .false., .true., context, families, equations, report%left, arms, &
+                               found)
+            end if
+            if (.not. (found%agree .or. arms%turned .or. found%fraction < 1 .or. peer) .and. found%n_changes == 0) then
+               call end_friction(conditions, families, equations, solver, times, report, solved, error)
+               if (.not. solved) return
+               call self%judge(conditions, round, .true., .false., context, families, equations, report%left, arms, &
+                               found)
+            end if
+            call times%lap(phase%judge)
+            if (n_shortened >= max(method%least_patience, &
+                                   nint(method%patience*context%parameters%max_open_close)) .and. &
+                .not. (conditions%at_floor .or. conditions%slack > 0)) return
+            if (converged(found, families%contacts)) then
+               report%outcome = attempt%converged
+               return
+            end if
+            ! blocks have come to lean on each other: friction acts from here on
+            if (found%agree .and. .not. found%fraction < 1) families%contacts%settings%sticks = .false.
+            call arms%turn_if_off(method, context, families, equations)
+         end do
+      end associate
    end subroutine find_equilibrium
 
    !> Is the motion of the round the solution? All forces follow their laws at it, and contacts slide by their friction.
@@ -169,11 +153,12 @@ contains
    end function converged
 
    !> Solve the equations of a round.
-   subroutine solve_round(self, what_is_new, pause, slack, families, equations, solver, times, report, solved, error)
+   subroutine solve_round(self, what_is_new, pause, conditions, families, equations, solver, times, report, solved, &
+                          error)
       class(newton_type), intent(inout) :: self
       integer, intent(in) :: what_is_new   !! one of change%...
       real(wp), intent(in) :: pause        !! share of its first residual at which a solve may pause, 0: never
-      real(wp), intent(in) :: slack        !! share by which forces may miss their laws; 0: the usual ones
+      type(conditions_type), intent(in) :: conditions
       type(families_type), intent(inout) :: families
       type(equations_type), intent(inout) :: equations
       class(linear_solver_type), intent(inout) :: solver
@@ -182,14 +167,15 @@ contains
       logical, intent(out) :: solved
       type(error_type), allocatable, intent(out) :: error
       call solve(what_is_new, pause, families, equations, solver, times, report, solved, error)
-      if (solved) call settle_friction(.false., pause, slack, families, equations, solver, times, report, solved, &
+      if (solved) call settle_friction(.false., pause, conditions, families, equations, solver, times, report, solved, &
                                        error)
-      if (solved) call self%solve_on(pause, families, equations, solver, times, report, solved, error)
+      if (solved) call self%solve_on(pause, conditions%method, families, equations, solver, times, report, solved, &
+                                     error)
    end subroutine solve_round
 
    !> Friction, with the states and the matrix that it has in the end.
-   subroutine end_friction(slack, families, equations, solver, times, report, solved, error)
-      real(wp), intent(in) :: slack        !! share by which forces may miss their laws; 0: the usual ones
+   subroutine end_friction(conditions, families, equations, solver, times, report, solved, error)
+      type(conditions_type), intent(in) :: conditions
       type(families_type), intent(inout) :: families
       type(equations_type), intent(inout) :: equations
       class(linear_solver_type), intent(inout) :: solver
@@ -198,7 +184,7 @@ contains
       logical, intent(out) :: solved
       type(error_type), allocatable, intent(out) :: error
       call solve(change%loads, 0.0_wp, families, equations, solver, times, report, solved, error)
-      if (solved) call settle_friction(.true., 0.0_wp, slack, families, equations, solver, times, report, solved, &
+      if (solved) call settle_friction(.true., 0.0_wp, conditions, families, equations, solver, times, report, solved, &
                                        error)
    end subroutine end_friction
 
@@ -219,15 +205,15 @@ contains
       integer :: n_unsettled, when
       real(wp) :: last_off
       logical :: forbidden
-      when = arms%moment_of(context, round, is_end)
+      when = arms%moment_of(context, conditions%method, round, is_end)
       last_off = arms%off
       arms = arms_type()
-      if (when == moment%before) call arms%place(.false., context, families, equations)
-      families%contacts%trial%doubt = doubtful*left/sqrt(real(max(1, equations%n_rows()), wp))
+      if (when == moment%before) call arms%place(.false., conditions%method, context, families, equations)
+      families%contacts%trial%doubt = conditions%method%doubtful*left/sqrt(real(max(1, equations%n_rows()), wp))
       if (again) call families%contacts%take_back()
       call families%judge(found%n_changes, n_unsettled)
       found%agree = n_unsettled == 0 .and. .not. arms%turned
-      if (found%agree) found%agree = forces_agree(self, families, context%blocks%n_blocks, conditions%slack, round)
+      if (found%agree) found%agree = forces_agree(self, families, context%blocks%n_blocks, conditions, round)
       if ((when == moment%after .or. when == moment%at_rest .and. .not. is_end) .and. found%n_changes == 0 .and. &
           .not. (found%agree .or. found%fraction < 1)) then
          ! the end of friction follows
@@ -235,24 +221,25 @@ contains
          return
       end if
       if (when == moment%after .or. when == moment%at_rest .and. found%n_changes == 0) &
-         call arms%place(.true., context, families, equations)
+         call arms%place(.true., conditions%method, context, families, equations)
       found%agree = found%agree .and. .not. arms%turned
       if (arms%turned .and. when == moment%after) then
          ! states by gaps on the new arms
          call families%contacts%take_back()
          call families%judge(found%n_changes, n_unsettled)
       end if
-      if (.not. (found%agree .and. context%follows_rotation() .and. round > fine_rounds) .or. conditions%at_floor) &
-         return
-      call arms%forbid(context, families, equations, forbidden)
+      if (.not. (found%agree .and. context%follows_rotation() .and. round > conditions%method%fine_rounds) .or. &
+          conditions%at_floor) return
+      call arms%forbid(conditions%method, context, families, equations, forbidden)
       found%agree = .not. forbidden
    end subroutine judge
 
    !> After a solve that has paused: continue while its residual is a large part of |R|, or to the end if it may no
    !> longer pause.
-   subroutine solve_on(self, pause, families, equations, solver, times, report, solved, error)
+   subroutine solve_on(self, pause, method, families, equations, solver, times, report, solved, error)
       class(newton_type), intent(inout) :: self
       real(wp), intent(in) :: pause        !! > 0: it may pause again; 0: it may not
+      type(method_type), intent(in) :: method
       type(families_type), intent(inout) :: families
       type(equations_type), intent(inout) :: equations
       class(linear_solver_type), intent(inout) :: solver
@@ -266,8 +253,8 @@ contains
       do while (report%left > 0)
          if (pause > 0) then
             call self%line%find_norm(families, equations, missing)
-            if (report%left < small_part*missing) return
-            next_pause = max(coarse_solve, min(0.5_wp, 0.5_wp*small_part* &
+            if (report%left < method%small_part*missing) return
+            next_pause = max(method%coarse_solve, min(0.5_wp, 0.5_wp*method%small_part* &
                                                sqrt(max(0.0_wp, (missing/report%left)**2 - 1))))
          end if
          call times%lap(phase%judge)
@@ -277,22 +264,23 @@ contains
    end subroutine solve_on
 
    !> Share by which forces may miss their laws, given the usual one.
-   pure real(wp) function accepted_miss(slack, usual)
-      real(wp), intent(in) :: slack   !! of the conditions; 0: the usual one
+   pure real(wp) function accepted_miss(conditions, usual)
+      type(conditions_type), intent(in) :: conditions
       real(wp), intent(in) :: usual
-      accepted_miss = merge(slack, usual, slack > 0)
+      accepted_miss = merge(conditions%slack, usual, conditions%slack > 0)
    end function accepted_miss
 
    !> Do the forces of the last solve follow the laws of the contacts at its motion?
-   logical function forces_agree(self, families, n_blocks, slack, round)
+   logical function forces_agree(self, families, n_blocks, conditions, round)
       class(newton_type), intent(inout) :: self
       type(families_type), intent(in) :: families
-      real(wp), intent(in) :: slack
+      type(conditions_type), intent(in) :: conditions
       integer, intent(in) :: n_blocks, round
       real(wp) :: share
       integer :: i, n_unsettled
       if (.not. allocated(self%largest)) allocate (self%largest(n_blocks))
-      share = merge(accepted_miss(slack, force_tolerance), coarse_tolerance, round <= fine_rounds)
+      share = merge(accepted_miss(conditions, conditions%method%force_tolerance), conditions%method%coarse_tolerance, &
+                    round <= conditions%method%fine_rounds)
       self%largest = 0
       if (.not. families%contacts%settings%peer) then
          do i = 1, n_blocks
@@ -300,7 +288,8 @@ contains
          end do
       end if
       associate (contacts => families%contacts)
-         call count_unsettled(contacts%trial, contacts%table, share, accepted_miss(slack, friction_tolerance)* &
+         call count_unsettled(contacts%trial, contacts%table, share, &
+                              accepted_miss(conditions, conditions%method%friction_tolerance)* &
                               largest_normal(contacts%trial, contacts%table%n), self%largest, n_unsettled)
       end associate
       forces_agree = n_unsettled == 0
@@ -311,9 +300,9 @@ contains
    !> equilibrium than the last motion, it is where the first solve starts, and the first states are judged by it; else
    !> arms are turned by the velocity at the start of the step. Where contacts vibrate from step to step
    !> (stiff springs, long steps) it does not. In statics the first states are judged by the last motion.
-   subroutine predict_motion(self, in_dynamics, context, families, equations, times)
+   subroutine predict_motion(self, conditions, context, families, equations, times)
       class(newton_type), intent(inout) :: self
-      logical, intent(in) :: in_dynamics
+      type(conditions_type), intent(in) :: conditions
       type(step_context_type), intent(in) :: context
       type(families_type), intent(inout) :: families
       type(equations_type), intent(inout) :: equations
@@ -321,11 +310,12 @@ contains
       logical :: is_good
       is_good = .true.
       call families%predict(equations)
-      if (in_dynamics) then
+      if (conditions%may_predict) then
          call self%line%keep(families, equations, 1)
          equations%x = 2*context%dt*context%state%velocity - equations%x
          call families%predict(equations)
-         is_good = self%line%is_better(families, equations, good_prediction)
+         is_good = self%line%is_better(families, equations, conditions%method%good_prediction, &
+                                       conditions%method%clearly_not)
       end if
       if (is_good) then
          call families%contacts%foresee()
@@ -366,9 +356,8 @@ contains
          times%assembled = times%assembled + n_assembled
          call times%lap(phase%assembly)
       end if
-      solver%pause = pause
-      solver%goes_on = what_is_new == change%nothing
-      call solve_rows(equations, equations%f, what_is_new == change%states, solver, solution, error)
+      call solve_rows(equations, equations%f, what_is_new == change%states, &
+                      solve_effort_type(pause, what_is_new == change%nothing), solver, solution, error)
       call times%lap(phase%solve)
       call check_solution(solution, equations%x, report, solved, error)
       if (.not. solved) return
@@ -380,17 +369,18 @@ contains
    end subroutine solve
 
    !> Solve the assembled equations for a load, of all blocks or of those that are awake.
-   subroutine solve_rows(equations, load, measures_load, solver, solution, error)
+   subroutine solve_rows(equations, load, measures_load, effort, solver, solution, error)
       type(equations_type), intent(inout) :: equations
       real(wp), intent(in), contiguous :: load(:, :)        !! (6, nb)
       logical, intent(in) :: measures_load                  !! residuals are measured by the loads as they are now
+      type(solve_effort_type), intent(in) :: effort
       class(linear_solver_type), intent(inout) :: solver
       type(solve_report_type), intent(out) :: solution
       type(error_type), allocatable, intent(out) :: error
       real(wp), allocatable :: f(:, :), x(:, :)
       if (.not. allocated(equations%block_of)) then
          if (measures_load) solver%reference_load = equations%magnitude
-         call solver%solve(equations%matrix, load, equations%x, solution, error)
+         call solver%solve(equations%matrix, load, equations%x, solution, error, effort)
          return
       end if
       associate (rows => equations%block_of)
@@ -399,7 +389,7 @@ contains
          if (measures_load) solver%reference_load = equations%magnitude(:, rows)
          f = load(:, rows)
          x = equations%x(:, rows)
-         call solver%solve(equations%matrix, f, x, solution, error)
+         call solver%solve(equations%matrix, f, x, solution, error, effort)
          equations%x(:, rows) = x
       end associate
    end subroutine solve_rows
@@ -414,9 +404,7 @@ contains
       type(solve_report_type) :: solution
       logical :: solved
       report%detail = ''
-      solver%pause = 0
-      solver%goes_on = .false.
-      call solve_rows(equations, load, .true., solver, solution, error)
+      call solve_rows(equations, load, .true., solve_effort_type(), solver, solution, error)
       call check_solution(solution, equations%x, report, solved, error)
       if (solved) report%outcome = attempt%converged
    end subroutine solve_once
@@ -451,10 +439,10 @@ contains
 
    !> Find the friction forces that agree with the normal forces they cause, for the states as they are: with the
    !> last solve that makes a full step of Newton's method, without an unsymmetric matrix. Only loads change.
-   subroutine settle_friction(to_end, pause, slack, families, equations, solver, times, report, solved, error)
+   subroutine settle_friction(to_end, pause, conditions, families, equations, solver, times, report, solved, error)
       logical, intent(in) :: to_end     !! as well as a step must be accepted, else as well as other states need it
       real(wp), intent(in) :: pause     !! share of its first residual at which a solve may pause, 0: never
-      real(wp), intent(in) :: slack     !! share by which forces may miss their laws; 0: the usual ones
+      type(conditions_type), intent(in) :: conditions
       type(families_type), intent(inout) :: families
       type(equations_type), intent(inout) :: equations
       class(linear_solver_type), intent(inout) :: solver
@@ -467,11 +455,11 @@ contains
       logical :: is_enough, may_leave
       solved = .true.
       ! a small correction may be left to the next round
-      may_leave = size(equations%x, 2) > few_blocks
+      may_leave = size(equations%x, 2) > conditions%method%few_blocks
       associate (contacts => families%contacts, friction => families%contacts%friction)
          call friction%begin(contacts%table, contacts%trial)
-         small = accepted_miss(slack, friction_tolerance)*friction%deepest
-         do k = 1, friction_solves
+         small = accepted_miss(conditions, conditions%method%friction_tolerance)*friction%deepest
+         do k = 1, conditions%method%friction_solves
             call friction%improve(contacts%table, contacts%laws, contacts%settings, contacts%trial, worst)
             call friction%assess(worst, small, may_leave, is_enough)
             if (to_end) is_enough = worst <= 0.5_wp*small

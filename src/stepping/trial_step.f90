@@ -2,8 +2,8 @@
 !> The step at hand: attempts to solve it, each with a shorter dt than the last, until the motion can be accepted.
 !>
 !> Every attempt starts from the state of the last accepted step and leaves it as it is: what it finds of the start of
-!> the step, and of blocks asleep, is kept beside it. The accepted motion is applied in rockdda_stepping_acceptance. A step
-!> that fails or is interrupted gives back the last motion and the memory of the solver (`drop_attempts`).
+!> the step, and of blocks asleep, is kept beside it. The accepted motion is applied in rockdda_stepping_acceptance. A
+!> step that fails or is interrupted gives back the last motion and the memory of the solver (`drop_attempts`).
 module rockdda_stepping_trial_step
    use rockdda_base_kinds, only : wp
    use rockdda_base_error, only : error_type, add_context
@@ -204,6 +204,7 @@ contains
          if (allocated(error) .or. report%outcome /= attempt%converged) return
       end if
       if (self%scheme%second_order) call self%turn_forces()
+      conditions%method = self%control%method
       conditions%slack = self%control%force_slack(self%parameters)
       conditions%may_predict = is_first .and. abs(self%dt - self%control%last_dt) <= 0 .and. &
                                self%control%is_dynamic(self%parameters)
