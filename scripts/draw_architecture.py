@@ -58,15 +58,14 @@ DEPTH = 5
 INTERACTION = "interaction_type"
 NOT_DRAWN = {"resize", "exchange", "set_size", "make_room", "count_cut"}  # room for arrays, counters
 NOT_DRAWN |= {"find_first_forces"}  # the search in an excavation before the first step, which is that of each step
-NOT_DRAWN |= {"judge_accuracy", "measure_error"}  # the error of a step in time
+NOT_DRAWN |= {"add_error"}  # the error of a step in time
 NOT_DRAWN |= {"start_with_stress", "stress_contacts", "pressure_on_contacts"}  # the first step only
 NOT_DRAWN |= {"bring_back"}  # the first step of a stage that places rock
 NOT_DRAWN |= {"hold_contact_forces", "hold_bolt_forces"}  # the first step after an excavation
 NOT_DRAWN |= {"find_acceleration", "become_quiet", "take_joints"}  # the first dynamic step
 NOT_DRAWN |= {"add_impulses"}  # of contacts that close
 NOT_DRAWN |= {"note_energies", "clear", "fill_record", "show_blocks", "forget", "renew_all"}  # bookkeeping
-NOT_DRAWN |= {"lend", "give_back", "name_blocks", "take_forces"}  # columns that two tables share
-NOT_DRAWN |= {"borrow", "return_room", "swap_room"}  # scratch that the search and the rounds share
+NOT_DRAWN |= {"take_forces", "take_attempt", "drop_attempts"}  # what attempts keep beside the state
 NOT_DRAWN |= {"report_no_equilibrium", "report_failure"}  # messages
 
 # Where a reader finds what is wanted most often: what, and places (procedure, part of the statement). The first place

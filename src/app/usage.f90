@@ -46,7 +46,7 @@ contains
              '  info    describe a model, block, result or checkpoint file'//nl// &
              nl// &
              "'rockdda help COMMAND' explains a command and gives examples, 'rockdda help GROUP' the"//nl// &
-             "options of a group of a model file, such as stage, or one of them, such as accuracy;"//nl// &
+             "options of a group of a model file, such as stage, or one of them, such as duration;"//nl// &
              "'rockdda help groups' lists the groups,"//nl// &
              "'rockdda completion SHELL' prints a script that completes commands, options and files."//nl// &
              nl// &

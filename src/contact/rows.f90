@@ -15,7 +15,7 @@ module rockdda_contact_rows
    use rockdda_contact_vertex_weight, only : vertex_weight
    implicit none
    private
-   public :: sort_rows, fill_table, name_blocks
+   public :: sort_rows, fill_table
 
 contains
 
@@ -260,27 +260,6 @@ contains
                                                                limits%cosine)
       end do
    end subroutine fill_rows
-
-   !> Blocks and joints of the rows of a table with contacts by length, of which none has a partner; gap and share are
-   !> zero.
-   pure subroutine name_blocks(blocks, topology, table)
-      type(block_system_type), intent(in) :: blocks
-      type(contact_topology_type), intent(in) :: topology
-      type(contact_table_type), intent(inout) :: table
-      integer :: k
-      do k = 1, table%n
-         associate (v => table%vertex(k), e => table%edge(k))
-            table%block_a(k) = topology%block(v)
-            table%block_b(k) = topology%block(e)
-            table%joint(k) = blocks%edge_joint(e)
-            if (table%station(k) > 0 .and. table%station(k) /= corner_station) &
-               table%joint(k) = joint_of(v, e, blocks%edge_joint)
-         end associate
-         table%partner(k) = 0
-         table%gap(k) = 0
-         table%share(k) = 0
-      end do
-   end subroutine name_blocks
 
    !> Normal, place, gap and length of a contact. The length is half the overlap of the edge with each edge at the
    !> vertex that lies face to face with it; zero for a lone vertex.

@@ -58,11 +58,9 @@ module rockdda_contact_table
       real(wp), allocatable :: share(:)              !! (n) of the gap between the point and block a, 0 to 1
       logical :: waits_for_forces = .false.          !! `resize` makes no room for shear forces
       ! rows that have been in use; those behind take no memory yet
-      integer, private :: n_begun = 0, n_lent_begun = 0   !! (of columns that can be lent)
+      integer, private :: n_begun = 0
    contains
       procedure :: resize
-      procedure :: lend
-      procedure :: is_lent
       procedure :: take_forces
       procedure :: exchange
       procedure :: open_row
@@ -111,17 +109,18 @@ contains
          if (size(self%vertex) < n) &
             deallocate (self%vertex, self%edge, self%state, self%shear, self%normal_force, self%bonded, &
                         self%slip_sign, self%length, self%normal, self%point, self%total_slip, self%energy, &
-                        self%k_n, self%k_s, self%offset, self%station, self%tied, self%distance, self%bond_end)
+                        self%k_n, self%k_s, self%offset, self%station, self%tied, self%distance, self%bond_end, &
+                        self%block_a, self%block_b, self%partner, self%joint, self%gap, self%share)
       end if
       if (.not. allocated(self%vertex)) then
          m = n + n/4 + 16
          allocate (self%vertex(m), self%edge(m), self%state(m), self%slip_sign(m), self%station(m), self%bonded(m), &
                    self%tied(m), self%shear(m), self%normal_force(m), self%length(m), self%total_slip(m), &
                    self%energy(m), self%k_n(m), self%k_s(m), self%offset(m), self%distance(m), self%bond_end(m), &
-                   self%normal(2, m), self%point(2, m))
+                   self%normal(2, m), self%point(2, m), self%block_a(m), self%block_b(m), self%partner(m), &
+                   self%joint(m), self%gap(m), self%share(m))
          self%n_begun = 0
       end if
-      call resize_lent(self, n)
       if (self%waits_for_forces) then
          if (allocated(self%shear_force)) deallocate (self%shear_force)
       else
@@ -131,31 +130,6 @@ contains
       call self%clear_rows(self%n_begun + 1, n)
       self%n_begun = n
    end subroutine resize
-
-   !> `resize` for the columns that can be lent.
-   pure subroutine resize_lent(self, n)
-      class(contact_table_type), intent(inout) :: self
-      integer, intent(in) :: n
-      integer :: m
-      if (allocated(self%gap)) then
-         if (size(self%gap) < n) &
-            deallocate (self%block_a, self%block_b, self%partner, self%joint, self%gap, self%share)
-      end if
-      if (.not. allocated(self%gap)) then
-         m = n + n/4 + 16
-         allocate (self%block_a(m), self%block_b(m), self%partner(m), self%joint(m), self%gap(m), self%share(m))
-         self%n_lent_begun = 0
-      end if
-      if (n <= self%n_lent_begun) return
-      m = self%n_lent_begun + 1
-      call set_zero(self%block_a(m:n))
-      call set_zero(self%block_b(m:n))
-      call set_zero(self%partner(m:n))
-      call set_zero(self%joint(m:n))
-      call set_zero(self%gap(m:n))
-      call set_zero(self%share(m:n))
-      self%n_lent_begun = n
-   end subroutine resize_lent
 
    !> `resize` for shear forces: numbers that there were stay where there is room.
    pure subroutine resize_forces(self)
@@ -178,31 +152,16 @@ contains
       call resize_forces(self)
    end subroutine take_forces
 
-   !> Give another table the columns that can be lent, in place of those that it may have.
-   pure subroutine lend(self, other)
-      class(contact_table_type), intent(inout) :: self
-      type(contact_table_type), intent(inout) :: other
-      if (.not. allocated(self%gap)) return
-      call move_alloc(self%block_a, other%block_a)
-      call move_alloc(self%block_b, other%block_b)
-      call move_alloc(self%partner, other%partner)
-      call move_alloc(self%joint, other%joint)
-      call move_alloc(self%gap, other%gap)
-      call move_alloc(self%share, other%share)
-      other%n_lent_begun = self%n_lent_begun
-      self%n_lent_begun = 0
-   end subroutine lend
-
-   !> Has it lent these columns to another table?
-   pure logical function is_lent(self)
-      class(contact_table_type), intent(in) :: self
-      is_lent = allocated(self%vertex) .and. .not. allocated(self%gap)
-   end function is_lent
-
    !> Set rows to zero before their first use.
    pure subroutine clear_rows(self, first, last)
       class(contact_table_type), intent(inout) :: self
       integer, intent(in) :: first, last
+      call set_zero(self%block_a(first:last))
+      call set_zero(self%block_b(first:last))
+      call set_zero(self%partner(first:last))
+      call set_zero(self%joint(first:last))
+      call set_zero(self%gap(first:last))
+      call set_zero(self%share(first:last))
       call set_zero(self%vertex(first:last))
       call set_zero(self%edge(first:last))
       self%station(first:last) = 0
@@ -284,9 +243,6 @@ contains
       n = self%n_begun
       self%n_begun = other%n_begun
       other%n_begun = n
-      n = self%n_lent_begun
-      self%n_lent_begun = other%n_lent_begun
-      other%n_lent_begun = n
       call exchange_integers(self%block_a, other%block_a)
       call exchange_integers(self%vertex, other%vertex)
       call exchange_integers(self%block_b, other%block_b)

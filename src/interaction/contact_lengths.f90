@@ -220,31 +220,38 @@ contains
    end function contact_lengths
 
    !> Gaps of closed contacts, and slips of locked ones, that the expected motion gives otherwise than the solution.
-   subroutine measure_lengths(table, lean, trial, first_link, context, equations)
+   subroutine measure_lengths(table, lean, trial, first_link, context, was_judged, mixed_only, equations)
       type(contact_table_type), intent(in) :: table
       !> (3, >= rows) Where the slip is: from the point, and the gap there [length].
       real(wp), intent(in), contiguous :: lean(:, :)
       type(open_close_type), intent(in) :: trial
       integer, intent(in) :: first_link                  !! row c is the link first_link + c
       type(step_context_type), intent(in) :: context
+      logical, intent(in) :: was_judged                  !! states are those of a judgement, not of the last solve
+      logical, intent(in) :: mixed_only                  !! only contacts of which one block alone is renewed
       type(equations_type), intent(inout) :: equations
       integer :: p
-      !$omp parallel do default(none) shared(table, lean, trial, first_link, context, equations) private(p) &
-      !$omp schedule(static) if (table%n > parallel_contacts)
+      !$omp parallel do default(none) private(p) schedule(static) &
+      !$omp shared(table, lean, trial, first_link, context, was_judged, mixed_only, equations) &
+      !$omp if (table%n > parallel_contacts)
       do p = 1, n_pieces(table%n)
-         call measure_rows((p - 1)*piece + 1, min(p*piece, table%n), table, lean, trial, first_link, context, equations)
+         call measure_rows((p - 1)*piece + 1, min(p*piece, table%n), table, lean, trial, first_link, context, &
+                           was_judged, mixed_only, equations)
       end do
       !$omp end parallel do
    end subroutine measure_lengths
 
    !> `measure_lengths` of some of the rows.
-   pure subroutine measure_rows(first, last, table, lean, trial, first_link, context, equations)
+   pure subroutine measure_rows(first, last, table, lean, trial, first_link, context, was_judged, mixed_only, &
+                                equations)
       integer, intent(in) :: first, last                 !! at most a piece
       type(contact_table_type), intent(in) :: table
       real(wp), intent(in), contiguous :: lean(:, :)
       type(open_close_type), intent(in) :: trial
       integer, intent(in) :: first_link
       type(step_context_type), intent(in) :: context
+      logical, intent(in) :: was_judged                  !! states are those of a judgement, not of the last solve
+      logical, intent(in) :: mixed_only                  !! only contacts of which one block alone is renewed
       type(equations_type), intent(inout) :: equations
       real(wp) :: lengths(2, piece), off(2), force, scale
       integer :: rows(piece), a, b, c, k, n
@@ -255,7 +262,7 @@ contains
          ! most blocks do not turn, and nothing else of the contact is read
          if (.not. (context%is_turning(table%block_a(c)) .or. context%is_turning(table%block_b(c)))) cycle
          if (state_of(c) == contact_state%open) cycle
-         if (context%measures_mixed) then
+         if (mixed_only) then
             if (context%renewed(table%block_a(c)) .eqv. context%renewed(table%block_b(c))) cycle
          end if
          n = n + 1
@@ -286,7 +293,7 @@ contains
       !> State in the last solve.
       pure integer function state_of(c)
          integer, intent(in) :: c
-         state_of = merge(trial%state_used(c), trial%joint(c)%state, context%has_judged)
+         state_of = merge(trial%state_used(c), trial%joint(c)%state, was_judged)
       end function state_of
 
    end subroutine measure_rows

@@ -182,8 +182,8 @@ contains
       end if
       do k = 1, 2
          block = merge(table%block_a(c), table%block_b(c), k == 1)
-         d = context%dt*context%state%velocity(:, block)
-         if (context%state%accelerates) d = d + (0.5_wp*context%dt**2)*context%state%acceleration(:, block)
+         d = context%dt*context%velocity_at_start(block)
+         if (context%knows_acceleration()) d = d + (0.5_wp*context%dt**2)*context%acceleration_at_start(block)
          u = displacement_at(d, point, context%state%centroid(:, block))
          slip = slip + merge(1, -1, k == 1)*(table%normal(1, c)*u(2) - table%normal(2, c)*u(1))
       end do

@@ -37,7 +37,6 @@ module rockdda_interaction_contacts
       type(joint_stiffness_type) :: stiffness
       logical :: stiffness_is_new = .false.            !! of joints, with this step: forces stay
       logical :: delays = .false.                      !! dilation opens within the step: `expect_dilation`
-      logical :: judges_again = .false.                !! the next judgement replaces the last one
       real(wp), allocatable :: kept_gap(:), kept_slip(:)   !! (>= n) of `keep` [length]
       real(wp), allocatable :: lean(:, :)              !! (3, >= n) of `find_leans` [length]
    contains
@@ -53,7 +52,7 @@ module rockdda_interaction_contacts
       procedure :: shorten
       procedure :: lawful_forces
       procedure :: lawful_forces_of
-      procedure :: measure_placement
+      procedure :: measure_contacts
       procedure :: judge
       procedure :: take_back
       procedure :: foresee
@@ -352,12 +351,15 @@ contains
    end subroutine weigh_impacts
 
    !> Gaps of closed contacts, and slips of locked ones, that the expected motion gives otherwise than the solution.
-   subroutine measure_placement(self, context, equations)
+   subroutine measure_contacts(self, context, was_judged, mixed_only, equations)
       class(contacts_type), intent(in) :: self
       type(step_context_type), intent(in) :: context
+      logical, intent(in) :: was_judged       !! states are those of a judgement, not of the last solve
+      logical, intent(in) :: mixed_only       !! only contacts of which one block alone is renewed
       type(equations_type), intent(inout) :: equations
-      call measure_lengths(self%table, self%lean, self%trial, self%first_link, context, equations)
-   end subroutine measure_placement
+      call measure_lengths(self%table, self%lean, self%trial, self%first_link, context, was_judged, mixed_only, &
+                           equations)
+   end subroutine measure_contacts
 
    !> From the motion where forces have acted to that of the end of the step.
    subroutine reach_end(self)
@@ -392,8 +394,6 @@ contains
       class(contacts_type), intent(inout) :: self
       integer, intent(out) :: n_changes, n_unsettled
       real(wp) :: worst_friction
-      if (self%judges_again) call self%take_back()
-      self%judges_again = .false.
       call self%trial%judge(self%table, self%laws, self%settings, n_changes, worst_friction)
       n_unsettled = 0
    end subroutine judge

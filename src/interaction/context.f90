@@ -12,7 +12,7 @@ module rockdda_interaction_context
       new_moved_block
    use rockdda_interaction_kinematics, only : mass_times
    use rockdda_interaction_ground_motion, only : ground_motion_type
-   use rockdda_interaction_time_scheme, only : time_scheme_type
+   use rockdda_interaction_time_scheme, only : time_scheme_type, purpose
    implicit none
    private
    public :: step_context_type
@@ -29,6 +29,9 @@ module rockdda_interaction_context
       ! the attempt
       real(wp) :: dt = 0                        !! step [time]
       type(time_scheme_type) :: scheme          !! of its integration in time
+      logical, allocatable :: asleep(:)         !! (nb) left out of the step
+      integer, allocatable :: calm(:)           !! (nb) as in the state, of blocks that the step disturbs
+      real(wp), allocatable :: acceleration(:, :)   !! (6, nb) at the start, where the state does not have it; else none
       ! with a scheme of second order
       real(wp), allocatable :: jump(:, :)       !! (6, nb) of velocities, by contacts that close in the step
       real(wp), allocatable :: turning(:, :)    !! (6, nb) loads that turn forces from mid-step to where they act
@@ -39,8 +42,6 @@ module rockdda_interaction_context
       logical, allocatable :: held(:)           !! (nb) blocks with an edge that a boundary holds in all directions
       type(moving_block_type), allocatable :: moving(:)   !! (nb) blocks with the motion expected of them
       logical, allocatable :: renewed(:)        !! (nb) for which that is new
-      logical :: measures_mixed = .false.       !! placement is measured of links of a renewed block with another only
-      logical :: has_judged = .false.           !! placement is measured after states were judged by the last solve
       logical, allocatable :: resting(:)        !! (nb) asleep, and close to no block that is awake; no array: none
       type(moved_block_type), allocatable :: moved(:)     !! (nb) blocks with the motion of the last solve
       logical, allocatable :: is_turning(:)     !! (nb) turned by that motion, or expected to turn
@@ -52,6 +53,9 @@ module rockdda_interaction_context
       procedure :: motion_time
       procedure :: ground_step
       procedure :: stress_at_start
+      procedure :: velocity_at_start
+      procedure :: knows_acceleration
+      procedure :: acceleration_at_start
       procedure :: model_blocks
       procedure :: load_time
       procedure :: is_left_out
@@ -96,6 +100,33 @@ contains
          stress = self%state%stress(:, block)
       end if
    end function stress_at_start
+
+   !> Velocity of a block at the start of the step, as the equations have it: zero in those of the start itself.
+   pure function velocity_at_start(self, block) result(velocity)
+      class(step_context_type), intent(in) :: self
+      integer, intent(in) :: block
+      real(wp) :: velocity(6)
+      velocity = 0
+      if (self%scheme%purpose == purpose%step) velocity = self%state%velocity(:, block)
+   end function velocity_at_start
+
+   !> Are accelerations at the start of the step known?
+   pure logical function knows_acceleration(self)
+      class(step_context_type), intent(in) :: self
+      knows_acceleration = self%state%accelerates .or. allocated(self%acceleration)
+   end function knows_acceleration
+
+   !> Acceleration of a block at the start of the step.
+   pure function acceleration_at_start(self, block) result(acceleration)
+      class(step_context_type), intent(in) :: self
+      integer, intent(in) :: block
+      real(wp) :: acceleration(6)
+      if (allocated(self%acceleration)) then
+         acceleration = self%acceleration(:, block)
+      else
+         acceleration = self%state%acceleration(:, block)
+      end if
+   end function acceleration_at_start
 
    !> The model in the coordinates of its files.
    function model_blocks(self) result(blocks)

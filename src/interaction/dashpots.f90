@@ -136,13 +136,14 @@ contains
       type(step_context_type), intent(in) :: context
       type(contact_table_type), intent(in) :: table
       integer, intent(in) :: c
-      real(wp) :: arm(2), v(2)
+      real(wp) :: arm(2), motion(6), v(2)
       integer :: k, block
       speed = 0
       do k = 1, 2
          block = merge(table%block_a(c), table%block_b(c), k == 1)
          arm = table%point(:, c) - context%state%centroid(:, block)
-         v = context%state%velocity(1:2, block) + context%state%velocity(3, block)*[-arm(2), arm(1)]
+         motion = context%velocity_at_start(block)
+         v = motion(1:2) + motion(3)*[-arm(2), arm(1)]
          speed = speed + merge(1, -1, k == 1)*dot_product(v, table%normal(:, c))
       end do
    end function opening_speed

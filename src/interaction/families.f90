@@ -278,14 +278,17 @@ contains
    end subroutine lawful_forces
 
    !> How far lengths by the expected motion are off at the solution x, for all links and single blocks.
-   subroutine measure_placement(self, context, equations)
+   subroutine measure_placement(self, context, was_judged, mixed_only, equations)
       class(families_type), intent(in), target :: self
       type(step_context_type), intent(in) :: context
+      logical, intent(in) :: was_judged     !! states of contacts are those of a judgement, not of the last solve
+      logical, intent(in) :: mixed_only     !! of contacts only those of which one block alone is renewed
       type(equations_type), intent(inout) :: equations
       class(interaction_type), pointer :: item
       integer :: i
       call equations%clear_placement()
-      do i = 1, self%count()
+      call self%contacts%measure_contacts(context, was_judged, mixed_only, equations)
+      do i = 2, self%count()
          item => self%family(i)
          call item%measure_placement(context, equations)
       end do

@@ -22,7 +22,7 @@ module rockdda_interaction_free_field
    use rockdda_interaction_dashpots, only : dashpots_of
    use rockdda_interaction_elasticity, only : elasticity
    use rockdda_interaction_loads, only : base_motion
-   use rockdda_interaction_time_scheme, only : time_scheme_type, shi_scheme
+   use rockdda_interaction_time_scheme, only : time_scheme_type, shi_scheme, purpose
    implicit none
    private
    public :: free_field_type, impedances
@@ -146,7 +146,7 @@ contains
       type(step_context_type), intent(in) :: context
       type(time_scheme_type) :: at_rest
       if (size(self%group) == 0 .or. .not. context%state%quiet) return
-      if (.not. context%scheme%seeks_start) then
+      if (context%scheme%purpose /= purpose%acceleration) then
          call self%find_motion(context, context%scheme, self%velocity, self%acceleration)
          return
       end if

@@ -74,7 +74,7 @@ contains
       real(wp) :: carried(6)
       associate (c => context%scheme%inertia, dt => context%dt)
          k = k + (c/dt**2)*m
-         carried = (c/dt)*context%state%velocity(:, i) + (0.5_wp*c - 1)*context%state%acceleration(:, i)
+         carried = (c/dt)*context%state%velocity(:, i) + (0.5_wp*c - 1)*context%acceleration_at_start(i)
          f = f + matmul(m, carried) + context%turning(:, i)
       end associate
    end subroutine add_carried_inertia
@@ -104,7 +104,7 @@ contains
       real(wp) :: v(6)
       real(wp) :: r, s
       call context%scheme%velocity_shares(r, s)
-      v = (1 - r)*context%state%velocity(:, i) + (s*context%dt)*context%state%acceleration(:, i)
+      v = (1 - r)*context%state%velocity(:, i) + (s*context%dt)*context%acceleration_at_start(i)
    end function carried_velocity
 
    !> Energy that mass-proportional damping takes in a step: alpha/dt d.M d.
@@ -135,7 +135,7 @@ contains
          if (context%scheme%second_order) then
             call add_carried_inertia(m, context, i, k, f)
          else
-            call add_inertia(m, context%state%velocity(:, i), context%dt, k, f)
+            call add_inertia(m, context%velocity_at_start(i), context%dt, k, f)
             if (context%scheme%carried > 0) call add_carried_damping(m, context, i, k, f)
          end if
          call pack_lower(k, equations%block_matrix(:, i))

@@ -22,6 +22,7 @@ module rockdda_interaction_quiet_boundaries
    use rockdda_interaction_finite_rotation, only : mean_load
    use rockdda_interaction_free_field, only : free_field_type, impedances
    use rockdda_interaction_interaction, only : interaction_type
+   use rockdda_interaction_time_scheme, only : purpose
    implicit none
    private
    public :: quiet_boundaries_type
@@ -183,7 +184,7 @@ contains
    subroutine begin(self, context)
       class(quiet_boundaries_type), intent(inout) :: self
       type(step_context_type), intent(in) :: context
-      if (.not. context%scheme%turns_forces) call self%field%begin(context)
+      if (context%scheme%purpose /= purpose%turning) call self%field%begin(context)
    end subroutine begin
 
    !> Dashpots of all edges, and the stress of the free field.
@@ -193,7 +194,7 @@ contains
       type(equations_type), intent(inout) :: equations
       real(wp) :: c(2), rows(6, 2, 2), outside(2, 2), pull(2), load(6)
       integer :: e, i, j, k, l
-      if (context%scheme%turns_forces) return
+      if (context%scheme%purpose == purpose%turning) return
       do e = 1, size(self%list)
          if (.not. acts(self%list(e), context)) cycle
          call find_dashpots(self, self%list(e), context, c, rows, outside, pull)

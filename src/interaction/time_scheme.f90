@@ -16,7 +16,15 @@ module rockdda_interaction_time_scheme
    use rockdda_base_kinds, only : wp
    implicit none
    private
-   public :: time_scheme_type, shi_scheme, generalized_alpha
+   public :: time_scheme_type, shi_scheme, generalized_alpha, scheme_of_start, purpose
+
+   !> What equations are for. Those of the start of a step are of motions from rest: velocities have no part in them.
+   type :: purpose_enum
+      integer :: step = 0            !! the motion of a step
+      integer :: acceleration = 1    !! the accelerations at its start
+      integer :: turning = 2         !! loads that turn with the blocks: of springs and loads, without dashpots
+   end type purpose_enum
+   type(purpose_enum), parameter :: purpose = purpose_enum()
 
    type :: time_scheme_type
       logical :: second_order = .false.    !! accelerations are carried from step to step
@@ -26,9 +34,8 @@ module rockdda_interaction_time_scheme
       real(wp) :: inertia = 2              !! c
       real(wp) :: impact = 1               !! c/2: factor of the forces of contacts that close
       real(wp) :: carried = 0              !! of a static step: weight of the change of acceleration since the last step
-      logical :: seeks_start = .false.     !! no step: the accelerations at its start are sought
+      integer :: purpose = 0               !! one of purpose%...
       logical :: is_dynamic = .false.      !! velocities are carried on whole: a dynamic stage
-      logical :: turns_forces = .false.    !! no step: springs and loads of its start turn, dashpots do not
    contains
       procedure :: middle
       procedure :: velocity_shares
@@ -44,6 +51,14 @@ contains
    pure type(time_scheme_type) function shi_scheme()
       shi_scheme = time_scheme_type()
    end function shi_scheme
+
+   !> Equations of the start of a step: Shi's, with forces at this level of the step.
+   pure type(time_scheme_type) function scheme_of_start(what_for, level) result(scheme)
+      integer, intent(in) :: what_for        !! one of purpose%...
+      real(wp), intent(in) :: level          !! 0: at the start
+      scheme%purpose = what_for
+      scheme%level = level
+   end function scheme_of_start
 
    !> The scheme with the least dissipation of low frequencies for the spectral radius at high frequencies that is
    !> wanted (Chung and Hulbert 1993, Eqs. 17, 20, 25).

@@ -19,7 +19,7 @@
 !> Where many iterations are expected, PCG has a coarse space (rockdda_linear_deflation): with it they hardly depend on
 !> the matrix, and their number for each digit is remembered. The correction of the first estimate stays what it was.
 !>
-!> Solves that may pause need not gain all digits: the open-close iteration goes on with few of them to the end.
+!> Solves that may pause need not gain all digits: the open-close iteration continues few of them to the end.
 !>
 !> A factor serves all solves with one matrix, of which the iteration for friction forces needs several; their recent
 !> number enters the estimate, too.
@@ -36,7 +36,7 @@ module rockdda_linear_auto
    use rockdda_base_error, only : error_type
    use rockdda_base_strings, only : to_string
    use rockdda_linear_matrix, only : block_matrix_type
-   use rockdda_linear_solver, only : linear_solver_type, solve_report_type
+   use rockdda_linear_solver, only : linear_solver_type, solve_report_type, solve_effort_type
    use rockdda_linear_direct, only : direct_solver_type
    use rockdda_linear_block_cholesky, only : most_blocks
    use rockdda_linear_pcg, only : pcg_solver_type, many_iterations
@@ -113,18 +113,25 @@ module rockdda_linear_auto
 contains
 
    !> Solve K x = f with the solver of least expected work.
-   subroutine solve_auto(self, matrix, f, x, report, error)
+   subroutine solve_auto(self, matrix, f, x, report, error, effort)
       class(auto_solver_type), intent(inout) :: self
       type(block_matrix_type), intent(in) :: matrix
       real(wp), intent(in), contiguous :: f(:, :)     !! (6, n)
       real(wp), intent(inout), contiguous :: x(:, :)  !! (6, n)
       type(solve_report_type), intent(out) :: report
       type(error_type), allocatable, intent(out) :: error
+      type(solve_effort_type), intent(in), optional :: effort
       real(wp) :: first_guess, expected, share
       integer :: granted, wasted
-      logical :: use_direct
+      logical :: use_direct, may_pause, continues
       character(len=:), allocatable :: failure
 
+      may_pause = .false.
+      continues = .false.
+      if (present(effort)) then
+         may_pause = effort%pause > 0
+         continues = effort%continues
+      end if
       call take_direct(self, matrix%n)
       call pass_settings(self)
       if (matrix%values_id == 0 .or. matrix%values_id /= self%inertia_id) then
@@ -148,16 +155,16 @@ contains
       else
          self%reuse = max(1.0_wp, real(self%n_solves, wp), forget*self%reuse)
          self%n_solves = 0
-         call choose(self, matrix, f, expected, x, use_direct, granted)
+         call choose(self, matrix, f, expected, may_pause, x, use_direct, granted)
       end if
-      if (.not. self%goes_on) self%n_solves = self%n_solves + 1
+      if (.not. continues) self%n_solves = self%n_solves + 1
       self%values_id = matrix%values_id
       self%direct_was_used = use_direct
       wasted = 0
       if (.not. use_direct) then
          self%pcg%max_iterations = granted
          call lend(self, self%pcg)
-         call self%pcg%solve(matrix, f, x, report, error)
+         call self%pcg%solve(matrix, f, x, report, error, effort)
          call lend(self%pcg, self)
          if (allocated(error) .or. report%interrupted) return
          if (report%converged) then
@@ -212,11 +219,12 @@ contains
    end subroutine take_direct
 
    !> Choose the solver and the limit of iterations for PCG.
-   subroutine choose(self, matrix, f, expected, x, use_direct, granted)
+   subroutine choose(self, matrix, f, expected, may_pause, x, use_direct, granted)
       class(auto_solver_type), intent(inout) :: self
       type(block_matrix_type), intent(in) :: matrix
       real(wp), intent(in), contiguous :: f(:, :)     !! (6, n)
       real(wp), intent(in) :: expected                !! iterations of PCG for all digits
+      logical, intent(in) :: may_pause                !! the solve
       real(wp), intent(inout), contiguous :: x(:, :)  !! (6, n) guess
       logical, intent(out) :: use_direct
       integer, intent(inout) :: granted
@@ -240,7 +248,7 @@ contains
       preparation = merge(deflated_cost, 1.0_wp, self%pcg%deflates)*per_preparation
       solves = 1 + merge(follow_up_of_small, follow_up, self%is_small)*(self%reuse - 1)
       share = 1
-      if (self%pause > 0 .and. expected > 2*many_iterations) share = min(share, log(usual_reduction)/log(wanted(self)))
+      if (may_pause .and. expected > 2*many_iterations) share = min(share, log(usual_reduction)/log(wanted(self)))
       work_pcg = n_stored_blocks(matrix)*(preparation + solves*share*expected*each)
       self%choice = kind_of_pcg(self)//'about '//to_string(nint(min(share*expected, 1.0e9_wp)))//' iterations expected'
       if (matrix%n > self%direct_limit .or. work_pcg <= &
@@ -339,7 +347,6 @@ contains
       if (allocated(self%pcg%interruption)) deallocate (self%pcg%interruption)
       if (allocated(self%interruption)) allocate (self%pcg%interruption, source=self%interruption)
       self%pcg%enough = self%enough
-      self%pcg%pause = self%pause
    end subroutine pass_settings
 
    !> Geometric mean of rho_i, see the head of the module, over some hundred blocks.

@@ -17,7 +17,7 @@ module rockdda_linear_direct
    use rockdda_base_room, only : resize
    use rockdda_base_strings, only : to_string
    use rockdda_linear_matrix, only : block_matrix_type
-   use rockdda_linear_solver, only : linear_solver_type, solve_report_type
+   use rockdda_linear_solver, only : linear_solver_type, solve_report_type, solve_effort_type
    use rockdda_linear_residual, only : residual_type, sum_of_magnitudes, not_finite, rounding_limit
    implicit none
    private
@@ -77,17 +77,20 @@ module rockdda_linear_direct
 contains
 
    !> Solve K x = f; the starting guess in x is not used.
-   subroutine solve_direct(self, matrix, f, x, report, error)
+   subroutine solve_direct(self, matrix, f, x, report, error, effort)
       class(direct_solver_type), intent(inout) :: self
       type(block_matrix_type), intent(in) :: matrix
       real(wp), intent(in), contiguous :: f(:, :)     !! (6, n)
       real(wp), intent(inout), contiguous :: x(:, :)  !! (6, n)
       type(solve_report_type), intent(out) :: report
       type(error_type), allocatable, intent(out) :: error
+      type(solve_effort_type), intent(in), optional :: effort
       type(error_type), allocatable :: cause
       real(wp) :: relative, refined
       logical :: done
 
+      associate (unused => present(effort))
+      end associate
       if (self%left >= 0 .and. matrix%values_id /= 0 .and. matrix%values_id == self%values_id .and. &
           allocated(self%reference_load)) then
          ! loads are measured by the reference load, that of the first one

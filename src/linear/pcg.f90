@@ -25,7 +25,7 @@
 !>
 !> so that the projection stands between the two sweeps.
 !>
-!> A solve may pause (`pause`) once it has taken many iterations and has as many to go: whoever asks then looks at the
+!> A solve may pause (`effort`) once it has taken many iterations and has as many to go: whoever asks then looks at the
 !> motion, and goes on only if it is worth it.
 module rockdda_linear_pcg
    use rockdda_base_kinds, only : wp
@@ -34,7 +34,7 @@ module rockdda_linear_pcg
    use rockdda_base_error, only : error_type
    use rockdda_base_strings, only : to_string
    use rockdda_linear_matrix, only : block_matrix_type
-   use rockdda_linear_solver, only : linear_solver_type, solve_report_type
+   use rockdda_linear_solver, only : linear_solver_type, solve_report_type, solve_effort_type
    use rockdda_linear_residual, only : residual_type
    use rockdda_linear_preconditioner, only : preconditioner_type
    use rockdda_linear_deflation, only : deflation_type
@@ -95,17 +95,20 @@ module rockdda_linear_pcg
 contains
 
    !> Solve K x = f from the guess in x.
-   subroutine solve_pcg(self, matrix, f, x, report, error)
+   subroutine solve_pcg(self, matrix, f, x, report, error, effort)
       class(pcg_solver_type), intent(inout) :: self
       type(block_matrix_type), intent(in) :: matrix
       real(wp), intent(in), contiguous :: f(:, :)     !! (6, n)
       real(wp), intent(inout), contiguous :: x(:, :)  !! (6, n)
       type(solve_report_type), intent(out) :: report
       type(error_type), allocatable, intent(out) :: error
-      real(wp) :: relative, before, tolerance
+      type(solve_effort_type), intent(in), optional :: effort
+      real(wp) :: relative, before, pause, tolerance
       logical :: done, changed_rows_only, has_paused
 
       tolerance = max(self%tolerance, self%enough)
+      pause = 0
+      if (present(effort)) pause = effort%pause
       call self%residual%start(matrix, f, self%reference_load, x, report, done, error)
       self%first_residual = 0
       if (done .or. allocated(error)) return
@@ -150,7 +153,7 @@ contains
          before = relative
          self%passes = self%passes + 1
          call correct(self, tolerance/relative, &
-                      self%pause*self%first_residual/relative, x, report%iterations)
+                      pause*self%first_residual/relative, x, report%iterations)
          report%interrupted = self%stops
          if (report%interrupted) return
          call self%residual%evaluate(matrix, f, x, relative)

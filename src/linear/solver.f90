@@ -10,7 +10,7 @@ module rockdda_linear_solver
    use rockdda_linear_matrix, only : block_matrix_type
    implicit none
    private
-   public :: linear_solver_type, solve_report_type
+   public :: linear_solver_type, solve_report_type, solve_effort_type
 
    !> Outcome of a solve.
    type :: solve_report_type
@@ -22,14 +22,18 @@ module rockdda_linear_solver
       character(len=:), allocatable :: detail !! why it did not converge, or which block failed
    end type solve_report_type
 
+   !> How far an iterative solve goes.
+   type :: solve_effort_type
+      real(wp) :: pause = 0            !! share of its first residual at which a long iteration may pause, 0: never
+      logical :: continues = .false.   !! the system is that of the last solve, which has paused
+   end type solve_effort_type
+
    type, abstract :: linear_solver_type
       !> (6, n) When allocated, residuals are measured against the larger of |f| and |reference_load|. Near
       !> equilibrium the loads in f cancel; the sum of their magnitudes is the scale for a small residual.
       real(wp), allocatable :: reference_load(:, :)
       real(wp), allocatable :: centroid(:, :)   !! (2, n) of the blocks, for coarse spaces; may be absent
       real(wp) :: enough = 0    !! relative residual at which iterative solvers may stop, above their tolerance
-      real(wp) :: pause = 0     !! share of its first residual at which a long iteration may pause, 0: never
-      logical :: goes_on = .false.   !! the system is that of the last solve, which has paused
       class(interruption_type), allocatable :: interruption   !! requests to stop; absent: none
       character(len=:), allocatable :: choice  !! of the automatic solver: which solver solved last, and why
    contains
@@ -42,14 +46,15 @@ module rockdda_linear_solver
 
    abstract interface
       !> Solve K x = f. x holds the starting guess on entry (used by iterative solvers only).
-      subroutine solve_interface(self, matrix, f, x, report, error)
-         import :: linear_solver_type, block_matrix_type, solve_report_type, error_type, wp
+      subroutine solve_interface(self, matrix, f, x, report, error, effort)
+         import :: linear_solver_type, block_matrix_type, solve_report_type, solve_effort_type, error_type, wp
          class(linear_solver_type), intent(inout) :: self
          type(block_matrix_type), intent(in) :: matrix
          real(wp), intent(in), contiguous :: f(:, :)     !! (6, n)
          real(wp), intent(inout), contiguous :: x(:, :)  !! (6, n)
          type(solve_report_type), intent(out) :: report
          type(error_type), allocatable, intent(out) :: error
+         type(solve_effort_type), intent(in), optional :: effort   !! default: to the tolerance, a new system
       end subroutine solve_interface
 
       !> Name as in the options: 'cholmod', 'sor', ...

@@ -14,7 +14,7 @@ module rockdda_linear_sor
    use rockdda_base_error, only : error_type
    use rockdda_base_strings, only : to_string
    use rockdda_linear_matrix, only : block_matrix_type
-   use rockdda_linear_solver, only : linear_solver_type, solve_report_type
+   use rockdda_linear_solver, only : linear_solver_type, solve_report_type, solve_effort_type
    use rockdda_linear_residual, only : residual_type
    use rockdda_linear_graph, only : colour_blocks
    use rockdda_linear_small_blocks, only : n_packed, solve_block, unpack_lower
@@ -42,17 +42,20 @@ module rockdda_linear_sor
 contains
 
    !> Solve K x = f from the guess in x.
-   subroutine solve_sor(self, matrix, f, x, report, error)
+   subroutine solve_sor(self, matrix, f, x, report, error, effort)
       class(sor_solver_type), intent(inout) :: self
       type(block_matrix_type), intent(in) :: matrix
       real(wp), intent(in), contiguous :: f(:, :)     !! (6, n)
       real(wp), intent(inout), contiguous :: x(:, :)  !! (6, n)
       type(solve_report_type), intent(out) :: report
       type(error_type), allocatable, intent(out) :: error
+      type(solve_effort_type), intent(in), optional :: effort
       real(wp) :: relative
       logical :: done
       integer :: sweeps
 
+      associate (unused => present(effort))
+      end associate
       call self%residual%start(matrix, f, self%reference_load, x, report, done, error)
       if (done .or. allocated(error)) return
       if (self%graph_id /= self%residual%graph_id) call colour_blocks(self%residual%graph, self%first, self%order)

@@ -1,6 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> Materials and tables of points: those of the analysis file with what the options say about them; the end of the run
-!> and the bounds of its steps.
+!> Materials and tables of points: those of the analysis file with what the options say about them; the end of the run.
 module rockdda_model_given_materials
    use rockdda_base_kinds, only : wp
    use rockdda_base_diagnostics, only : diagnostics_type, severity
@@ -12,11 +11,7 @@ module rockdda_model_given_materials
    use rockdda_model_stage_options, only : has_end, seeks_equilibrium, stage_k01
    implicit none
    private
-   public :: put_materials_together, put_tables_together, settle_accuracy
-
-   !> Steps of a wanted accuracy are no longer than these shares of the run and of the period of a harmonic motion of
-   !> the base.
-   real(wp), parameter :: most_of_run = 0.02_wp, most_of_period = 0.05_wp
+   public :: put_materials_together, put_tables_together
 
 contains
 
@@ -48,54 +43,6 @@ contains
       call take_point_tables('fixed point', options%fixed_points, parameters%fixed_tables, messages)
       call take_point_tables('loading point', options%loading_points, parameters%loading_tables, messages)
    end subroutine put_tables_together
-
-   !> With a wanted accuracy g1 is only the first step: the run ends at the time that the number of steps of the
-   !> analysis file reaches with g1. Steps are no longer than an explicit dt_max, and than a fiftieth of the run and a
-   !> twentieth of a harmonic's period, or g1 of the analysis file if that is longer.
-   subroutine settle_accuracy(analysis, options, parameters, messages)
-      type(analysis_input_type), intent(in) :: analysis
-      type(run_options_type), intent(in) :: options
-      type(parameters_type), intent(inout) :: parameters
-      type(diagnostics_type), intent(inout) :: messages
-      logical :: by_steps, is_dynamic
-      real(wp) :: given_step           !! g1 of the analysis file, 0: none [time]
-      integer :: i
-      if (.not. parameters%accuracy > 0) return
-      by_steps = .false.
-      is_dynamic = .not. (parameters%k01 < 1 .or. parameters%ends_with_stages)
-      do i = 1, size(parameters%stages)
-         associate (stage => parameters%stages(i))
-            by_steps = by_steps .or. seeks_equilibrium(stage) .or. is_set(stage%until_step)
-            is_dynamic = is_dynamic .or. .not. stage_k01(stage, parameters%k01) < 1
-         end associate
-      end do
-      if (.not. is_dynamic) then
-         call messages%add(severity%note, 'accuracy has no effect: it is that of dynamic steps (k01 = 1), and '// &
-                           'there are none', options%accuracy_origin)
-         parameters%accuracy = 0
-         return
-      end if
-      if (is_set(options%dt_max)) then
-         parameters%dt_bound = parameters%dt_max
-         if (analysis%dt_max > 0) parameters%dt_max = min(parameters%dt_max, analysis%dt_max)
-      end if
-      if (parameters%n_steps < huge(1) .and. .not. (by_steps .or. is_set(options%steps))) then
-         parameters%t_end = min(parameters%t_end, parameters%n_steps*parameters%dt_max)
-         parameters%n_steps = huge(1)
-      end if
-      given_step = merge(parameters%dt_max, 0.0_wp, analysis%dt_max > 0)
-      if (parameters%t_end < huge(1.0_wp)) parameters%dt_bound = min(parameters%dt_bound, &
-         max(given_step, most_of_run*parameters%t_end))
-      if (allocated(parameters%base%harmonics)) then
-         do i = 1, size(parameters%base%harmonics, 2)
-            associate (frequency => abs(parameters%base%harmonics(3, i)))
-               if (frequency > 0) parameters%dt_bound = min(parameters%dt_bound, &
-                                                            max(given_step, most_of_period/frequency))
-            end associate
-         end do
-      end if
-      parameters%dt_max = min(parameters%dt_max, parameters%dt_bound)
-   end subroutine settle_accuracy
 
    !> Where a run without an analysis file ends: its number of steps, its end time, or the end of its last stage.
    subroutine find_extent(options, parameters, messages)

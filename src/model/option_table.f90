@@ -223,12 +223,6 @@ contains
       call table%add(option('max_growth', 'largest static step over dt_max in a stage until equilibrium', &
                             least=1.0_wp, default=1000.0_wp, see='user-guide.md#stages'), &
                      o%max_growth, p%max_growth)
-      call table%add(option('accuracy', 'wanted error of dynamic steps in time over the largest displacement: they '// &
-                            'grow and shrink by its estimate, which misses some 1e-4 where friction turns or '// &
-                            'loads are sudden', least=1.0e-6_wp, most=0.1_wp, &
-                            default_text='none: steps up to dt_max', see='user-guide.md#accuracy-in-time'), &
-                     o%accuracy, p%accuracy, o%accuracy_origin)
-      call table%used('longest step with accuracy', p%dt_bound, 'dt_bound')
       call table%add_choice(option('sleep', 'blocks at rest are left out of dynamic steps until something disturbs '// &
                                    'them', choices='off|on', default_word='off', see='theory.md#blocks-asleep'), &
                             o%sleep, p%sleeps, 2)

@@ -196,8 +196,6 @@ module rockdda_model_options
       real(wp) :: max_growth = unset_real             !! of static steps over dt_max
       character(len=:), allocatable :: integrator     !! 'shi' | 'generalized_alpha'
       real(wp) :: rho_infinity = unset_real
-      real(wp) :: accuracy = unset_real               !! error in time of dynamic steps over the largest displacement
-      type(origin_type) :: accuracy_origin            !! where it was read
       character(len=:), allocatable :: sleep          !! 'off' | 'on'
       real(wp) :: sleep_tolerance = unset_real
       ! &contact

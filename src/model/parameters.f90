@@ -22,8 +22,6 @@ module rockdda_model_parameters
       real(wp) :: dt_max = 0, dt_min = 0      !! [time]
       real(wp) :: cut_factor = 0.3_wp         !! step is multiplied by this when cut
       integer :: max_open_close = 20          !! rounds per attempt
-      real(wp) :: accuracy = 0                !! error in time that dynamic steps may bring; 0: not controlled
-      real(wp) :: dt_bound = huge(1.0_wp)     !! with it they are no longer than this [time]
       real(wp) :: max_growth = 1000           !! of static steps that search equilibrium, over dt_max
       real(wp) :: displacement_ratio = 0      !! g2
       real(wp) :: w0 = 0                      !! half the model's height or larger extent [length]

@@ -10,7 +10,7 @@ module rockdda_model_resolve
    use rockdda_model_automatic_numbers, only : choose_numbers
    use rockdda_model_formulation, only : choose_formulation, report_unused
    use rockdda_model_kinks, only : report_tips
-   use rockdda_model_given_materials, only : put_materials_together, put_tables_together, settle_accuracy
+   use rockdda_model_given_materials, only : put_materials_together, put_tables_together
    use rockdda_model_contact_numbers, only : automatic_over_e, preset_over_e, far_over_e, mean_edge, advised_ratio, &
       stiffness_advice, springs_of_joint
    use rockdda_model_option_defaults, only : defaults_type, transfer_type
@@ -82,7 +82,6 @@ contains
 
       parameters%w0 = reference_length(blocks, length_scale(settings%length_scale, analysis%dialect))
       if (alone) call choose_numbers(blocks, options, parameters, messages)
-      call settle_accuracy(analysis, options, parameters, messages)
       call report_unreached(parameters, messages)
       if (.not. is_set(options%dt_min)) parameters%dt_min = merge(1.0e-2_wp, 1.0e-3_wp, is_windows)*parameters%dt_max
       if (parameters%dt_min > parameters%dt_max) call messages%add(severity%error, 'dt_min = '// &

@@ -43,11 +43,6 @@ contains
          plan%every = usual_steps
          return
       end if
-      if (parameters%accuracy > 0 .and. parameters%n_steps == huge(1)) then
-         ! steps are of any length
-         plan%interval = parameters%t_end/usual_frames
-         return
-      end if
       steps = parameters%n_steps
       if (parameters%t_end < steps*parameters%dt_max) steps = parameters%t_end/parameters%dt_max
       plan%every = max(1, int(min(steps/usual_frames, 1.0e9_wp)))

@@ -15,7 +15,7 @@ module rockdda_run_log
    use rockdda_io_timestamp, only : utc_now
    use rockdda_run_frame_plan, only : frame_plan_type
    use rockdda_run_input, only : model_input_type
-   use rockdda_run_outcome, only : accuracy_text, cuts_text, reactions_text, time_error_text, strikes_text
+   use rockdda_run_outcome, only : cuts_text, reactions_text, time_error_text, strikes_text
    implicit none
    private
    public :: run_log_type
@@ -99,8 +99,6 @@ contains
       integer :: every
       every = 1
       if (sim%parameters%n_steps < huge(1)) every = max(1, sim%parameters%n_steps/log_lines)
-      if (sim%parameters%accuracy > 0) &
-         every = max(every, int(min(sim%planned_time()/sim%parameters%dt_max, 1.0e9_wp))/log_lines)
       is_line_due = has_frame .or. sim%state%step == 1 .or. mod(sim%state%step, every) == 0 .or. &
                     sim%record%attempts > 1
    end function is_line_due
@@ -145,7 +143,6 @@ contains
       if (.not. allocated(error) .and. sim%parameters%sleeps) &
          call self%put('# asleep: '//to_string(count(sim%state%asleep))//' of '// &
                        counted(sim%blocks%n_blocks, 'block')//'; the unbalanced force is that of the others', error)
-      if (.not. allocated(error) .and. len(accuracy_text(sim)) > 0) call self%put('# '//accuracy_text(sim), error)
    end subroutine write_outcome
 
 end module rockdda_run_log

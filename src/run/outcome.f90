@@ -16,7 +16,7 @@ module rockdda_run_outcome
    public :: done_share, last_stage, short_run_warning, cuts_text, weak_start_warning, skipped_stages_warning, &
       reactions_text
    public :: time_error_text, time_error_warning, strikes_text, strikes_warning, share_after_strikes
-   public :: accuracy_text, overlaps_warning, unrested_warning, lost_text, lodged_warning, strain_warning
+   public :: overlaps_warning, unrested_warning, lost_text, lodged_warning, strain_warning
    public :: unreached_stages_warning, unreached_tables_text
 
    !> Warn when all steps cover less than this share of the planned time.
@@ -29,18 +29,13 @@ module rockdda_run_outcome
    real(wp), parameter :: little_friction = 0.01_wp
    !> Blocks that move by less than these shares of w0, and of g2 w0, to which errors are compared, are at rest.
    real(wp), parameter :: at_rest(2) = [2.0e-5_wp, 5.0e-3_wp]
-   !> Share of the steps in which friction turned without being followed.
-   real(wp), parameter :: much_passed = 0.1_wp
    !> Unbalanced force that counts as equilibrium where no stage says it.
    real(wp), parameter :: usual_tolerance = 1.0e-5_wp
-   !> Unbalanced force of loads that act at once.
-   real(wp), parameter :: much_unbalanced = 0.1_wp
    character(len=*), parameter :: cut_texts(n_cut_reasons) = [character(len=46) :: &
                                                               'a vertex would have moved further than g2*w0', &
                                                               'contacts did not settle', &
                                                               'the equations could not be solved', &
-                                                              'a block would have inverted or vanished', &
-                                                              'accelerations changed suddenly']
+                                                              'a block would have inverted or vanished']
 
 contains
 
@@ -156,7 +151,7 @@ contains
       real(wp) :: tolerance
       text = ''
       associate (control => sim%control, p => sim%parameters, state => sim%state)
-         if (control%k01(p) > 0) return
+         if (.not. control%is_static(p)) return
          tolerance = usual_tolerance
          if (control%stage <= size(p%stages)) tolerance = p%stages(control%stage)%tolerance
          if (.not. (sim%record%unbalanced > tolerance .or. control%watch%restless > 0)) return
@@ -217,101 +212,17 @@ contains
                                             ' of the largest displacement'
    end function time_error_text
 
-   !> What the control of steps by a wanted accuracy has done; '' without one, or when it was nothing unusual.
-   pure function accuracy_text(sim) result(text)
-      type(simulation_type), intent(in) :: sim
-      character(len=:), allocatable :: text
-      text = ''
-      if (.not. sim%parameters%accuracy > 0) return
-      associate (accuracy => sim%control%accuracy)
-         if (accuracy%n_kinks > 0) text = '; sudden loads and turns of friction were followed in short steps '// &
-                                          counted(accuracy%n_kinks, 'time')
-         if (accuracy%n_passed > 0) text = text//'; not followed: turns of friction soon after others, in '// &
-                                           counted(accuracy%n_passed, 'step')
-         if (accuracy%n_least > 0) text = text//'; as short as dt_min: '//counted(accuracy%n_least, 'step')
-         if (accuracy%n_held > 0) text = text//'; shorter steps made no smaller errors '// &
-                                         counted(accuracy%n_held, 'time')//', first at time '// &
-                                         to_string(accuracy%first_held, 5)//': steps were held'
-      end associate
-      if (len(text) > 0) text = 'accuracy '//to_string(sim%parameters%accuracy, 2)//text
-   end function accuracy_text
-
-   !> Warning about an answer that depends on the time step, or about an accuracy that is not reached or cannot be
-   !> promised; '' otherwise.
+   !> Warning about an answer that depends on the time step; '' otherwise.
    pure function time_error_warning(sim) result(text)
       type(simulation_type), intent(in) :: sim
       character(len=:), allocatable :: text
-      character(len=:), allocatable :: unseen
-      real(wp) :: compared     !! displacement to which errors are compared [length]
-      real(wp) :: damped       !! share of the energy that Shi's scheme has taken
-      logical :: unsettled     !! damping or a static stage would help
       text = ''
       if (lies_still(sim)) return
-      associate (error => sim%record%time_error, wanted => sim%parameters%accuracy, accuracy => sim%control%accuracy)
-         if (.not. wanted > 0) then
-            if (.not. error > merge(much_turning, much_error, slides_on_base(sim))) return
-            text = 'the answer may depend on the time step: '//time_error_text(sim)
-            if (slides_on_base(sim)) text = text//', and where friction turns the error is several times as large'
-            text = text//'; compare with half of dt_max'//undamped_text(sim)
-            return
-         end if
-         if (error > wanted) then
-            text = 'the wanted accuracy of '//to_string(wanted, 2)//' is not reached: '//time_error_text(sim)// &
-                   ' at time '//sim%parameters%shown(sim%state%time, 'time', 5)
-            if (accuracy%n_least > 0) then
-               text = text//'; dt_min = '//sim%parameters%shown(sim%parameters%dt_min, 'time', 3)//' kept '// &
-                      counted(accuracy%n_least, 'step')//' from being shorter'
-            else if (accuracy%n_held > 0) then
-               text = text//'; from time '//sim%parameters%shown(accuracy%first_held, 'time', 5)// &
-                      ' on shorter steps made no smaller errors'
-            end if
-         end if
-         ! errors are compared with at least g2*w0
-         compared = sim%control%time_error%reference(sim%parameters)
-         if (.not. error > wanted .and. error*compared > wanted*sim%control%time_error%largest) &
-            text = 'the wanted accuracy of '//to_string(wanted, 2)//' is that of g2*w0 = '// &
-                   sim%parameters%shown(compared, 'length', 3)//'; of the largest displacement, '// &
-                   sim%parameters%shown(sim%control%time_error%largest, 'length', 3)// &
-                   ', the estimated time error is '// &
-                   to_string(error*compared/max(tiny(1.0_wp), sim%control%time_error%largest), 2)// &
-                   '; give a smaller displacement_ratio'
-         unseen = ''
-         if (accuracy%sudden_load > much_unbalanced) call add('at time '// &
-            sim%parameters%shown(accuracy%begin, 'time', 5)// &
-            ' forces are out of balance at once (by '//to_string(accuracy%sudden_load, 2)//') on bolts or joints '// &
-            'without damping', unseen)
-         if (accuracy%n_passed > much_passed*sim%state%step .and. accuracy%kinks_matter(wanted, compared)) &
-            call add('friction turned in '//counted(accuracy%n_passed, 'step')//' too soon to be followed', unseen)
-         unsettled = len(unseen) > 0
-         if (strikes_matter(sim)) call add(strikes_text(sim), unseen)
-         damped = damped_share(sim)
-         if (damped > wanted) call add("Shi's scheme has damped vibrations, by "//to_string(damped, 2)// &
-                                       ' of the energy of the motion', unseen)
-         if (len(unseen) > 0) then
-            if (len(text) > 0) text = text//'. '
-            text = text//'accuracy cannot be promised: '//unseen//'; the estimate does not see what follows from it'
-         end if
-         if (unsettled) text = text//advice(sim)
-         if ((error > wanted .or. damped > wanted) .and. .not. sim%parameters%second_order) &
-            text = text//". integrator = 'generalized_alpha' has smaller errors"
-      end associate
+      if (.not. sim%record%time_error > merge(much_turning, much_error, slides_on_base(sim))) return
+      text = 'the answer may depend on the time step: '//time_error_text(sim)
+      if (slides_on_base(sim)) text = text//', and where friction turns the error is several times as large'
+      text = text//'; compare with half of dt_max'//undamped_text(sim)
    end function time_error_warning
-
-   !> What would keep joints from vibrating, of what the model lacks.
-   pure function advice(sim) result(text)
-      type(simulation_type), intent(in) :: sim
-      character(len=:), allocatable :: text
-      logical :: lacks_damping, lacks_rest
-      integer :: i
-      associate (p => sim%parameters)
-         lacks_damping = any(.not. p%joint_materials%damping_ratio > 0)
-         lacks_rest = all([(stage_k01(p%stages(i), p%k01) > 0, i=1, min(sim%control%stage, size(p%stages)))])
-      end associate
-      text = ''
-      if (lacks_damping) text = '. Give joints a damping_ratio'
-      if (lacks_damping .and. lacks_rest) text = text//', or begin with a static stage'
-      if (lacks_rest .and. .not. lacks_damping) text = '. Begin with a static stage'
-   end function advice
 
    !> The joint materials of the blocks in which nothing takes up vibrations, or the rebound after strikes; '' where all
    !> have what does, or no contact is closed.
@@ -361,36 +272,11 @@ contains
    !> Does the base move under blocks that slide? Without a ledger they may.
    pure logical function slides_on_base(sim)
       type(simulation_type), intent(in) :: sim
-      associate (p => sim%parameters, accuracy => sim%control%accuracy)
+      associate (p => sim%parameters, error => sim%control%time_error)
          slides_on_base = has_base_motion(p%base, p%quakes)
-         if (slides_on_base .and. p%energy) slides_on_base = accuracy%taken(1) > little_friction*accuracy%kinetic
+         if (slides_on_base .and. p%energy) slides_on_base = error%friction > little_friction*error%largest_kinetic
       end associate
    end function slides_on_base
-
-   !> Share of the energy of a dynamic part, the largest kinetic energy and the work of friction, that Shi's scheme has
-   !> taken by damping vibrations; 0 where that cannot be told: blocks struck others, or something else damps.
-   pure real(wp) function damped_share(sim) result(share)
-      type(simulation_type), intent(in) :: sim
-      real(wp) :: total
-      integer :: i
-      share = 0
-      associate (p => sim%parameters, accuracy => sim%control%accuracy)
-         if (p%second_order .or. .not. p%energy .or. p%mass_damping > 0) return
-         if (sim%control%strikes%count_struck() > 0 .or. any(abs(sim%state%bolt_plastic) > 0)) return
-         if (any([(is_quiet(p%boundaries(i)), i=1, size(p%boundaries))])) return
-         if (sim%blocks%bolts%n == 0 .and. all(p%joint_materials%damping_ratio > 0)) return
-         total = accuracy%kinetic + max(0.0_wp, accuracy%taken(1))
-         if (total > 0) share = max(0.0_wp, accuracy%taken(2))/total
-      end associate
-   end function damped_share
-
-   !> Add a reason to those present.
-   pure subroutine add(reason, reasons)
-      character(len=*), intent(in) :: reason
-      character(len=:), allocatable, intent(inout) :: reasons
-      if (len(reasons) > 0) reasons = reasons//', and '
-      reasons = reasons//reason
-   end subroutine add
 
    !> Largest displacement of a block after it struck another one, over the largest displacement.
    pure real(wp) function share_after_strikes(sim) result(share)
@@ -414,10 +300,8 @@ contains
    !> Did blocks move on after strikes, so that the answer depends on each step?
    pure logical function strikes_matter(sim)
       type(simulation_type), intent(in) :: sim
-      associate (p => sim%parameters)
-         strikes_matter = share_after_strikes(sim) > merge(min(much_error, p%accuracy), much_error, p%accuracy > 0) &
-                          .and. sim%control%strikes%way_after(sim%step_context_type) > rest(p)
-      end associate
+      strikes_matter = share_after_strikes(sim) > much_error .and. &
+                       sim%control%strikes%way_after(sim%step_context_type) > rest(sim%parameters)
    end function strikes_matter
 
    !> Warning about motion after strikes, which depends on each step; '' otherwise, and where another warning about
@@ -426,7 +310,7 @@ contains
       type(simulation_type), intent(in) :: sim
       character(len=:), allocatable :: text
       text = ''
-      if (.not. strikes_matter(sim) .or. sim%parameters%accuracy > 0 .or. len(time_error_warning(sim)) > 0) return
+      if (.not. strikes_matter(sim) .or. len(time_error_warning(sim)) > 0) return
       text = 'where blocks end may depend on the time step more than the estimated time error says: '// &
              strikes_text(sim)//'; compare with half of dt_max'//undamped_text(sim, strikes=.true.)
    end function strikes_warning

@@ -7,7 +7,6 @@ module rockdda_stepping_acceptance
    use rockdda_contact_merging, only : merge_resting
    use rockdda_contact_table, only : contact_state
    use rockdda_interaction_block_forces, only : block_forces_type
-   use rockdda_stepping_accuracy, only : dynamic_step_type, rest_steps
    use rockdda_stepping_equilibrium, only : varies_with_time
    use rockdda_stepping_ledger, only : ledger_type
    use rockdda_stepping_motion, only : move_blocks, measure_points
@@ -29,16 +28,20 @@ contains
       type(step_record_type), intent(inout) :: record
       real(wp), allocatable :: slip(:), before(:, :)
       real(wp) :: k01
+      logical :: is_dynamic, is_static
       logical :: is_first   !! a dynamic part begins, if the step is one
+      call take_attempt(step, report)
       k01 = step%control%k01(step%parameters)
+      is_dynamic = step%control%is_dynamic(step%parameters)
+      is_static = step%control%is_static(step%parameters)
       is_first = .not. step%control%time_error%counts
       associate (contacts => step%families%contacts)
-         if (.not. k01 < 1) call step%control%strikes%add(step%step_context_type, contacts%table, &
-                                                          contacts%trial%state_used, contacts%laws%restitution, &
-                                                          report%displacement/step%dt, is_first)
+         if (is_dynamic) call step%control%strikes%add(step%step_context_type, contacts%table, &
+                                                       contacts%trial%state_used, contacts%laws%restitution, &
+                                                       report%displacement/step%dt, is_first)
          step%newton%impact%happened = .false.
-         if (k01 > 0) call step%newton%impact%find(step%step_context_type, contacts%table, contacts%trial, &
-                                                   contacts%settings, contacts%laws, step%equations%x)
+         if (.not. is_static) call step%newton%impact%find(step%step_context_type, contacts%table, contacts%trial, &
+                                                           contacts%settings, contacts%laws, step%equations%x)
       end associate
       if (step%newton%impact%happened) then
          slip = step%families%contacts%trial%slip
@@ -51,9 +54,10 @@ contains
       if (step%parameters%energy) call ledger%add_step(step%step_context_type, step%families, step%equations%x)
       call step%families%contacts%table%take_forces(step%contacts)
       call step%families%commit(step%step_context_type, step%equations%x)
-      call measure_error(step, report, .not. k01 < 1)
+      call step%control%time_error%add(step%step_context_type, step%equations%x, step%families%contacts%table, &
+                                       is_dynamic)
       before = step%state%acceleration
-      call move(step, k01)
+      call move(step, is_static)
       if (step%newton%impact%happened) then
          call step%newton%impact%finish(step%step_context_type, step%families%contacts%laws, &
                                         step%families%contacts%table, step%families%contacts%trial, &
@@ -62,12 +66,11 @@ contains
       end if
       if (step%parameters%energy) call ledger%close_step(step%step_context_type, step%families, k01, &
                                                           step%newton%impact%happened)
-      if (step%parameters%energy .and. .not. k01 < 1) call step%control%accuracy%note_energies(is_first, &
-                                                                                          record%energy, ledger%total)
+      if (step%parameters%energy .and. is_dynamic) &
+         call step%control%time_error%note_energies(is_first, record%energy, ledger%total)
       call forces%clear(step%blocks%n_blocks)
       call step%families%add_forces(step%step_context_type, forces)
       record%unbalanced = forces%unbalanced(step%state)
-      call note_sudden_load(step, forces, record%unbalanced)
       call watch_stage(step, forces, record%unbalanced, report%displacement)
       call step%control%judge_balance(step%parameters, record%unbalanced, forces%driven, &
                                       moves_on(step, record%unbalanced, report%displacement, before))
@@ -75,7 +78,7 @@ contains
       if (step%control%is_static_search(step%parameters)) step%control%slip_share = &
          step%families%contacts%slip_share()
       step%state%velocity = k01*step%state%velocity
-      if (k01 < 1) call step%families%quiet%field%slow_down(k01)
+      if (.not. is_dynamic) call step%families%quiet%field%slow_down(k01)
       step%families%contacts%stiffness_is_new = .false.
       step%state%step = step%state%step + 1
       step%state%time = step%state%time + step%dt
@@ -86,67 +89,32 @@ contains
       else
          call step%contacts%exchange(step%families%contacts%table)
       end if
-      call let_sleep(step, forces, ledger, k01)
+      call let_sleep(step, forces, ledger, is_dynamic)
       call fill_record(step, report, ledger, record)
       step%times%steps = step%times%steps + 1
       step%times%solver_iterations = step%times%solver_iterations + report%iterations
       call step%times%lap(phase%update)
    end subroutine accept_step
 
-   !> Estimate the error of the step in time; with a wanted accuracy choose the next step by it.
-   subroutine measure_error(step, report, is_dynamic)
+   !> Take over what the attempt has found of the start of the step, and of blocks asleep.
+   subroutine take_attempt(step, report)
       type(trial_step_type), intent(inout) :: step
       type(trial_report_type), intent(in) :: report
-      logical, intent(in) :: is_dynamic
-      associate (control => step%control, p => step%parameters)
-         call control%time_error%add(step%step_context_type, step%equations%x, step%families%contacts%table, is_dynamic)
-         if (.not. control%follows_error(p)) return
-         if (report%was_sudden) then
-            control%accuracy%regrow = max(control%accuracy%regrow, control%dt)
-         else if (report%attempts > 1 .and. .not. report%kink_end > 0) then
-            control%accuracy%rest = rest_steps
-         end if
-         call control%accuracy%next_step(p%accuracy, dynamic_step_type( &
-            merge(2, 1, step%scheme%second_order), p%dt_max, merge(control%dt, step%dt, report%attempts == 1), &
-            step%state%time + step%dt, control%dynamic_length(p), control%time_error%error, &
-            control%time_error%reference(p), step%change, step%at_kinks, report%kink_end, control%dt, &
-            p%dt_min))
-      end associate
-   end subroutine measure_error
-
-   !> Note how far closed contacts without dashpots, or bolts, are from balance in the first step of a dynamic part:
-   !> they will vibrate.
-   subroutine note_sudden_load(step, forces, unbalanced)
-      type(trial_step_type), intent(inout) :: step
-      type(block_forces_type), intent(in) :: forces   !! at the end of the step
-      real(wp), intent(in) :: unbalanced              !! of them
-      type(block_forces_type) :: at_start
-      real(wp) :: largest
-      largest = unbalanced
-      if (allocated(step%at_start)) then
-         at_start = forces
-         at_start%resultant = step%at_start(1:3, :)
-         at_start%magnitude = step%at_start(4, :)
-         largest = at_start%unbalanced(step%state)
-         deallocate (step%at_start)
-      end if
-      associate (control => step%control, contacts => step%families%contacts%table)
-         if (.not. control%follows_error(step%parameters) .or. step%state%time > control%accuracy%begin) return
-         if (any(contacts%state(1:contacts%n) /= contact_state%open) .and. &
-             any(.not. step%parameters%joint_materials%damping_ratio > 0) .or. step%blocks%bolts%n > 0) &
-            control%accuracy%sudden_load = largest
-      end associate
-   end subroutine note_sudden_load
+      if (allocated(step%acceleration)) call move_alloc(step%acceleration, step%state%acceleration)
+      step%state%asleep = step%asleep
+      step%state%calm = step%calm
+      step%control%cuts = step%control%cuts + report%cuts
+   end subroutine take_attempt
 
    !> Let blocks at rest sleep in dynamic steps while all that acts on them stays as it is; wake them otherwise.
-   subroutine let_sleep(step, forces, ledger, k01)
+   subroutine let_sleep(step, forces, ledger, is_dynamic)
       type(trial_step_type), intent(inout) :: step
       type(block_forces_type), intent(in) :: forces
       type(ledger_type), intent(inout) :: ledger
-      real(wp), intent(in) :: k01   !! of the step
+      logical, intent(in) :: is_dynamic   !! the step
       logical :: may
       if (.not. step%parameters%sleeps) return
-      may = .not. (k01 < 1 .or. step%control%releases .or. forces%driven)
+      may = is_dynamic .and. .not. (step%control%releases .or. forces%driven)
       ! equilibrium is asked for more exactly than blocks sleep
       may = may .and. .not. step%control%seeks_rest(step%parameters)
       may = may .and. all(step%families%contacts%laws%restitution < 0)
@@ -163,9 +131,9 @@ contains
 
    !> Move the blocks. Accelerations are known afterwards when the scheme carries them, and in static steps: those that
    !> search equilibrium have their own, which the next one may carry on, others that of the last step, for the trend.
-   subroutine move(step, k01)
+   subroutine move(step, is_static)
       type(trial_step_type), intent(inout) :: step
-      real(wp), intent(in) :: k01   !! of the step
+      logical, intent(in) :: is_static   !! the step
       associate (elasticity => step%families%elasticity, d => step%equations%x, control => step%control)
          if (step%scheme%second_order) then
             call move_blocks(step%blocks, step%parameters, elasticity, step%dt, d, step%state, step%scheme, step%jump)
@@ -174,7 +142,7 @@ contains
                (2/step%dt**2)*(d - step%dt*step%state%velocity)
             call move_blocks(step%blocks, step%parameters, elasticity, step%dt, d, step%state)
          end if
-         if (k01 > 0 .or. control%is_static_search(step%parameters)) then
+         if (.not. is_static .or. control%is_static_search(step%parameters)) then
             control%trend%steps = 0
             control%trend%share = 0
          else
@@ -195,7 +163,7 @@ contains
       if (may_grow) may_grow = .not. varies_with_time(step%parameters, step%blocks, step%state%active, &
                                                       step%families%loads%line_blocks, step%state%time, &
                                                       step%control%motion_start)
-      call step%control%accepted(step%parameters, step%dt, report%bounded, report%shortened, k01, &
+      call step%control%accepted(step%parameters, step%dt, report%displacement, report%shortened, k01, &
                                  report%rounds*report%attempts, may_grow)
       step%control%last_displacement = report%displacement
    end subroutine choose_next_dt

@@ -3,14 +3,11 @@
 module rockdda_stepping_contact_finder
    use rockdda_base_kinds, only : wp
    use rockdda_model_blocks, only : block_system_type
-   use rockdda_contact_rows, only : name_blocks
    use rockdda_contact_search, only : contact_search_type
    use rockdda_contact_search_limits, only : search_limits_type, placing_share
    use rockdda_contact_table, only : contact_table_type
    use rockdda_contact_topology, only : contact_topology_type, new_contact_topology
-   use rockdda_interaction_contacts, only : contacts_type
    use rockdda_interaction_context, only : step_context_type
-   use rockdda_interaction_equations, only : equations_type
    use rockdda_stepping_control, only : step_control_type
    use rockdda_stepping_reach, only : predicted_reach, set_search_limits, quantised
    implicit none
@@ -26,7 +23,6 @@ module rockdda_stepping_contact_finder
       type(contact_topology_type), private :: topology
       type(search_limits_type), private :: limits
       logical, private :: places = .false.      !! some stage places blocks
-      logical, private :: has_borrowed(6) = .false.   !! arrays of `borrow`
       logical :: needs_forces = .false.               !! shear forces are read before the end of the step
    contains
       procedure :: init
@@ -34,9 +30,6 @@ module rockdda_stepping_contact_finder
       procedure :: first_reach
       procedure, nopass :: longer_reach
       procedure :: find
-      procedure :: give_back
-      procedure :: borrow
-      procedure :: return_room
    end type contact_finder_type
 
 contains
@@ -78,92 +71,25 @@ contains
       longer_reach = max(2*reach, quantised(2.5_wp*displacement, w0))
    end function longer_reach
 
-   !> Find the contacts of a step from the state at its start, with the history of those of the last one. The table of
-   !> the last step may lend columns to that of this one, until the step is accepted or `give_back` is called.
+   !> Find the contacts of a step from the state at its start, with the history of those of the last one.
    subroutine find(self, context, last, reach, table)
       class(contact_finder_type), intent(inout) :: self
       type(step_context_type), intent(in) :: context
-      type(contact_table_type), intent(inout) :: last    !! of the last accepted step
+      type(contact_table_type), intent(in) :: last       !! of the last accepted step
       real(wp), intent(in) :: reach                      !! [length]
       type(contact_table_type), intent(inout) :: table
-      call self%give_back(context%blocks, last, table)
       ! pairs of blocks asleep, among others that are, are left out
       if (allocated(self%search%pairs%asleep)) deallocate (self%search%pairs%asleep)
-      if (any(context%state%asleep)) self%search%pairs%asleep = context%state%asleep
+      if (any(context%asleep)) self%search%pairs%asleep = context%asleep
       associate (parameters => context%parameters)
          call set_search_limits(last, parameters, context%blocks%n_blocks, reach, self%limits, self%places)
          if (parameters%by_length .and. any(self%limits%bears_tension) .and. .not. allocated(self%limits%edge_joint)) &
             self%limits%edge_joint = context%blocks%edge_joint
-         ! those of resting blocks are read until the end of the step; partners are rows of one table
-         if (parameters%by_length .and. .not. parameters%sleeps) call last%lend(table)
          table%waits_for_forces = .not. (parameters%sleeps .or. self%needs_forces)
          call self%search%run(context%blocks, self%topology, context%state%vertices, self%limits, last, &
                               context%state%step == 0, touching*parameters%w0, table)
       end associate
    end subroutine find
-
-   !> Make the table of the last accepted step whole again, if it has lent columns.
-   pure subroutine give_back(self, blocks, last, table)
-      class(contact_finder_type), intent(in) :: self
-      type(block_system_type), intent(in) :: blocks
-      type(contact_table_type), intent(inout) :: last, table
-      if (.not. last%is_lent()) return
-      call table%lend(last)
-      call name_blocks(blocks, self%topology, last)
-   end subroutine give_back
-
-   !> Borrow room for the scratch of a search: arrays of the rounds, of which nothing is kept until these set all of it
-   !> again.
-   pure subroutine borrow(self, equations, contacts)
-      class(contact_finder_type), intent(inout) :: self
-      type(equations_type), intent(inout) :: equations
-      type(contacts_type), intent(inout) :: contacts
-      associate (outlines => self%search%outlines, exposure => self%search%narrow%exposure, has => self%has_borrowed, &
-                 new_lengths => self%search%inheritance%new_lengths, nv => size(self%topology%next))
-         call move_pairs(2*nv, equations%stiffness, new_lengths%sums, has(1))
-         call move_pairs(nv, equations%force, outlines%tangent, has(2))
-         call move_numbers(nv, contacts%trial%slip, outlines%length, has(3))
-         call move_numbers(nv, contacts%trial%miss, exposure%own, has(4))
-         call move_numbers(nv, contacts%kept_gap, exposure%low, has(5))
-         call move_numbers(nv, contacts%kept_slip, exposure%high, has(6))
-      end associate
-   end subroutine borrow
-
-   !> Give these arrays back.
-   pure subroutine return_room(self, equations, contacts)
-      class(contact_finder_type), intent(inout) :: self
-      type(equations_type), intent(inout) :: equations
-      type(contacts_type), intent(inout) :: contacts
-      associate (outlines => self%search%outlines, exposure => self%search%narrow%exposure, has => self%has_borrowed)
-         if (has(1)) call move_alloc(self%search%inheritance%new_lengths%sums, equations%stiffness)
-         if (has(2)) call move_alloc(outlines%tangent, equations%force)
-         if (has(3)) call move_alloc(outlines%length, contacts%trial%slip)
-         if (has(4)) call move_alloc(exposure%own, contacts%trial%miss)
-         if (has(5)) call move_alloc(exposure%low, contacts%kept_gap)
-         if (has(6)) call move_alloc(exposure%high, contacts%kept_slip)
-         has = .false.
-      end associate
-   end subroutine return_room
-
-   !> Move an array of n pairs or more, in place of what there was; else both stay.
-   pure subroutine move_pairs(n, from, to, moves)
-      integer, intent(in) :: n
-      real(wp), allocatable, intent(inout) :: from(:, :), to(:, :)
-      logical, intent(out) :: moves
-      moves = allocated(from)
-      if (moves) moves = size(from, 2) >= n
-      if (moves) call move_alloc(from, to)
-   end subroutine move_pairs
-
-   !> Move an array of n numbers or more, in place of what there was; else both stay.
-   pure subroutine move_numbers(n, from, to, moves)
-      integer, intent(in) :: n
-      real(wp), allocatable, intent(inout) :: from(:), to(:)
-      logical, intent(out) :: moves
-      moves = allocated(from)
-      if (moves) moves = size(from) >= n
-      if (moves) call move_alloc(from, to)
-   end subroutine move_numbers
 
    !> Length of the longest edge of some blocks.
    pure real(wp) function longest_edge(blocks, chosen) result(longest)

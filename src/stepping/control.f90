@@ -6,8 +6,7 @@
 !> towards dt_max, and not beyond what the last step's displacement allows. Ends of stages and runs shorten one step.
 !>
 !> In a static stage until equilibrium dt grows beyond dt_max, up to max_growth times as far: by `fast_growth` while the
-!> open-close iteration needs few rounds, and back when it needs many. With `&time accuracy` dynamic steps are as long
-!> as their error allows (rockdda_stepping_accuracy).
+!> open-close iteration needs few rounds, and back when it needs many.
 module rockdda_stepping_control
    use rockdda_base_kinds, only : wp
    use rockdda_base_diagnostics, only : diagnostics_type, severity
@@ -16,15 +15,15 @@ module rockdda_stepping_control
    use rockdda_model_parameters, only : parameters_type
    use rockdda_interaction_time_scheme, only : time_scheme_type, shi_scheme, generalized_alpha
    use rockdda_stepping_stage_watch, only : stage_watch_type
+   use rockdda_stepping_method, only : method_type
    use rockdda_stepping_strikes, only : strikes_type
-   use rockdda_stepping_accuracy, only : accuracy_type, step_to_row
    use rockdda_stepping_time_error, only : time_error_type
    use rockdda_stepping_trend, only : trend_type
    use rockdda_model_stage_options, only : seeks_equilibrium, is_given, water_of_stage, stage_k01, stage_number, &
       confirming_steps
    implicit none
    private
-   public :: step_control_type, new_step_control, check_stages, cut_for_displacement, growth, longer_flight
+   public :: step_control_type, new_step_control, check_stages, cut_for_displacement
    public :: cut_reason, n_cut_reasons, cut_names, goes_on
 
    !> Why an attempt at a step is repeated with a shorter step.
@@ -33,40 +32,12 @@ module rockdda_stepping_control
       integer :: contacts = 2       !! contacts still change after the last open-close round
       integer :: solver = 3         !! the equations could not be solved
       integer :: ruined_block = 4   !! a block would invert or vanish
-      integer :: accuracy = 5       !! an acceleration changes too suddenly for the wanted accuracy
    end type cut_reason_enum
    type(cut_reason_enum), parameter :: cut_reason = cut_reason_enum()
-   integer, parameter :: n_cut_reasons = 5
+   integer, parameter :: n_cut_reasons = 4
    !> Names for programs.
    character(len=*), parameter :: cut_names(n_cut_reasons) = [character(len=16) :: 'displacement', 'contacts', &
-                                                             'solver', 'ruined_block', 'accuracy']
-
-   !> With a wanted accuracy blocks in free flight may move by so many times g2 w0, but by no more than w0.
-   real(wp), parameter :: longer_flight = 10.0_wp
-   !> Largest factor by which the step grows after an accepted step.
-   real(wp), parameter :: growth = 1.5_wp
-   !> The same in a static stage until equilibrium, where the step took at most `few_rounds` rounds.
-   real(wp), parameter :: fast_growth = 4.0_wp
-   integer, parameter :: few_rounds = 6
-   !> Where it took more than this share of the rounds allowed the next step is shorter by `slow_down`.
-   real(wp), parameter :: many_rounds = 0.5_wp, slow_down = 0.5_wp
-   !> Where blocks come to rest after slip depends on the way there. While friction has a share in the work of the
-   !> contacts, steps grow slowly to `held_length` times dt_max and keep this length until the unbalanced force is below
-   !> `nearly`, for at most `most_held` steps; where the share is large they then grow slowly.
-   real(wp), parameter :: no_slip = 0.005_wp, much_slip = 0.1_wp, nearly = 0.009_wp, very_nearly = 0.001_wp, &
-                          slow_growth = 1.1_wp, held_length = 1.5_wp
-   integer, parameter :: most_held = 100
-   !> A static step counts as like the last one when it is longer by less than this factor.
-   real(wp), parameter :: much_longer = 1.14_wp
-   !> In a static stage that searches equilibrium the forces of contacts may miss their laws by this share of the
-   !> unbalanced force, between both limits. What they miss is made good in the next step; a miss of the size of the
-   !> stage's tolerance would stay as it is in steps that move nothing any more.
-   real(wp), parameter :: small_miss = 0.1_wp, least_miss = 1.0e-6_wp, largest_miss = 3.0e-3_wp
-   !> A stage that releases forces begins with a step this many times as long as dt_max, so that inertia does not delay
-   !> its first shares.
-   real(wp), parameter :: first_release = 30.0_wp
-   !> Residual of the solver over the unbalanced force that is allowed.
-   real(wp), parameter :: small_residual = 0.1_wp
+                                                             'solver', 'ruined_block']
 
    !> Part of the state of a run.
    type :: step_control_type
@@ -91,13 +62,13 @@ module rockdda_stepping_control
       type(trend_type) :: trend             !! of static steps that do not search equilibrium
       type(time_error_type) :: time_error   !! of dynamic steps
       type(strikes_type) :: strikes         !! of blocks on others in them
-      type(accuracy_type) :: accuracy       !! their length by it
+      type(method_type) :: method           !! no part of the state
       integer :: short_steps = 0            !! accepted steps after which dt could not grow back because of g2 w0
    contains
       procedure :: k01
+      procedure :: is_dynamic
+      procedure :: is_static
       procedure :: scheme
-      procedure :: follows_error
-      procedure :: dynamic_length
       procedure :: gravity
       procedure :: water
       procedure :: step_size
@@ -141,47 +112,29 @@ contains
       if (self%stage <= size(parameters%stages)) k01 = stage_k01(parameters%stages(self%stage), k01)
    end function k01
 
+   !> Are velocities carried on whole in the present stage?
+   pure logical function is_dynamic(self, parameters)
+      class(step_control_type), intent(in) :: self
+      type(parameters_type), intent(in) :: parameters
+      is_dynamic = self%k01(parameters) >= 1
+   end function is_dynamic
+
+   !> Does each step of the present stage begin at rest? Stages in between lose a part of the velocity in each step.
+   pure logical function is_static(self, parameters)
+      class(step_control_type), intent(in) :: self
+      type(parameters_type), intent(in) :: parameters
+      is_static = self%k01(parameters) <= 0
+   end function is_static
+
    !> Time integration of the present stage: static stages, and those that lose velocity, have Shi's.
    pure type(time_scheme_type) function scheme(self, parameters)
       class(step_control_type), intent(in) :: self
       type(parameters_type), intent(in) :: parameters
       scheme = shi_scheme()
-      if (self%k01(parameters) < 1) return
+      if (.not. self%is_dynamic(parameters)) return
       if (parameters%second_order) scheme = generalized_alpha(parameters%rho_infinity)
       scheme%is_dynamic = .true.
    end function scheme
-
-   !> Are steps as long as the wanted accuracy allows?
-   pure logical function follows_error(self, parameters)
-      class(step_control_type), intent(in) :: self
-      type(parameters_type), intent(in) :: parameters
-      follows_error = parameters%accuracy > 0 .and. .not. self%k01(parameters) < 1
-   end function follows_error
-
-   !> Length of the present dynamic part: to the next static stage or the end of the run; huge: not known.
-   pure real(wp) function dynamic_length(self, parameters) result(length)
-      class(step_control_type), intent(in) :: self
-      type(parameters_type), intent(in) :: parameters
-      real(wp) :: end_of_stage
-      integer :: i
-      length = parameters%t_end
-      end_of_stage = self%first_time
-      do i = self%stage, size(parameters%stages)
-         associate (stage => parameters%stages(i))
-            if (stage_k01(stage, parameters%k01) < 1) exit
-            if (is_set(stage%until_time)) then
-               end_of_stage = max(end_of_stage, stage%until_time)
-            else if (is_set(stage%duration)) then
-               end_of_stage = end_of_stage + stage%duration
-            else
-               end_of_stage = huge(1.0_wp)
-               exit
-            end if
-         end associate
-      end do
-      if (i <= size(parameters%stages) .or. parameters%ends_with_stages) length = min(length, end_of_stage)
-      if (length < huge(1.0_wp)) length = length - self%accuracy%begin
-   end function dynamic_length
 
    !> Does a static stage search equilibrium with steps that may grow?
    pure logical function is_static_search(self, parameters)
@@ -189,8 +142,8 @@ contains
       type(parameters_type), intent(in) :: parameters
       is_static_search = .false.
       if (self%stage > size(parameters%stages)) return
-      is_static_search = seeks_equilibrium(parameters%stages(self%stage)) .and. .not. self%k01(parameters) > 0 &
-                         .and. parameters%max_growth > 1
+      is_static_search = seeks_equilibrium(parameters%stages(self%stage)) .and. self%is_static(parameters) .and. &
+                         parameters%max_growth > 1
    end function is_static_search
 
    !> Does the present stage end with equilibrium?
@@ -212,7 +165,7 @@ contains
       integer, intent(in) :: n_blocks
       residual_enough = 0
       if (self%is_static_search(parameters) .and. .not. (self%idle .and. self%steps > 0)) residual_enough = &
-         small_residual*parameters%stages(self%stage)%tolerance/sqrt(real(n_blocks, wp))
+         self%method%small_residual*parameters%stages(self%stage)%tolerance/sqrt(real(n_blocks, wp))
    end function residual_enough
 
    !> Share of the largest normal force by which contact forces may miss their laws, 0: their own tolerance, with which
@@ -222,7 +175,8 @@ contains
       type(parameters_type), intent(in) :: parameters
       force_slack = 0
       if (self%is_static_search(parameters) .and. self%steps > 0) &
-         force_slack = max(least_miss, min(small_miss*self%unbalanced, largest_miss))
+         force_slack = max(self%method%least_miss, min(self%method%small_miss*self%unbalanced, &
+                                                       self%method%largest_miss))
    end function force_slack
 
    !> Is a static step that searches equilibrium much like the last one, and no shorter?
@@ -231,7 +185,7 @@ contains
       type(parameters_type), intent(in) :: parameters
       real(wp), intent(in) :: dt             !! step [time]
       is_like_last = self%is_static_search(parameters) .and. self%steps > 0 .and. .not. dt < self%last_dt .and. &
-                dt < much_longer*self%last_dt
+                dt < self%method%much_longer*self%last_dt
    end function is_like_last
 
    !> Weight with which a static step takes the change of acceleration since the last step into account, so that blocks
@@ -247,7 +201,7 @@ contains
       real(wp), intent(in) :: dt             !! step [time]
       weight = 0
       if (.not. self%is_like_last(parameters, dt) .or. self%releases) return
-      if (self%slip_share > no_slip .and. dt > parameters%dt_max) &
+      if (self%slip_share > self%method%no_slip .and. dt > parameters%dt_max) &
          weight = (1 - (parameters%dt_max/dt)**2)*dt**2/(dt**2 + self%last_dt**2)
    end function carry
 
@@ -256,7 +210,7 @@ contains
       class(step_control_type), intent(inout) :: self
       type(parameters_type), intent(in) :: parameters
       if (self%is_static_search(parameters)) &
-         self%dt = max(self%dt, min(first_release, parameters%max_growth)*parameters%dt_max)
+         self%dt = max(self%dt, min(self%method%first_release, parameters%max_growth)*parameters%dt_max)
    end subroutine begin_release
 
    !> Number of the present stage in the results, from 0; after the last stage one more.
@@ -297,7 +251,6 @@ contains
       real(wp), intent(in) :: time
       real(wp) :: target
       dt = self%dt
-      if (self%follows_error(parameters)) dt = step_to_row(parameters, self%motion_start, time, dt, self%last_dt)
       target = parameters%t_end
       if (self%stage <= size(parameters%stages)) then
          associate (stage => parameters%stages(self%stage))
@@ -324,9 +277,8 @@ contains
       self%last_displacement = displacement
       self%last_k01 = k01_used
       limit = parameters%displacement_ratio*parameters%w0
-      if (shortened .and. .not. self%follows_error(parameters)) return
-      wanted = min(parameters%dt_max, growth*dt)
-      if (self%follows_error(parameters)) wanted = min(parameters%dt_bound, self%accuracy%wanted)
+      if (shortened) return
+      wanted = min(parameters%dt_max, self%method%growth*dt)
       if (present(may_grow) .and. present(rounds)) then
          if (may_grow) wanted = grown_step(self, parameters, dt, rounds)
       end if
@@ -353,16 +305,19 @@ contains
       type(parameters_type), intent(in) :: parameters
       real(wp), intent(in) :: dt             !! step [time]
       integer, intent(in) :: rounds          !! of all attempts at the step
-      wanted = dt*merge(fast_growth, growth, rounds <= few_rounds)
-      ! while forces are released their shares are the way, which inertia would only delay
-      if (.not. self%releases) then
-         if (self%slip_share > much_slip) wanted = dt*merge(slow_growth, growth, self%unbalanced > very_nearly)
-         if (self%slip_share > no_slip .and. self%unbalanced > nearly .and. self%steps < most_held) &
-            wanted = min(max(held_length*parameters%dt_max, dt), slow_growth*dt)
-         ! a step that was cut grows back as everywhere
-         wanted = max(wanted, min(parameters%dt_max, growth*dt))
-      end if
-      if (rounds > many_rounds*parameters%max_open_close) wanted = slow_down*dt
+      associate (m => self%method)
+         wanted = dt*merge(m%fast_growth, m%growth, rounds <= m%few_rounds)
+         ! while forces are released their shares are the way, which inertia would only delay
+         if (.not. self%releases) then
+            if (self%slip_share > m%much_slip) &
+               wanted = dt*merge(m%slow_growth, m%growth, self%unbalanced > m%very_nearly)
+            if (self%slip_share > m%no_slip .and. self%unbalanced > m%nearly .and. self%steps < m%most_held) &
+               wanted = min(max(m%held_length*parameters%dt_max, dt), m%slow_growth*dt)
+            ! a step that was cut grows back as everywhere
+            wanted = max(wanted, min(parameters%dt_max, m%growth*dt))
+         end if
+         if (rounds > m%many_rounds*parameters%max_open_close) wanted = m%slow_down*dt
+      end associate
       wanted = max(parameters%dt_min, min(wanted, parameters%dt_max*parameters%max_growth))
    end function grown_step
 
@@ -392,8 +347,7 @@ contains
          end if
          self%balanced = 0
          ! a static stage may have grown its steps; another one goes on with them
-         if (.not. (self%is_static_search(parameters) .or. self%follows_error(parameters) .and. &
-                    .not. self%last_k01 < 1)) self%dt = min(self%dt, parameters%dt_max)
+         if (.not. self%is_static_search(parameters)) self%dt = min(self%dt, parameters%dt_max)
       end do
 
    contains

@@ -19,7 +19,6 @@ module rockdda_stepping_failure
    use rockdda_interaction_context, only : step_context_type
    use rockdda_interaction_open_close, only : open_close_type
    use rockdda_interaction_kinematics, only : displacement_at, displacement_gradient
-   use rockdda_stepping_control, only : longer_flight
    use rockdda_stepping_motion, only : largest_displacement
    implicit none
    private
@@ -35,7 +34,6 @@ module rockdda_stepping_failure
       integer :: thrown = 6          !! a vertex moves by more than w0 in the smallest step
       integer :: interrupted = 7     !! a stop was requested
       integer :: too_far = 8         !! a vertex moves by more than g2 w0
-      integer :: inaccurate = 9      !! with a wanted accuracy: an acceleration changes suddenly
    end type attempt_enum
    type(attempt_enum), parameter :: attempt = attempt_enum()
 
@@ -83,13 +81,11 @@ contains
    end subroutine find_ruined_block
 
    !> Can the motion of an attempt that has converged be accepted? Else `outcome` says why not.
-   subroutine judge_motion(context, d, reach, at_floor, in_flight, bounded, displacement, outcome)
+   subroutine judge_motion(context, d, reach, at_floor, displacement, outcome)
       class(step_context_type), intent(in) :: context
       real(wp), intent(in) :: d(:, :)          !! (6, nb)
       real(wp), intent(in) :: reach            !! of the search that found the contacts [length]
       logical, intent(in) :: at_floor          !! there is no smaller step to fall back to
-      logical, intent(in) :: in_flight(:)      !! (nb) blocks that may move further than g2 w0; (0): none may
-      real(wp), intent(out) :: bounded         !! displacement that is bounded by g2 w0 [length]
       real(wp), intent(out) :: displacement    !! largest of any vertex [length]
       integer, intent(inout) :: outcome        !! one of attempt%...
       real(wp) :: limit, factor
@@ -97,14 +93,10 @@ contains
       associate (blocks => context%blocks, parameters => context%parameters, state => context%state)
          displacement = largest_displacement(blocks, state, d)
          limit = parameters%displacement_ratio*parameters%w0
-         bounded = displacement
-         if (size(in_flight) > 0) &
-            bounded = max(largest_displacement(blocks, state, d, in_flight), &
-                          displacement/max(1.0_wp, min(longer_flight, parameters%w0/limit)))
          call find_ruined_block(blocks, parameters, state, d, ruined, factor)
          if (ruined > 0) then
             outcome = attempt%ruined
-         else if (.not. bounded <= limit .and. .not. at_floor) then
+         else if (.not. displacement <= limit .and. .not. at_floor) then
             outcome = attempt%too_far
          else if (.not. displacement <= max(limit, parameters%w0)) then
             outcome = attempt%thrown

@@ -21,27 +21,16 @@ module rockdda_stepping_line_search
    use rockdda_interaction_link_vectors, only : add_forces
    use rockdda_interaction_families, only : families_type
    use rockdda_linear_norm_anew, only : norm_anew_type
+   use rockdda_stepping_method, only : method_type
    use rockdda_linear_small_blocks, only : add_symmetric_product
    implicit none
    private
    public :: line_search_type
 
-   !> A full step is taken when it brings |R| below this share of what it was.
-   real(wp), parameter :: enough = 0.5_wp
-   !> |R| where the last search has ended is that at the motion kept, but for arms that were turned since and weights
-   !> by the new matrix. Where this share of it would be enough, it is not measured again.
-   real(wp), parameter :: by_far = 0.5_wp
-   !> Each shorter step is this fraction of the last one, at most so many.
-   real(wp), parameter :: shorter = 0.6_wp
-   integer, parameter :: most_trials = 12
-
    !> A lower bound of |R| is found from the first `group` of each `stride` blocks; rounding of sums is less than the
    !> share `margin`.
    integer, parameter :: group = 8, stride = 64
    real(wp), parameter :: margin = 1.0e-9_wp
-   !> |R| of these blocks is so many times the share allowed of it: that of all is not measured to know that a motion
-   !> is not better.
-   real(wp), parameter :: clearly_not = 5.0_wp
 
    !> The motion that the last round ended with, and scratch.
    type :: line_search_type
@@ -61,7 +50,6 @@ module rockdda_stepping_line_search
       procedure :: is_better
       procedure :: find_norm
       procedure :: go_back
-      procedure :: swap_room
       procedure, private :: measure
       procedure, private :: measure_part
    end type line_search_type
@@ -81,10 +69,11 @@ contains
 
    !> Go from the motion that was kept towards the one just solved for; `fraction` is 1 when all the way.
    !> |R| below `negligible` counts as zero.
-   subroutine search(self, families, negligible, equations, fraction)
+   subroutine search(self, families, negligible, method, equations, fraction)
       class(line_search_type), intent(inout) :: self
       type(families_type), intent(inout) :: families
       real(wp), intent(in) :: negligible                   !! share of the magnitude of all loads
+      type(method_type), intent(in) :: method
       type(equations_type), intent(inout) :: equations
       real(wp), intent(out) :: fraction
       real(wp) :: at_start, least, next, reached, a
@@ -98,14 +87,14 @@ contains
       if (.not. self%has_weights) return
       reached = self%reached
       self%reached = least
-      if (least <= by_far*enough*reached) return
-      if (least <= enough*self%measure_part(0.0_wp, families, equations)) return
+      if (least <= method%by_far*method%enough*reached) return
+      if (least <= method%enough*self%measure_part(0.0_wp, families, equations)) return
       at_start = self%measure(0.0_wp, families, equations)
-      if (least <= enough*at_start) return
+      if (least <= method%enough*at_start) return
       if (least <= negligible*norm_of_loads(self, equations)) return
       a = 1
-      do k = 1, most_trials
-         a = shorter*a
+      do k = 1, method%most_trials
+         a = method%shorter*a
          next = self%measure(a, families, equations)
          if (next < least) then
             least = next
@@ -122,11 +111,12 @@ contains
 
    !> Is |R| at the present motion below a share of that at the motion that was kept? There need not be a matrix yet:
    !> blocks are weighed with their own terms.
-   logical function is_better(self, families, equations, share)
+   logical function is_better(self, families, equations, share, clearly_not)
       class(line_search_type), intent(inout) :: self
       type(families_type), intent(in) :: families
       type(equations_type), intent(in) :: equations
       real(wp), intent(in) :: share
+      real(wp), intent(in) :: clearly_not   !! times the share: a part of the blocks suffices to see that it is not
       real(wp) :: kept, part, present
       is_better = .false.
       if (equations%n_rows() == 0) return
@@ -175,17 +165,6 @@ contains
       type(equations_type), intent(inout) :: equations
       equations%x = self%x
    end subroutine go_back
-
-   !> Exchange an array of scratch, of two numbers for each link, with one of another part of the step. Between two
-   !> searches nothing is kept in it.
-   pure subroutine swap_room(self, room)
-      class(line_search_type), intent(inout) :: self
-      real(wp), allocatable, intent(inout) :: room(:, :)
-      real(wp), allocatable :: own(:, :)
-      call move_alloc(self%force, own)
-      call move_alloc(room, self%force)
-      call move_alloc(own, room)
-   end subroutine swap_room
 
    !> |R| at the fraction a of the way.
    real(wp) function measure(self, a, families, equations)

@@ -70,22 +70,18 @@ contains
       if (n > 0) copy = position(:, 1:n)
    end function points_or_none
 
-   !> Largest displacement T d of any vertex (of blocks that are not left out); infinite when one is not a number.
-   real(wp) function largest_displacement(blocks, state, d, left_out) result(largest)
+   !> Largest displacement T d of any vertex; infinite when one is not a number.
+   real(wp) function largest_displacement(blocks, state, d) result(largest)
       type(block_system_type), intent(in) :: blocks
       type(block_state_type), intent(in) :: state
       real(wp), intent(in) :: d(:, :)    !! (6, nb)
-      logical, intent(in), optional :: left_out(:)   !! (nb)
       real(wp) :: u(2), square
       integer :: i, v, n_bad
       largest = 0
       n_bad = 0
-      !$omp parallel do default(none) shared(blocks, state, d, left_out) private(i, v, u, square) &
+      !$omp parallel do default(none) shared(blocks, state, d) private(i, v, u, square) &
       !$omp reduction(max:largest) reduction(+:n_bad) schedule(static) if (blocks%n_blocks > parallel_blocks)
       do i = 1, blocks%n_blocks
-         if (present(left_out)) then
-            if (left_out(i)) cycle
-         end if
          do v = blocks%vertex_offset(i) + 1, blocks%vertex_offset(i + 1)
             u = displacement_at(d(:, i), state%vertices(:, v), state%centroid(:, i))
             square = u(1)**2 + u(2)**2

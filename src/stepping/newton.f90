@@ -1,18 +1,18 @@
 ! SPDX-License-Identifier: MIT
 !> The open-close iteration of one attempt at a step: Newton's method for equilibrium with all laws at the step's end.
 !>
-!>     repeat
-!>        assemble, solve         with the trial states of the links
-!>        settle friction         normal forces and friction of the contacts that slide agree, states as they are
-!>        go on                   a solve that has paused, until the states are what the motion misses most
-!>        line search             shorten the change of the motion where the residual grows
-!>        follow the rotation     arms of forces for the rotation just found, if it differs from the one expected
-!>        judge                   new trial states
-!>        end friction            if no state is new: until friction and normal forces agree as they must in the end
-!>     until the forces of all links follow their laws, at a motion solved for to the end
+!>     do round = 1, max_rounds
+!>        solve_round      assemble, solve; normal forces and friction of the contacts that slide agree, states as they
+!>                         are; a solve that has paused continues until the states are what the motion misses most
+!>        line%search      shorten the change of the motion where the residual grows
+!>        judge            arms of forces for the rotation just found (rockdda_stepping_arms), new states of all links,
+!>                         and whether their forces follow their laws
+!>        end_friction     if no state is new: friction and normal forces agree as they must in the end; judge again
+!>        if (converged) exit
+!>     end do
 !>
 !> States that are not final need no exact motion: a solve that takes many iterations pauses (an inexact Newton method,
-!> Dembo, Eisenstat and Steihaug 1982). It goes on while its residual is a large part of |R|, the forces that are
+!> Dembo, Eisenstat and Steihaug 1982). It continues while its residual is a large part of |R|, the forces that are
 !> missing by the laws of all links (rockdda_stepping_line_search); what is left of |R| only other states can remove.
 module rockdda_stepping_newton
    use rockdda_base_kinds, only : wp
@@ -23,55 +23,33 @@ module rockdda_stepping_newton
    use rockdda_interaction_equations, only : equations_type
    use rockdda_interaction_families, only : families_type
    use rockdda_interaction_unsettled, only : count_unsettled, largest_normal
-   use rockdda_linear_solver, only : linear_solver_type, solve_report_type
+   use rockdda_linear_solver, only : linear_solver_type, solve_report_type, solve_effort_type
+   use rockdda_stepping_arms, only : arms_type, moment
    use rockdda_stepping_failure, only : attempt
    use rockdda_stepping_line_search, only : line_search_type
+   use rockdda_stepping_method, only : method_type
    use rockdda_stepping_motion, only : is_finite_motion
    implicit none
    private
-   public :: newton_type, newton_report_type
-
-   !> Friction forces must agree with the normal forces they come from to this share of the largest normal force.
-   real(wp), parameter :: friction_tolerance = 1.0e-5_wp
-   !> |R| counts as zero below this share of the loads in static steps that search equilibrium, elsewhere below that of
-   !> friction. It is over all blocks: contacts that change their states in circles on a few of them are less of it.
-   real(wp), parameter :: static_tolerance = 1.0e-8_wp
-   !> Contact forces may miss their laws by this share of the largest normal force, or the weight, of the less loaded of
-   !> the two blocks; by the second one when the rounds given have not done better.
-   real(wp), parameter :: force_tolerance = 1.0e-5_wp, coarse_tolerance = 1.0e-3_wp
-   integer, parameter :: fine_rounds = 10
-   !> Lengths at the end of the step may be wrong, for a rotation other than the expected one, by what makes this share
-   !> of the forces on a block; by the second one in models of so few blocks that another round costs nothing. Where a
-   !> round follows anyway they are made right beyond that. It is done in the first `fine_rounds` rounds: states shall
-   !> settle. Rounds after these must not end with lengths that are wrong by more than the third one, unless no smaller
-   !> step is left: stiff ties of small cells miss the others by rounding, a block that spins into another by thousands.
-   real(wp), parameter :: placement_tolerance = 1.0e-4_wp, fine_placement = 1.0e-6_wp, gross_placement = 10.0_wp
-   !> The misfit of friction and normal forces is brought down in at most so many solves a round.
-   integer, parameter :: friction_solves = 12
-   !> Models of so few blocks, for which a solve costs nothing, leave no correction of friction to the next round.
-   integer, parameter :: few_blocks = 30
-   !> A predicted motion is taken when its residual is below this share of that of the last motion.
-   real(wp), parameter :: good_prediction = 0.1_wp
-   !> An attempt is given up when so large a share of the rounds allowed, and so many, were shortened in a row. Not in
-   !> static steps whose forces may miss their laws: they search equilibrium, to which shorter steps come no nearer.
-   real(wp), parameter :: patience = 0.4_wp
-   integer, parameter :: least_patience = 6
-
-   !> A solve may pause when its residual is this share of its first one; it goes on while the residual is more than
-   !> `small_part` of |R|.
-   real(wp), parameter :: coarse_solve = 0.01_wp, small_part = 0.1_wp
-   !> After a solve that has paused, a state changes only by a missing force whose energy in the contact's spring is
-   !> more than this (squared) of what the mean residual of a block has: smaller ones are of the solver.
-   real(wp), parameter :: doubtful = 3.0_wp
+   public :: newton_type, newton_report_type, conditions_type
 
    !> What of the equations is new since the last solve.
    type :: change_enum
-      integer :: nothing = 0    !! a solve that has paused goes on
+      integer :: nothing = 0    !! a solve that has paused continues
       integer :: friction = 1   !! friction forces found within the round
       integer :: loads = 2      !! only loads: K is the same
       integer :: states = 3
    end type change_enum
    type(change_enum), parameter :: change = change_enum()
+
+   !> Conditions of an attempt.
+   type :: conditions_type
+      type(method_type) :: method
+      real(wp) :: slack = 0              !! share by which forces may miss their laws; 0: the usual ones
+      logical :: may_predict = .false.   !! x is the motion of the last step, which had the same length
+      logical :: is_like_last = .false.  !! a static step of about the length of the last one, whose motion is in x
+      logical :: at_floor = .false.      !! there is no smaller step to fall back to
+   end type conditions_type
 
    !> Result of an attempt.
    type :: newton_report_type
@@ -83,41 +61,30 @@ module rockdda_stepping_newton
    end type newton_report_type
 
    !> What is found at the motion of a round.
-   type :: judgement_type
+   type :: round_type
       integer :: n_changes = 1      !! of states
-      real(wp) :: off = 0           !! share of force by which lengths are wrong
-      logical :: turned = .false.   !! arms were turned: another solve must follow
       logical :: agree = .false.    !! forces and motion agree
-   end type judgement_type
+      real(wp) :: fraction = 1      !! of the change of the motion; less: it was shortened
+   end type round_type
 
    type :: newton_type
-      real(wp) :: slack = 0              !! share by which forces may miss their laws; 0: the usual ones
-      logical :: may_predict = .false.   !! x is the motion of the last step, which had the same length
-      logical :: is_like_last = .false.  !! a static step of about the length of the last one, whose motion is in x
-      logical :: at_floor = .false.      !! there is no smaller step to fall back to
       type(line_search_type), private :: line
       real(wp), allocatable, private :: largest(:)   !! (nb) work
    contains
       procedure :: find_equilibrium
       procedure, nopass :: solve_once
-      procedure :: swap_room
       procedure, private :: predict_motion
-      procedure, private :: settle_friction
+      procedure, private :: solve_round
       procedure, private :: solve_on
+      procedure, private :: judge
    end type newton_type
 
 contains
 
-   !> Exchange scratch of two numbers for each link, of which nothing is kept from one attempt to the next.
-   pure subroutine swap_room(self, room)
-      class(newton_type), intent(inout) :: self
-      real(wp), allocatable, intent(inout) :: room(:, :)
-      call self%line%swap_room(room)
-   end subroutine swap_room
-
    !> Find the motion x and the states of all links at the end of a step. Block terms and first trial states are set.
-   subroutine find_equilibrium(self, context, families, equations, solver, times, report, error)
+   subroutine find_equilibrium(self, conditions, context, families, equations, solver, times, report, error)
       class(newton_type), intent(inout) :: self
+      type(conditions_type), intent(in) :: conditions
       type(step_context_type), intent(inout) :: context
       type(families_type), intent(inout) :: families
       type(equations_type), intent(inout) :: equations
@@ -125,115 +92,73 @@ contains
       type(phase_times_type), intent(inout) :: times
       type(newton_report_type), intent(out) :: report
       type(error_type), allocatable, intent(out) :: error
-      type(judgement_type) :: found
+      type(round_type) :: found
+      type(arms_type) :: arms
       integer :: n_shortened, round
-      real(wp) :: fraction
-      logical :: peer, solved, later   ! later: arms are measured after states are judged
-      peer = families%contacts%settings%peer
-      report%detail = ''
-      if ((self%may_predict .or. self%is_like_last) .and. .not. peer) &
-         call self%predict_motion(context, families, equations, times)
-      call families%contacts%friction%forget()
-      n_shortened = 0
-      do round = 1, context%parameters%max_open_close
-         report%rounds = round
-         solver%pause = merge(0.0_wp, coarse_solve, peer)
-         if (.not. peer) call self%line%keep(families, equations, round)
-         call solve(merge(change%states, change%loads, found%n_changes > 0 .or. found%turned .or. peer), families, &
-                    equations, solver, times, report, solved, error)
-         if (solved) call self%settle_friction(.false., families, equations, solver, times, report, solved, error)
-         if (solved) call self%solve_on(families, equations, solver, times, report, solved, error)
-         if (.not. solved) return
-         fraction = 1
-         if (round > 1 .and. .not. peer) call self%line%search(families, merge(static_tolerance, &
-                                                               friction_tolerance, self%slack > 0), equations, fraction)
-         n_shortened = merge(n_shortened + 1, 0, fraction < 1)
-         call judge_round(.true.)
-         if (report%left > 0 .and. .not. (fraction < 1 .or. found%turned) .and. &
-             (found%agree .or. found%n_changes == 0)) then
-            ! what may be accepted is solved for to the end
-            solver%pause = 0
-            call self%solve_on(families, equations, solver, times, report, solved, error)
+      logical :: peer, solved
+      associate (method => conditions%method)
+         peer = families%contacts%settings%peer
+         report%detail = ''
+         if ((conditions%may_predict .or. conditions%is_like_last) .and. .not. peer) &
+            call self%predict_motion(conditions, context, families, equations, times)
+         call families%contacts%friction%forget()
+         n_shortened = 0
+         do round = 1, context%parameters%max_open_close
+            report%rounds = round
+            if (.not. peer) call self%line%keep(families, equations, round)
+            call self%solve_round(merge(change%states, change%loads, found%n_changes > 0 .or. arms%turned .or. peer), &
+                                  merge(0.0_wp, method%coarse_solve, peer), conditions, families, equations, solver, &
+                                  times, report, solved, error)
             if (.not. solved) return
-            families%contacts%judges_again = .true.
-            call judge_round(.true.)
-         end if
-         if (.not. (found%agree .or. found%turned .or. fraction < 1 .or. peer) .and. found%n_changes == 0) then
-            ! friction, with the states and the matrix that it has in the end
-            solver%pause = 0
-            call solve(change%loads, families, equations, solver, times, report, solved, error)
-            if (solved) call self%settle_friction(.true., families, equations, solver, times, report, solved, error)
-            if (.not. solved) return
-            call judge_round(.false.)
-         end if
-         call times%lap(phase%judge)
-         if (n_shortened >= max(least_patience, nint(patience*context%parameters%max_open_close)) .and. &
-             .not. (self%at_floor .or. self%slack > 0)) return
-         if (found%agree .and. .not. fraction < 1) then
-            if (.not. families%contacts%settings%sticks) then
+            found%fraction = 1
+            if (round > 1 .and. .not. peer) call self%line%search(families, merge(method%static_tolerance, &
+                                                                  method%friction_tolerance, conditions%slack > 0), &
+                                                                  method, equations, found%fraction)
+            n_shortened = merge(n_shortened + 1, 0, found%fraction < 1)
+            call self%judge(conditions, round, .false., .false., context, families, equations, report%left, arms, found)
+            if (report%left > 0 .and. .not. (found%fraction < 1 .or. arms%turned) .and. &
+                (found%agree .or. found%n_changes == 0)) then
+               ! what may be accepted is solved for to the end
+               call self%solve_on(0.0_wp, method, families, equations, solver, times, report, solved, error)
+               if (.not. solved) return
+               call self%judge(conditions, round, .false., .true., context, families, equations, report%left, arms, &
+                               found)
+            end if
+            if (.not. (found%agree .or. arms%turned .or. found%fraction < 1 .or. peer) .and. found%n_changes == 0) then
+               call end_friction(conditions, families, equations, solver, times, report, solved, error)
+               if (.not. solved) return
+               call self%judge(conditions, round, .true., .false., context, families, equations, report%left, arms, &
+                               found)
+            end if
+            call times%lap(phase%judge)
+            if (n_shortened >= max(method%least_patience, &
+                                   nint(method%patience*context%parameters%max_open_close)) .and. &
+                .not. (conditions%at_floor .or. conditions%slack > 0)) return
+            if (converged(found, families%contacts)) then
                report%outcome = attempt%converged
                return
             end if
-            families%contacts%settings%sticks = .false.
-         end if
-         if (found%turned .or. .not. found%off > fine_placement) cycle
-         call turn_arms(context, families, equations)
-         found%turned = .true.
-      end do
-
-   contains
-
-      !> Judge the motion of the round: turn arms that are wrong, find new states, and whether all agrees. Arms hardly
-      !> wrong in the last round may wait for the end of friction, where no state changes.
-      subroutine judge_round(may_wait)
-         logical, intent(in) :: may_wait
-         integer :: n_unsettled
-         real(wp) :: last_off
-         logical :: may_turn, is_measured
-         may_turn = context%follows_rotation() .and. round <= fine_rounds
-         ! where arms were right in the last round they wait until no state changes
-         last_off = found%off
-         is_measured = may_turn .and. (round == 1 .or. last_off > fine_placement .or. &
-                                       context%blocks%n_blocks <= few_blocks)
-         found = judgement_type()
-         later = may_wait .and. round > 1 .and. last_off <= placement_tolerance .and. &
-                 context%blocks%n_blocks > few_blocks
-         if (is_measured .and. .not. later) call place_arms()
-         families%contacts%trial%doubt = doubtful*report%left/sqrt(real(max(1, equations%n_rows()), wp))
-         call families%judge(found%n_changes, n_unsettled)
-         found%agree = n_unsettled == 0 .and. .not. found%turned
-         if (found%agree) found%agree = forces_agree(self, families, context%blocks%n_blocks, round)
-         if (later .and. found%n_changes == 0 .and. .not. (found%agree .or. fraction < 1)) then
-            found%off = last_off
-            return
-         end if
-         if (may_turn .and. merge(later, found%n_changes == 0, is_measured)) call place_arms()
-         found%agree = found%agree .and. .not. found%turned
-         if (found%turned .and. is_measured .and. later) then
-            ! states by gaps on the new arms
-            families%contacts%judges_again = .true.
-            call families%judge(found%n_changes, n_unsettled)
-         end if
-         if (.not. (found%agree .and. context%follows_rotation() .and. round > fine_rounds) .or. self%at_floor) return
-         call measure_placement(context, families, equations, found%off)
-         found%agree = .not. found%off > gross_placement
-      end subroutine judge_round
-
-      !> Measure by how much arms are wrong; turn them if it is too much.
-      subroutine place_arms()
-         context%has_judged = later
-         call measure_placement(context, families, equations, found%off)
-         context%has_judged = .false.
-         found%turned = found%off > merge(placement_tolerance, fine_placement, context%blocks%n_blocks > few_blocks)
-         if (found%turned) call turn_arms(context, families, equations)
-      end subroutine place_arms
-
+            ! blocks have come to lean on each other: friction acts from here on
+            if (found%agree .and. .not. found%fraction < 1) families%contacts%settings%sticks = .false.
+            call arms%turn_if_off(method, context, families, equations)
+         end do
+      end associate
    end subroutine find_equilibrium
 
-   !> After a solve that has paused: go on while its residual is a large part of |R|, or to the end if it may not pause
-   !> any more.
-   subroutine solve_on(self, families, equations, solver, times, report, solved, error)
+   !> Is the motion of the round the solution? All forces follow their laws at it, and contacts slide by their friction.
+   pure logical function converged(found, contacts)
+      type(round_type), intent(in) :: found
+      type(contacts_type), intent(in) :: contacts
+      converged = found%agree .and. .not. (found%fraction < 1 .or. contacts%settings%sticks)
+   end function converged
+
+   !> Solve the equations of a round.
+   subroutine solve_round(self, what_is_new, pause, conditions, families, equations, solver, times, report, solved, &
+                          error)
       class(newton_type), intent(inout) :: self
+      integer, intent(in) :: what_is_new   !! one of change%...
+      real(wp), intent(in) :: pause        !! share of its first residual at which a solve may pause, 0: never
+      type(conditions_type), intent(in) :: conditions
       type(families_type), intent(inout) :: families
       type(equations_type), intent(inout) :: equations
       class(linear_solver_type), intent(inout) :: solver
@@ -241,73 +166,121 @@ contains
       type(newton_report_type), intent(inout) :: report
       logical, intent(out) :: solved
       type(error_type), allocatable, intent(out) :: error
-      real(wp) :: missing
+      call solve(what_is_new, pause, families, equations, solver, times, report, solved, error)
+      if (solved) call settle_friction(.false., pause, conditions, families, equations, solver, times, report, solved, &
+                                       error)
+      if (solved) call self%solve_on(pause, conditions%method, families, equations, solver, times, report, solved, &
+                                     error)
+   end subroutine solve_round
+
+   !> Friction, with the states and the matrix that it has in the end.
+   subroutine end_friction(conditions, families, equations, solver, times, report, solved, error)
+      type(conditions_type), intent(in) :: conditions
+      type(families_type), intent(inout) :: families
+      type(equations_type), intent(inout) :: equations
+      class(linear_solver_type), intent(inout) :: solver
+      type(phase_times_type), intent(inout) :: times
+      type(newton_report_type), intent(inout) :: report
+      logical, intent(out) :: solved
+      type(error_type), allocatable, intent(out) :: error
+      call solve(change%loads, 0.0_wp, families, equations, solver, times, report, solved, error)
+      if (solved) call settle_friction(.true., 0.0_wp, conditions, families, equations, solver, times, report, solved, &
+                                       error)
+   end subroutine end_friction
+
+   !> Judge the motion of the round: turn arms that are wrong, find new states, and whether all agrees. When arms are
+   !> measured is said in rockdda_stepping_arms.
+   subroutine judge(self, conditions, round, is_end, again, context, families, equations, left, arms, found)
+      class(newton_type), intent(inout) :: self
+      type(conditions_type), intent(in) :: conditions
+      integer, intent(in) :: round
+      logical, intent(in) :: is_end             !! friction was brought to its end
+      logical, intent(in) :: again              !! in place of the last judgement
+      type(step_context_type), intent(inout) :: context
+      type(families_type), intent(inout) :: families
+      type(equations_type), intent(inout) :: equations
+      real(wp), intent(in) :: left              !! residual of the last solve if it has paused, else 0
+      type(arms_type), intent(inout) :: arms
+      type(round_type), intent(inout) :: found  !! with the fraction of this round
+      integer :: n_unsettled, when
+      real(wp) :: last_off
+      logical :: forbidden
+      when = arms%moment_of(context, conditions%method, round, is_end)
+      last_off = arms%off
+      arms = arms_type()
+      if (when == moment%before) call arms%place(.false., conditions%method, context, families, equations)
+      families%contacts%trial%doubt = conditions%method%doubtful*left/sqrt(real(max(1, equations%n_rows()), wp))
+      if (again) call families%contacts%take_back()
+      call families%judge(found%n_changes, n_unsettled)
+      found%agree = n_unsettled == 0 .and. .not. arms%turned
+      if (found%agree) found%agree = forces_agree(self, families, context%blocks%n_blocks, conditions, round)
+      if ((when == moment%after .or. when == moment%at_rest .and. .not. is_end) .and. found%n_changes == 0 .and. &
+          .not. (found%agree .or. found%fraction < 1)) then
+         ! the end of friction follows
+         arms%off = last_off
+         return
+      end if
+      if (when == moment%after .or. when == moment%at_rest .and. found%n_changes == 0) &
+         call arms%place(.true., conditions%method, context, families, equations)
+      found%agree = found%agree .and. .not. arms%turned
+      if (arms%turned .and. when == moment%after) then
+         ! states by gaps on the new arms
+         call families%contacts%take_back()
+         call families%judge(found%n_changes, n_unsettled)
+      end if
+      if (.not. (found%agree .and. context%follows_rotation() .and. round > conditions%method%fine_rounds) .or. &
+          conditions%at_floor) return
+      call arms%forbid(conditions%method, context, families, equations, forbidden)
+      found%agree = .not. forbidden
+   end subroutine judge
+
+   !> After a solve that has paused: continue while its residual is a large part of |R|, or to the end if it may no
+   !> longer pause.
+   subroutine solve_on(self, pause, method, families, equations, solver, times, report, solved, error)
+      class(newton_type), intent(inout) :: self
+      real(wp), intent(in) :: pause        !! > 0: it may pause again; 0: it may not
+      type(method_type), intent(in) :: method
+      type(families_type), intent(inout) :: families
+      type(equations_type), intent(inout) :: equations
+      class(linear_solver_type), intent(inout) :: solver
+      type(phase_times_type), intent(inout) :: times
+      type(newton_report_type), intent(inout) :: report
+      logical, intent(out) :: solved
+      type(error_type), allocatable, intent(out) :: error
+      real(wp) :: missing, next_pause
       solved = .true.
+      next_pause = 0
       do while (report%left > 0)
-         if (solver%pause > 0) then
+         if (pause > 0) then
             call self%line%find_norm(families, equations, missing)
-            if (report%left < small_part*missing) return
-            solver%pause = max(coarse_solve, min(0.5_wp, 0.5_wp*small_part* &
-                                                 sqrt(max(0.0_wp, (missing/report%left)**2 - 1))))
+            if (report%left < method%small_part*missing) return
+            next_pause = max(method%coarse_solve, min(0.5_wp, 0.5_wp*method%small_part* &
+                                               sqrt(max(0.0_wp, (missing/report%left)**2 - 1))))
          end if
          call times%lap(phase%judge)
-         call solve(change%nothing, families, equations, solver, times, report, solved, error)
+         call solve(change%nothing, next_pause, families, equations, solver, times, report, solved, error)
          if (.not. solved) return
       end do
    end subroutine solve_on
 
-   !> Find the blocks with arms and lengths that are off, and by how much at most.
-   subroutine measure_placement(context, families, equations, off)
-      type(step_context_type), intent(inout) :: context
-      type(families_type), intent(in) :: families
-      type(equations_type), intent(inout) :: equations
-      real(wp), intent(out) :: off   !! share of force
-      call context%find_moved(equations%x)
-      call families%measure_placement(context, equations)
-      off = max(maxval(equations%block_off), maxval(equations%link_off(1:equations%n_links)))
-      if (off > fine_placement) call equations%misplaced_blocks(fine_placement, context%renewed)
-   end subroutine measure_placement
-
-   !> The arms of forces for the rotations of the present motion, of the blocks to be renewed. Where two blocks that
-   !> turn alike are joined, and only one of them is renewed, their link is off by more than before: arms of all blocks
-   !> are then turned, instead of those of one more row of neighbours in each round.
-   subroutine turn_arms(context, families, equations)
-      type(step_context_type), intent(inout) :: context
-      type(families_type), intent(inout) :: families
-      type(equations_type), intent(inout) :: equations
-      real(wp) :: off
-      call context%expect(equations%x)
-      call families%place(context, equations)
-      call families%predict(equations)
-      if (all(context%renewed)) return
-      ! other links are right now, or are as they were
-      context%measures_mixed = .true.
-      call families%measure_placement(context, equations)
-      context%measures_mixed = .false.
-      off = max(maxval(equations%block_off), maxval(equations%link_off(1:equations%n_links)))
-      if (.not. off > placement_tolerance) return
-      context%renewed = .true.
-      call context%expect(equations%x)
-      call families%place(context, equations)
-      call families%predict(equations)
-   end subroutine turn_arms
-
    !> Share by which forces may miss their laws, given the usual one.
-   pure real(wp) function accepted_miss(self, usual)
-      class(newton_type), intent(in) :: self
+   pure real(wp) function accepted_miss(conditions, usual)
+      type(conditions_type), intent(in) :: conditions
       real(wp), intent(in) :: usual
-      accepted_miss = merge(self%slack, usual, self%slack > 0)
+      accepted_miss = merge(conditions%slack, usual, conditions%slack > 0)
    end function accepted_miss
 
    !> Do the forces of the last solve follow the laws of the contacts at its motion?
-   logical function forces_agree(self, families, n_blocks, round)
-      type(newton_type), intent(inout) :: self
+   logical function forces_agree(self, families, n_blocks, conditions, round)
+      class(newton_type), intent(inout) :: self
       type(families_type), intent(in) :: families
+      type(conditions_type), intent(in) :: conditions
       integer, intent(in) :: n_blocks, round
       real(wp) :: share
       integer :: i, n_unsettled
       if (.not. allocated(self%largest)) allocate (self%largest(n_blocks))
-      share = merge(accepted_miss(self, force_tolerance), coarse_tolerance, round <= fine_rounds)
+      share = merge(accepted_miss(conditions, conditions%method%force_tolerance), conditions%method%coarse_tolerance, &
+                    round <= conditions%method%fine_rounds)
       self%largest = 0
       if (.not. families%contacts%settings%peer) then
          do i = 1, n_blocks
@@ -315,7 +288,8 @@ contains
          end do
       end if
       associate (contacts => families%contacts)
-         call count_unsettled(contacts%trial, contacts%table, share, accepted_miss(self, friction_tolerance)* &
+         call count_unsettled(contacts%trial, contacts%table, share, &
+                              accepted_miss(conditions, conditions%method%friction_tolerance)* &
                               largest_normal(contacts%trial, contacts%table%n), self%largest, n_unsettled)
       end associate
       forces_agree = n_unsettled == 0
@@ -326,20 +300,22 @@ contains
    !> equilibrium than the last motion, it is where the first solve starts, and the first states are judged by it; else
    !> arms are turned by the velocity at the start of the step. Where contacts vibrate from step to step
    !> (stiff springs, long steps) it does not. In statics the first states are judged by the last motion.
-   subroutine predict_motion(self, context, families, equations, times)
+   subroutine predict_motion(self, conditions, context, families, equations, times)
       class(newton_type), intent(inout) :: self
-      type(step_context_type), intent(inout) :: context
+      type(conditions_type), intent(in) :: conditions
+      type(step_context_type), intent(in) :: context
       type(families_type), intent(inout) :: families
       type(equations_type), intent(inout) :: equations
       type(phase_times_type), intent(inout) :: times
       logical :: is_good
       is_good = .true.
       call families%predict(equations)
-      if (self%may_predict) then
+      if (conditions%may_predict) then
          call self%line%keep(families, equations, 1)
          equations%x = 2*context%dt*context%state%velocity - equations%x
          call families%predict(equations)
-         is_good = self%line%is_better(families, equations, good_prediction)
+         is_good = self%line%is_better(families, equations, conditions%method%good_prediction, &
+                                       conditions%method%clearly_not)
       end if
       if (is_good) then
          call families%contacts%foresee()
@@ -349,10 +325,11 @@ contains
       call times%lap(phase%judge)
    end subroutine predict_motion
 
-   !> Assemble and solve the equations with the present states and friction forces, or go on with the last solve, and
+   !> Assemble and solve the equations with the present states and friction forces, or continue the last solve, and
    !> predict the motion of all links, or, with new friction forces, of the contacts that slide.
-   subroutine solve(what_is_new, families, equations, solver, times, report, solved, error)
+   subroutine solve(what_is_new, pause, families, equations, solver, times, report, solved, error)
       integer, intent(in) :: what_is_new   !! one of change%...
+      real(wp), intent(in) :: pause        !! share of its first residual at which the solve may pause, 0: never
       type(families_type), intent(inout) :: families
       type(equations_type), intent(inout) :: equations
       class(linear_solver_type), intent(inout) :: solver
@@ -379,8 +356,8 @@ contains
          times%assembled = times%assembled + n_assembled
          call times%lap(phase%assembly)
       end if
-      solver%goes_on = what_is_new == change%nothing
-      call solve_rows(equations, equations%f, what_is_new == change%states, solver, solution, error)
+      call solve_rows(equations, equations%f, what_is_new == change%states, &
+                      solve_effort_type(pause, what_is_new == change%nothing), solver, solution, error)
       call times%lap(phase%solve)
       call check_solution(solution, equations%x, report, solved, error)
       if (.not. solved) return
@@ -392,17 +369,18 @@ contains
    end subroutine solve
 
    !> Solve the assembled equations for a load, of all blocks or of those that are awake.
-   subroutine solve_rows(equations, load, measures_load, solver, solution, error)
+   subroutine solve_rows(equations, load, measures_load, effort, solver, solution, error)
       type(equations_type), intent(inout) :: equations
       real(wp), intent(in), contiguous :: load(:, :)        !! (6, nb)
       logical, intent(in) :: measures_load                  !! residuals are measured by the loads as they are now
+      type(solve_effort_type), intent(in) :: effort
       class(linear_solver_type), intent(inout) :: solver
       type(solve_report_type), intent(out) :: solution
       type(error_type), allocatable, intent(out) :: error
       real(wp), allocatable :: f(:, :), x(:, :)
       if (.not. allocated(equations%block_of)) then
          if (measures_load) solver%reference_load = equations%magnitude
-         call solver%solve(equations%matrix, load, equations%x, solution, error)
+         call solver%solve(equations%matrix, load, equations%x, solution, error, effort)
          return
       end if
       associate (rows => equations%block_of)
@@ -411,7 +389,7 @@ contains
          if (measures_load) solver%reference_load = equations%magnitude(:, rows)
          f = load(:, rows)
          x = equations%x(:, rows)
-         call solver%solve(equations%matrix, f, x, solution, error)
+         call solver%solve(equations%matrix, f, x, solution, error, effort)
          equations%x(:, rows) = x
       end associate
    end subroutine solve_rows
@@ -426,9 +404,7 @@ contains
       type(solve_report_type) :: solution
       logical :: solved
       report%detail = ''
-      solver%pause = 0
-      solver%goes_on = .false.
-      call solve_rows(equations, load, .true., solver, solution, error)
+      call solve_rows(equations, load, .true., solve_effort_type(), solver, solution, error)
       call check_solution(solution, equations%x, report, solved, error)
       if (solved) report%outcome = attempt%converged
    end subroutine solve_once
@@ -463,9 +439,10 @@ contains
 
    !> Find the friction forces that agree with the normal forces they cause, for the states as they are: with the
    !> last solve that makes a full step of Newton's method, without an unsymmetric matrix. Only loads change.
-   subroutine settle_friction(self, to_end, families, equations, solver, times, report, solved, error)
-      class(newton_type), intent(in) :: self
+   subroutine settle_friction(to_end, pause, conditions, families, equations, solver, times, report, solved, error)
       logical, intent(in) :: to_end     !! as well as a step must be accepted, else as well as other states need it
+      real(wp), intent(in) :: pause     !! share of its first residual at which a solve may pause, 0: never
+      type(conditions_type), intent(in) :: conditions
       type(families_type), intent(inout) :: families
       type(equations_type), intent(inout) :: equations
       class(linear_solver_type), intent(inout) :: solver
@@ -478,11 +455,11 @@ contains
       logical :: is_enough, may_leave
       solved = .true.
       ! a small correction may be left to the next round
-      may_leave = size(equations%x, 2) > few_blocks
+      may_leave = size(equations%x, 2) > conditions%method%few_blocks
       associate (contacts => families%contacts, friction => families%contacts%friction)
          call friction%begin(contacts%table, contacts%trial)
-         small = accepted_miss(self, friction_tolerance)*friction%deepest
-         do k = 1, friction_solves
+         small = accepted_miss(conditions, conditions%method%friction_tolerance)*friction%deepest
+         do k = 1, conditions%method%friction_solves
             call friction%improve(contacts%table, contacts%laws, contacts%settings, contacts%trial, worst)
             call friction%assess(worst, small, may_leave, is_enough)
             if (to_end) is_enough = worst <= 0.5_wp*small
@@ -490,7 +467,7 @@ contains
                call friction%take_used(contacts%trial)
                exit
             end if
-            call solve(change%friction, families, equations, solver, times, report, solved, error)
+            call solve(change%friction, pause, families, equations, solver, times, report, solved, error)
             if (.not. solved) return
          end do
       end associate

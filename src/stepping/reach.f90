@@ -12,7 +12,7 @@ module rockdda_stepping_reach
    use rockdda_contact_table, only : contact_table_type, contact_state, is_of_interval, other_row
    use rockdda_contact_search_limits, only : search_limits_type
    use rockdda_contact_bonds, only : pressed_cosine
-   use rockdda_stepping_control, only : step_control_type, longer_flight
+   use rockdda_stepping_control, only : step_control_type
    implicit none
    private
    public :: predicted_reach, set_search_limits, quantised
@@ -51,12 +51,7 @@ contains
       ! what moves further than the search distance allows will be cut; looking that far could make every pair of
       ! blocks a candidate
       reach = parameters%search_distance
-      if (4*expected < reach) then
-         reach = min(quantised(4*expected, parameters%w0), reach)
-      else if (control%follows_error(parameters)) then
-         ! blocks in free flight may move further
-         reach = max(reach, min(quantised(2.5_wp*expected, parameters%w0), longer_flight*reach))
-      end if
+      if (4*expected < reach) reach = min(quantised(4*expected, parameters%w0), reach)
    end function predicted_reach
 
    !> Distances and angles of a search for contacts that looks this far, and further where contacts of the last step ask

@@ -3,7 +3,7 @@
 !>
 !> `advance` is the whole of DDA's forward analysis: begin stages, find the motion of the step (search the contacts,
 !> prepare all interactions, find the equilibrium with all laws, with a shorter step when that fails), then commit, move
-!> the blocks, record. Each attempt starts from the same saved state: only an accepted step changes it.
+!> the blocks, record. Only an accepted step changes the state; an attempt that fails or is interrupted leaves no trace.
 module rockdda_stepping_simulation
    use rockdda_base_kinds, only : wp
    use rockdda_base_error, only : error_type
@@ -123,10 +123,7 @@ contains
       self%control%releases = self%families%held%is_releasing()
       call self%find_motion(report, error)
       self%interrupted = report%interrupted
-      if (allocated(error) .or. report%interrupted) then
-         call self%finder%give_back(self%blocks, self%contacts, self%families%contacts%table)
-         return
-      end if
+      if (allocated(error) .or. report%interrupted) return
       call accept_step(self%trial_step_type, report, self%ledger, self%forces, self%record)
       self%construction%newborn = .false.
    end subroutine advance

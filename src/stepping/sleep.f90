@@ -113,22 +113,25 @@ contains
       end associate
    end function unrest
 
-   !> Wake the blocks asleep that the solution disturbs, with neighbours over closed contacts.
-   subroutine wake_disturbed(context, equations, contacts, round, n_woken)
-      type(step_context_type), intent(inout) :: context
+   !> Wake the blocks asleep that the solution disturbs, with neighbours over closed contacts: in the attempt, not in the
+   !> state.
+   subroutine wake_disturbed(context, equations, contacts, round, asleep, calm, n_woken)
+      class(step_context_type), intent(in) :: context
       type(equations_type), intent(in) :: equations
       type(contact_table_type), intent(in) :: contacts       !! of the last step
       integer, intent(in) :: round                           !! in this step, from 1
+      logical, intent(inout) :: asleep(:)                    !! (nb)
+      integer, intent(inout) :: calm(:)                      !! (nb)
       integer, intent(out) :: n_woken                        !! 0: the step stands
       logical, allocatable :: woken(:), ring(:)
       real(wp) :: disturbance, worst
       integer :: c, i, k
       n_woken = 0
-      if (.not. any(context%state%asleep)) return
+      if (.not. any(asleep)) return
       allocate (woken(context%blocks%n_blocks), source=.false.)
       worst = 0
       do i = 1, size(woken)
-         if (.not. context%state%asleep(i) .or. context%is_left_out(i)) cycle
+         if (.not. asleep(i) .or. context%is_left_out(i)) cycle
          disturbance = pull_on(equations, i, radius_of_inertia(context%state, i))/context%parameters%sleep_tolerance
          woken(i) = disturbance > wakes
          worst = max(worst, disturbance)
@@ -136,7 +139,7 @@ contains
       if (.not. any(woken)) return
       if (worst <= strikes) then
          ! with the next step
-         where (woken) context%state%calm = disturbed
+         where (woken) calm = disturbed
          return
       end if
       do k = 1, min(2**min(round - 1, 20) - 1, size(woken))
@@ -150,11 +153,11 @@ contains
          if (all(ring .eqv. woken)) exit
          woken = ring
       end do
-      n_woken = count(woken .and. context%state%asleep)
+      n_woken = count(woken .and. asleep)
       do i = 1, size(woken)
-         if (.not. (woken(i) .and. context%state%asleep(i))) cycle
-         context%state%asleep(i) = .false.
-         context%state%calm(i) = 0
+         if (.not. (woken(i) .and. asleep(i))) cycle
+         asleep(i) = .false.
+         calm(i) = 0
       end do
    end subroutine wake_disturbed
 

@@ -9,10 +9,10 @@ module rockdda_stepping_smooth_motion
    use rockdda_linear_solver, only : linear_solver_type
    use rockdda_stepping_failure, only : attempt
    use rockdda_stepping_impact, only : impact_type
-   use rockdda_stepping_newton, only : newton_type, newton_report_type
+   use rockdda_stepping_newton, only : newton_type, newton_report_type, conditions_type
    implicit none
    private
-   public :: smooth_motion_type, newton_report_type
+   public :: smooth_motion_type, newton_report_type, conditions_type
 
    type, extends(newton_type) :: smooth_motion_type
       type(impact_type) :: impact               !! of the attempt
@@ -24,9 +24,11 @@ contains
 
    !> Find the motion x and the states of all links at the end of a step, `find_equilibrium`; in dynamic steps again and
    !> again until it is settled which contacts meet by the law of impact. Rounds and iterations are those of all.
-   subroutine find_smooth_motion(self, is_dynamic, context, families, equations, solver, times, report, error)
+   subroutine find_smooth_motion(self, is_dynamic, first_conditions, context, families, equations, solver, times, &
+                                 report, error)
       class(smooth_motion_type), intent(inout) :: self
       logical, intent(in) :: is_dynamic
+      type(conditions_type), intent(in) :: first_conditions
       type(step_context_type), intent(inout) :: context
       type(families_type), intent(inout) :: families
       type(equations_type), intent(inout) :: equations
@@ -34,14 +36,16 @@ contains
       type(phase_times_type), intent(inout) :: times
       type(newton_report_type), intent(out) :: report
       type(error_type), allocatable, intent(out) :: error
+      type(conditions_type) :: conditions
       integer :: iterations, rounds
       logical :: is_settled
+      conditions = first_conditions
       iterations = 0
       rounds = 0
       associate (contacts => families%contacts)
          call self%impact%begin(contacts%table%n)
          do
-            call self%find_equilibrium(context, families, equations, solver, times, report, error)
+            call self%find_equilibrium(conditions, context, families, equations, solver, times, report, error)
             iterations = iterations + report%iterations
             rounds = rounds + report%rounds
             report%iterations = iterations
@@ -49,8 +53,8 @@ contains
             if (allocated(error) .or. report%outcome /= attempt%converged .or. .not. is_dynamic) return
             call self%impact%mark(context, contacts%table, contacts%trial, contacts%laws, equations%x, is_settled)
             if (is_settled) return
-            self%may_predict = .false.
-            self%is_like_last = .false.
+            conditions%may_predict = .false.
+            conditions%is_like_last = .false.
          end do
       end associate
    end subroutine find_smooth_motion

@@ -42,7 +42,7 @@ contains
          return
       end if
       call begin_stages(step, construction, balance)
-      if (.not. step%control%k01(step%parameters) < 1) &
+      if (step%control%is_dynamic(step%parameters)) &
          call step%families%boundaries%become_quiet(step%step_context_type, balance)
    end subroutine change_stage
 
@@ -144,6 +144,7 @@ contains
       logical, intent(in) :: places   !! some stage places blocks
       if (size(construction%excavated, 2) == 0) return
       if (.not. any(construction%excavated(:, 1) > 0)) return
+      step%asleep = step%state%asleep
       step%released = step%control%released
       step%gravity = step%control%gravity(step%parameters)
       step%water = step%control%water(step%parameters)

@@ -42,7 +42,7 @@ contains
       logical :: stalls
       if (step%control%steps == 0) step%control%watch = stage_watch_type()
       step%control%watch%grown = step%control%watch%grown + displacement
-      if (step%control%k01(step%parameters) > 0) return
+      if (.not. step%control%is_static(step%parameters)) return
       if (forces%driven .or. step%control%watch%marks > 0) call watch_load(step, forces)
       associate (control => step%control, watch => step%control%watch)
          if (.not. control%is_static_search(step%parameters)) return

@@ -25,11 +25,10 @@ module rockdda_stepping_time_error
    use rockdda_base_kinds, only : wp
    use rockdda_base_parallel, only : parallel_blocks
    use rockdda_model_parameters, only : parameters_type
-   use rockdda_model_state, only : block_state_type, radius_of_inertia
+   use rockdda_model_state, only : block_state_type, energy, n_energies, radius_of_inertia
    use rockdda_contact_table, only : contact_table_type, contact_state
    use rockdda_interaction_context, only : step_context_type
    use rockdda_interaction_kinematics, only : displacement_at
-   use rockdda_interaction_open_close, only : open_close_type
    implicit none
    private
    public :: time_error_type
@@ -39,15 +38,13 @@ module rockdda_stepping_time_error
    !> radius of inertia, number of fixed points, inverse of the mass or 0 for a block that is held.
    integer, parameter :: n_rows = 22, at_displacement = 0, at_acceleration = 3, at_drift = 6, at_sum = 9, at_q = 12, &
                          at_speed = 19, at_inertia = 20, at_fixed = 21, at_give = 22
-   !> Errors of this share of the largest displacement are counted.
+   !> Errors of this share of the largest displacement are counted. Springs that swing by less hold as if they were
+   !> rigid: no error across them is larger than twice their amplitude.
    real(wp), parameter :: bin = 1.0e-4_wp
    !> Contacts take from Q in every eighth step.
    integer, parameter :: every_q = 8
    !> Differences across contacts below this share of the largest displacement may wait.
    real(wp), parameter :: small = 1.0e-6_wp
-   !> Springs that swing by less than this share of the wanted error, without one by less than `bin` of the largest
-   !> displacement, hold as if they were rigid: no error across them is larger than twice their amplitude.
-   real(wp), parameter :: negligible = 0.1_wp
    !> Share of a block's recent speed that is kept in a step.
    real(wp), parameter :: fading = 0.9_wp
 
@@ -58,12 +55,16 @@ module rockdda_stepping_time_error
       real(wp) :: error = 0                !! largest of any block [length]
       real(wp) :: relative = 0             !! the same over the largest displacement
       real(wp), allocatable :: of_blocks(:, :)   !! (n_rows, nb); no columns before the first dynamic step
+      ! with a ledger
+      real(wp) :: friction_before = 0      !! work of friction before the dynamic part [energy]
+      real(wp) :: friction = 0             !! the same in it
+      real(wp) :: largest_kinetic = 0      !! kinetic energy in it
    contains
       procedure :: init
       procedure :: add
       procedure :: has_shape
       procedure :: reference
-      procedure :: find_changes
+      procedure :: note_energies
    end type time_error_type
 
 contains
@@ -104,7 +105,7 @@ contains
       real(wp), intent(in), contiguous :: x(:, :)          !! (6, nb) motion
       type(contact_table_type), intent(in) :: table        !! with the states of the step's end
       logical, intent(in) :: is_dynamic
-      real(wp) :: error, largest, scale, least_swing
+      real(wp) :: error, largest, scale
       logical :: is_first
       integer :: i
       is_first = .not. self%counts
@@ -119,9 +120,7 @@ contains
          if (context%state%active(i)) call add_error(self%of_blocks(:, i), context, i, x(1:3, i), is_first)
       end do
       !$omp end parallel do
-      least_swing = bin*scale
-      if (context%parameters%accuracy > 0) least_swing = negligible*context%parameters%accuracy*scale
-      call keep_contacts(self%of_blocks, size(x, 2), context, table, small*scale, least_swing)
+      call keep_contacts(self%of_blocks, size(x, 2), context, table, small*scale, bin*scale)
       error = 0
       largest = 0
       !$omp parallel do default(none) shared(self, context, x, scale) private(i) &
@@ -135,91 +134,18 @@ contains
       self%relative = error/reference(self, context%parameters)
    end subroutine add
 
-   !> Largest change of the acceleration of a corner in a step that is not accepted yet, and that of blocks of which a
-   !> closed contact begins or ends to slide, or turns its slip [length/time**2]; 0 in the first one of Shi's scheme.
-   subroutine find_changes(self, context, x, table, trial, largest, at_kinks)
+   !> Note friction and motion at the end of a dynamic step.
+   pure subroutine note_energies(self, is_first, before, now)
       class(time_error_type), intent(inout) :: self
-      type(step_context_type), intent(in) :: context
-      real(wp), intent(in), contiguous :: x(:, :)          !! (6, nb) motion
-      type(contact_table_type), intent(in) :: table        !! with the states of the step's start
-      type(open_close_type), intent(in) :: trial           !! and of its end
-      real(wp), intent(out) :: largest, at_kinks
-      integer :: i, c
-      largest = 0
-      at_kinks = 0
-      if (.not. self%counts) then
-         if (.not. context%scheme%second_order) return
-         ! accelerations at the start are known
-         call begin(self, context%state)
-         call context%blocks%count_holds(self%of_blocks(at_fixed, :), context%released, context%held)
+      logical, intent(in) :: is_first                      !! a dynamic part begins
+      real(wp), intent(in) :: before(n_energies), now(n_energies)
+      if (is_first) then
+         self%friction_before = before(energy%friction)
+         self%largest_kinetic = before(energy%kinetic)
       end if
-      !$omp parallel do default(none) shared(self, context, x) private(i) reduction(max:largest) schedule(static) &
-      !$omp if (size(x, 2) > parallel_blocks)
-      do i = 1, size(x, 2)
-         largest = max(largest, change_of(i))
-      end do
-      !$omp end parallel do
-      do c = 1, table%n
-         if (table%state(c) == contact_state%open .or. trial%joint(c)%state == contact_state%open .or. &
-             trial%opened(c) .or. table%tied(c)) cycle
-         if (has_kink(c)) then
-            at_kinks = max(at_kinks, change_of(table%block_a(c)), change_of(table%block_b(c)))
-         else if (table%state(c) == contact_state%sliding) then
-            at_kinks = max(at_kinks, 2*turned_speed(c)/context%dt)
-         end if
-      end do
-
-   contains
-
-      !> Does a contact begin or end to slide, or turn its slip?
-      pure logical function has_kink(c)
-         integer, intent(in) :: c       !! row
-         has_kink = trial%joint(c)%state /= table%state(c) .or. &
-                    (table%state(c) == contact_state%sliding .and. trial%joint(c)%slip_sign /= table%slip_sign(c))
-      end function has_kink
-
-      !> Speed of the slip at the end of a step that has turned it, although the way of the step is still that of the
-      !> old slip, and so is friction; 0: it has not turned. The velocity is wrong by as much.
-      pure real(wp) function turned_speed(c)
-         integer, intent(in) :: c       !! row of a contact that slides
-         real(wp) :: tangent(2), v(6), speed(2)   !! along the slip, at the start and the end
-         integer :: side, i
-         associate (n => table%normal(:, c), scheme => context%scheme, dt => context%dt, state => context%state)
-            tangent = table%slip_sign(c)*[-n(2), n(1)]
-            speed = 0
-            do side = 1, 2
-               i = merge(table%block_a(c), table%block_b(c), side == 1)
-               if (self%of_blocks(at_fixed, i) > 1) cycle
-               v = state%velocity(:, i)
-               speed(1) = speed(1) + sign(1.0_wp, 1.5_wp - side)* &
-                          dot_product(tangent, displacement_at(v, table%point(:, c), state%centroid(:, i)))
-               if (scheme%second_order) then
-                  v = v + scheme%velocity_change(state%acceleration(:, i), scheme%new_acceleration( &
-                                                 x(:, i), v, state%acceleration(:, i), context%jump(:, i), dt), &
-                                                 context%jump(:, i), dt)
-               else
-                  v = (2/dt)*x(:, i) - v
-               end if
-               speed(2) = speed(2) + sign(1.0_wp, 1.5_wp - side)* &
-                          dot_product(tangent, displacement_at(v, table%point(:, c), state%centroid(:, i)))
-            end do
-         end associate
-         turned_speed = 0
-         if (speed(1) > 0) turned_speed = max(0.0_wp, -speed(2))
-      end function turned_speed
-
-      !> Change of the acceleration of a block's corner.
-      pure real(wp) function change_of(i)
-         integer, intent(in) :: i       !! block
-         real(wp) :: factors(3), a(3), change(3)
-         change_of = 0
-         if (.not. context%state%active(i) .or. self%of_blocks(at_fixed, i) > 1) return
-         factors = [1.0_wp, 1.0_wp, radius_of_inertia(context%state, i)]
-         call find_change(self%of_blocks(:, i), context, i, x(1:3, i), .false., factors, a, change)
-         change_of = size_of(change)
-      end function change_of
-
-   end subroutine find_changes
+      self%friction = now(energy%friction) - self%friction_before
+      self%largest_kinetic = max(self%largest_kinetic, now(energy%kinetic))
+   end subroutine note_energies
 
    !> A dynamic part begins.
    pure subroutine begin(self, state)

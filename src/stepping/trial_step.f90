@@ -1,24 +1,26 @@
 ! SPDX-License-Identifier: MIT
 !> The step at hand: attempts to solve it, each with a shorter dt than the last, until the motion can be accepted.
 !>
-!> Every attempt starts from the state of the last accepted step, which none of them changes. What becomes of the motion
-!> that is found is told by rockdda_stepping_acceptance.
+!> Every attempt starts from the state of the last accepted step and leaves it as it is: what it finds of the start of
+!> the step, and of blocks asleep, is kept beside it. The accepted motion is applied in rockdda_stepping_acceptance. A
+!> step that fails or is interrupted gives back the last motion and the memory of the solver (`drop_attempts`).
 module rockdda_stepping_trial_step
    use rockdda_base_kinds, only : wp
    use rockdda_base_error, only : error_type, add_context
    use rockdda_base_phase_times, only : phase_times_type, phase
    use rockdda_base_strings, only : to_string
-   use rockdda_contact_table, only : contact_table_type, contact_state
+   use rockdda_model_parameters, only : parameters_type
+   use rockdda_contact_table, only : contact_table_type
    use rockdda_interaction_context, only : step_context_type
    use rockdda_interaction_equations, only : equations_type
    use rockdda_interaction_families, only : families_type
-   use rockdda_interaction_time_scheme, only : time_scheme_type, shi_scheme
+   use rockdda_interaction_time_scheme, only : time_scheme_type, scheme_of_start, purpose
    use rockdda_linear_solver, only : linear_solver_type
    use rockdda_stepping_contact_finder, only : contact_finder_type
    use rockdda_stepping_control, only : step_control_type, cut_for_displacement, cut_reason, n_cut_reasons
    use rockdda_stepping_failure, only : attempt, judge_motion, report_failure
    use rockdda_stepping_sleep, only : wake_disturbed
-   use rockdda_stepping_smooth_motion, only : smooth_motion_type, newton_report_type
+   use rockdda_stepping_smooth_motion, only : smooth_motion_type, newton_report_type, conditions_type
    implicit none
    private
    public :: trial_step_type, trial_report_type
@@ -41,19 +43,8 @@ module rockdda_stepping_trial_step
       type(contact_table_type) :: room          !! scratch
       integer, allocatable :: skipped(:)        !! stages that were over before their first step, since the last step
       type(phase_times_type) :: times           !! where the time went; nothing depends on it
-      real(wp) :: change = 0, at_kinks = 0      !! of accelerations, as of time_error%find_changes
-      !> (4, nb) forces on the blocks at the start of the first step of Shi's scheme with a wanted accuracy: resultant
-      !> and moment about the centroid, sum of magnitudes; else none
-      real(wp), allocatable :: at_start(:, :)
-      real(wp), private :: kink_end = 0         !! end of the last attempt that was cut for a kink; 0: none [time]
-      logical, private :: is_sudden = .false.   !! an attempt was cut for a sudden change
-      real(wp), private :: shorter = 0          !! step to try after one that is not accurate enough
-      integer, private :: cuts(n_cut_reasons) = 0   !! of the step at hand
       real(wp), allocatable :: last_motion(:, :)       !! (6, nb) x at the start of the step
-      real(wp), allocatable, private :: memory(:)      !! of the solver, to go back to when the step is interrupted
-      logical, allocatable, private :: was_asleep(:)                   !! (nb) the same
-      real(wp), allocatable, private :: velocity(:, :)                 !! (6, nb) work
-      logical, allocatable, private :: in_flight(:)                    !! (nb) with accuracy, work; else none
+      real(wp), allocatable, private :: memory(:)      !! of the solver, there
    contains
       procedure :: find_motion
       procedure :: find_contacts
@@ -62,21 +53,18 @@ module rockdda_stepping_trial_step
       procedure, private :: expect_motion
       procedure, private :: find_acceleration
       procedure, private :: turn_forces
-      procedure, private :: judge_accuracy
-      procedure, private :: shorten_step
+      procedure, private :: drop_attempts
    end type trial_step_type
 
    !> A motion that can be accepted, unless the search for it was interrupted.
    type :: trial_report_type
       logical :: interrupted = .false.   !! a stop was requested; nothing has changed
-      logical :: was_sudden = .false.    !! a longer step was not accurate enough: accelerations changed suddenly
-      real(wp) :: kink_end = 0           !! end of the shortest step that was cut for a kink; 0: none was [time]
       logical :: shortened = .false.     !! dt was shortened to land on an end
       real(wp) :: displacement = 0       !! largest of any vertex [length]
-      real(wp) :: bounded = 0            !! the same of those that g2 w0 bounds [length]
       integer :: rounds = 0              !! of the open-close iteration, of the accepted attempt
       integer :: attempts = 0
       integer :: iterations = 0          !! of the solver, of all attempts
+      integer :: cuts(n_cut_reasons) = 0 !! attempts that failed, by reason
    end type trial_report_type
 
 contains
@@ -91,46 +79,38 @@ contains
       real(wp) :: reach
       logical :: at_floor, is_first
       integer :: n_woken, sleepers
-      if (self%parameters%sleeps) then
-         if (.not. allocated(self%was_asleep)) allocate (self%was_asleep, mold=self%state%asleep)
-         self%was_asleep(:) = self%state%asleep
-      end if
       if (.not. allocated(self%last_motion)) allocate (self%last_motion, mold=self%equations%x)
       self%last_motion(:, :) = self%equations%x
-      if (allocated(self%solver%interruption)) call self%solver%pack(self%memory)
+      call self%solver%pack(self%memory)
       call self%begin_step()
-      if (abs(self%dt - self%control%last_dt) <= 0 .and. .not. self%control%k01(self%parameters) > 0) &
+      if (abs(self%dt - self%control%last_dt) <= 0 .and. self%control%is_static(self%parameters)) &
          call self%control%trend%expect(self%dt, self%state%acceleration, self%equations%x)
       reach = self%finder%first_reach(self%step_context_type, self%control)
       call self%find_contacts(reach)
-      self%cuts = 0
-      self%kink_end = 0
-      self%is_sudden = .false.
       sleepers = 0
       is_first = .true.
       do
          report%attempts = report%attempts + 1
          ! the negation: a step that is no number has no smaller one
          at_floor = .not. self%dt > self%parameters%dt_min*(1 + 1.0e-12_wp)
-         call self%try_step(reach, is_first, at_floor, of_attempt, report%bounded, report%displacement, error)
+         call self%try_step(reach, is_first, at_floor, of_attempt, report%displacement, error)
          is_first = .false.
          report%iterations = report%iterations + of_attempt%iterations
          if (allocated(error)) then
             call add_context(error, 'step '//to_string(self%state%step + 1))
+            call self%drop_attempts()
             return
          end if
          select case (of_attempt%outcome)
          case (attempt%converged)
             sleepers = sleepers + 1
-            call wake_disturbed(self%step_context_type, self%equations, self%contacts, sleepers, n_woken)
+            call wake_disturbed(self, self%equations, self%contacts, sleepers, self%asleep, self%calm, n_woken)
             if (n_woken == 0) exit
             call self%find_contacts(reach)
             report%attempts = report%attempts - 1
          case (attempt%interrupted)
             report%interrupted = .true.
-            if (self%parameters%sleeps) self%state%asleep = self%was_asleep
-            self%equations%x = self%last_motion
-            call self%solver%unpack(self%memory)
+            call self%drop_attempts()
             return
          case (attempt%search_again)
             ! a step that may be: search further, and begin again
@@ -142,23 +122,31 @@ contains
                call report_failure(of_attempt%outcome, self%dt, of_attempt%detail, self%blocks, self%parameters, &
                                    self%state, self%families%contacts%table, self%families%contacts%trial, &
                                    self%equations%x, error)
+               call self%drop_attempts()
                return
             end if
-            call self%shorten_step(of_attempt%outcome, report%bounded)
+            call shorten_step(self%parameters, of_attempt%outcome, report%displacement, self%dt, report%cuts)
          end select
       end do
       report%rounds = of_attempt%rounds
-      report%was_sudden = self%is_sudden
-      report%kink_end = self%kink_end
       report%shortened = abs(self%dt - self%control%dt) > 0 .and. report%attempts == 1
-      self%control%cuts = self%control%cuts + self%cuts
       call self%times%lap(phase%other)
    end subroutine find_motion
+
+   !> Forget the attempts at a step: the same step can be repeated with the same bits.
+   subroutine drop_attempts(self)
+      class(trial_step_type), intent(inout) :: self
+      self%equations%x = self%last_motion
+      call self%solver%unpack(self%memory)
+      if (allocated(self%acceleration)) deallocate (self%acceleration)
+   end subroutine drop_attempts
 
    !> Loads, supports and dt that the present stage gives the step.
    subroutine begin_step(self)
       class(trial_step_type), intent(inout) :: self
       integer :: p
+      self%asleep = self%state%asleep
+      self%calm = self%state%calm
       self%released = self%control%released
       do p = 1, self%blocks%fixed%n
          if (.not. self%state%active(self%blocks%fixed%block(p))) self%released(p) = .true.
@@ -167,7 +155,6 @@ contains
       self%motion_start = self%control%motion_start
       self%water = self%control%water(self%parameters)
       self%solver%enough = self%control%residual_enough(self%parameters, self%blocks%n_blocks)
-      self%newton%slack = self%control%force_slack(self%parameters)
       self%dt = self%control%step_size(self%parameters, self%state%time)
    end subroutine begin_step
 
@@ -177,22 +164,14 @@ contains
       real(wp), intent(in) :: reach   !! [length]
       integer :: pattern_id
       call self%times%lap(phase%other)
-      ! the search and the rounds, which take turns, use the same scratch
-      associate (contacts => self%families%contacts, equations => self%equations, &
-                 new_lengths => self%finder%search%inheritance%new_lengths)
-         call self%newton%swap_room(new_lengths%stored)
-         call self%finder%borrow(equations, contacts)
-         call self%finder%find(self%step_context_type, self%contacts, reach, contacts%table)
-         call self%finder%return_room(equations, contacts)
-         call self%newton%swap_room(new_lengths%stored)
-      end associate
+      call self%finder%find(self%step_context_type, self%contacts, reach, self%families%contacts%table)
       if (allocated(self%resting)) deallocate (self%resting)
       if (allocated(self%finder%search%pairs%resting)) self%resting = self%finder%search%pairs%resting
       self%times%searches = self%times%searches + 1
       if (self%finder%search%pairs%was_kept) self%times%reused = self%times%reused + 1
       call self%times%lap(phase%search)
       call self%families%prepare(self%step_context_type, self%equations)
-      call self%equations%set_rows(self%state%asleep)
+      call self%equations%set_rows(self%asleep)
       if (allocated(self%equations%block_of)) then
          self%solver%centroid = self%state%centroid(:, self%equations%block_of)
       else
@@ -206,114 +185,55 @@ contains
    end subroutine find_contacts
 
    !> One attempt with a fixed dt: find the equilibrium, and check that its motion can be accepted.
-   subroutine try_step(self, reach, is_first, at_floor, report, bounded, displacement, error)
+   subroutine try_step(self, reach, is_first, at_floor, report, displacement, error)
       class(trial_step_type), intent(inout) :: self
       real(wp), intent(in) :: reach     !! of the search that found the contacts [length]
       logical, intent(in) :: is_first   !! nothing has been solved in this step: x is the motion of the last one
       logical, intent(in) :: at_floor   !! there is no smaller step to fall back to
       type(newton_report_type), intent(out) :: report
-      real(wp), intent(out) :: bounded           !! displacement that is bounded by g2 w0 [length]
       real(wp), intent(out) :: displacement      !! largest of any vertex [length]
       type(error_type), allocatable, intent(out) :: error
-
-      bounded = 0
+      type(conditions_type) :: conditions
       displacement = 0
       self%times%attempts = self%times%attempts + 1
       call self%times%lap(phase%other)
       self%scheme = self%control%scheme(self%parameters)
       self%scheme%carried = self%control%carry(self%parameters, self%dt)
-      if (self%scheme%second_order .and. .not. self%state%accelerates) then
+      if (self%scheme%second_order .and. .not. self%knows_acceleration()) then
          call self%find_acceleration(report, error)
          if (allocated(error) .or. report%outcome /= attempt%converged) return
       end if
       if (self%scheme%second_order) call self%turn_forces()
-      if (is_first .and. self%control%follows_error(self%parameters) .and. &
-          .not. (self%scheme%second_order .or. self%control%time_error%counts)) call find_start_forces()
-      self%newton%may_predict = is_first .and. abs(self%dt - self%control%last_dt) <= 0 .and. &
-                                abs(self%control%k01(self%parameters) - 1) <= 0
-      call self%expect_motion(is_first)
+      conditions%method = self%control%method
+      conditions%slack = self%control%force_slack(self%parameters)
+      conditions%may_predict = is_first .and. abs(self%dt - self%control%last_dt) <= 0 .and. &
+                               self%control%is_dynamic(self%parameters)
+      conditions%is_like_last = is_first .and. self%control%is_like_last(self%parameters, self%dt)
+      conditions%at_floor = at_floor
+      call self%expect_motion(is_first, conditions%may_predict)
       call self%families%begin(self%step_context_type)
       call self%families%place(self%step_context_type, self%equations)
       call self%times%lap(phase%block_terms)
-      self%newton%at_floor = at_floor
-      self%newton%is_like_last = is_first .and. self%control%is_like_last(self%parameters, self%dt)
-      call self%newton%find_smooth_motion(self%control%k01(self%parameters) > 0, self%step_context_type, &
-                                          self%families, self%equations, self%solver, self%times, report, error)
+      call self%newton%find_smooth_motion(.not. self%control%is_static(self%parameters), conditions, &
+                                          self%step_context_type, self%families, self%equations, self%solver, &
+                                          self%times, report, error)
       if (allocated(error)) return
       ! only a motion that would be accepted is measured: in earlier rounds blocks may be loose
       if (report%outcome /= attempt%converged) return
-      call find_flights()
-      call judge_motion(self%step_context_type, self%equations%x, reach, at_floor, self%in_flight, bounded, &
-                        displacement, report%outcome)
-      if (report%outcome /= attempt%converged .or. .not. self%control%follows_error(self%parameters)) return
-      call self%judge_accuracy(at_floor, report%outcome)
-
-   contains
-
-      !> Find the forces on the blocks at the start of the step. Shi's scheme damps the motion that they begin within
-      !> its first step, so that its end does not tell that they were out of balance.
-      subroutine find_start_forces()
-         type(time_scheme_type) :: scheme
-         real(wp), allocatable :: velocity(:, :)
-         integer :: i
-         scheme = self%scheme
-         allocate (velocity, source=self%state%velocity)
-         self%state%velocity = 0
-         self%scheme%level = 0
-         self%scheme%seeks_start = .true.
-         call self%renew_all()
-         call self%expect()
-         call assemble_start(self)
-         if (.not. allocated(self%at_start)) allocate (self%at_start(4, self%blocks%n_blocks))
-         do i = 1, self%blocks%n_blocks
-            self%at_start(:, i) = [self%equations%f(1:3, i), norm2(self%equations%magnitude(1:2, i))]
-         end do
-         self%state%velocity = velocity
-         self%scheme = scheme
-      end subroutine find_start_forces
-
-      !> With a wanted accuracy: blocks that neither touch others at the start or the end of the step nor are held.
-      subroutine find_flights()
-         integer :: c, k, n
-         n = merge(self%blocks%n_blocks, 0, self%control%follows_error(self%parameters))
-         if (allocated(self%in_flight)) then
-            if (size(self%in_flight) /= n) deallocate (self%in_flight)
-         end if
-         if (.not. allocated(self%in_flight)) allocate (self%in_flight(n))
-         if (n == 0) return
-         self%in_flight = .true.
-         associate (contacts => self%families%contacts, edges => self%families%boundaries%edges)
-            do c = 1, contacts%table%n
-               if (contacts%table%state(c) == contact_state%open .and. &
-                   contacts%trial%joint(c)%state == contact_state%open) cycle
-               self%in_flight(contacts%table%block_a(c)) = .false.
-               self%in_flight(contacts%table%block_b(c)) = .false.
-            end do
-            do c = 1, size(edges, 2)
-               self%in_flight(edges(2, c)) = .false.
-            end do
-         end associate
-         do c = 1, self%blocks%fixed%n
-            self%in_flight(self%blocks%fixed%block(c)) = .false.
-         end do
-         do c = 1, self%blocks%bolts%n
-            do k = 1, 2
-               if (self%blocks%bolts%blocks(k, c) > 0) self%in_flight(self%blocks%bolts%blocks(k, c)) = .false.
-            end do
-         end do
-      end subroutine find_flights
+      call judge_motion(self%step_context_type, self%equations%x, reach, at_floor, displacement, report%outcome)
 
    end subroutine try_step
 
    !> Set the motion expected of each block in the step; its rotation turns the arms of forces. It is 2 v dt - d (d:
    !> motion of the last step) where the rounds may begin there, v dt where velocities are carried on, and d in statics.
-   subroutine expect_motion(self, is_first)
+   subroutine expect_motion(self, is_first, may_predict)
       class(trial_step_type), intent(inout) :: self
-      logical, intent(in) :: is_first   !! x is the motion of the last step
+      logical, intent(in) :: is_first      !! x is the motion of the last step
+      logical, intent(in) :: may_predict   !! the rounds may begin with a predicted motion
       call self%renew_all()
-      if (self%newton%may_predict) then
+      if (may_predict) then
          call self%expect(self%state%velocity, 2*self%dt, less=self%equations%x)
-      else if (self%control%k01(self%parameters) > 0) then
+      else if (.not. self%control%is_static(self%parameters)) then
          call self%expect(self%state%velocity, self%dt)
       else if (is_first .and. abs(self%dt - self%control%last_dt) <= 0) then
          call self%expect(self%equations%x)
@@ -329,30 +249,22 @@ contains
       type(newton_report_type), intent(out) :: report
       type(error_type), allocatable, intent(out) :: error
       type(time_scheme_type) :: scheme
-      real(wp), allocatable :: velocity(:, :), last(:, :), force(:, :)
+      real(wp), allocatable :: last(:, :), force(:, :)
       real(wp) :: dt
       scheme = self%scheme
       dt = self%dt
-      allocate (velocity, source=self%state%velocity)
       allocate (last, source=self%equations%x)
-      self%state%velocity = 0
-      self%state%acceleration = 0
       self%dt = 0.5_wp*dt
-      self%scheme = shi_scheme()
-      self%scheme%level = 0
-      self%scheme%seeks_start = .true.
       call self%renew_all()
       call self%expect()
-      call assemble_start(self)
+      call assemble_start(self, scheme_of_start(purpose%acceleration, 0.0_wp))
       allocate (force, source=self%equations%f)
       if (self%parameters%mass_damping > 0) call add_damping(force)
-      self%scheme%level = 1
-      call assemble_start(self)
+      call assemble_start(self, scheme_of_start(purpose%acceleration, 1.0_wp))
       self%equations%x = 0
       call self%newton%solve_once(self%equations, force, self%solver, report, error)
-      self%state%acceleration = (2/self%dt**2)*self%equations%x
-      self%state%accelerates = report%outcome == attempt%converged .and. .not. allocated(error)
-      self%state%velocity = velocity
+      if (report%outcome == attempt%converged .and. .not. allocated(error)) &
+         self%acceleration = (2/self%dt**2)*self%equations%x
       self%equations%x = last
       self%scheme = scheme
       self%dt = dt
@@ -365,7 +277,7 @@ contains
          integer :: i
          do i = 1, self%blocks%n_blocks
             if (self%is_left_out(i)) cycle
-            force(:, i) = force(:, i) - self%parameters%mass_damping*self%momentum(i, velocity(:, i))
+            force(:, i) = force(:, i) - self%parameters%mass_damping*self%momentum(i, self%state%velocity(:, i))
          end do
       end subroutine add_damping
 
@@ -385,62 +297,33 @@ contains
       scheme = self%scheme
       if (.not. abs(2*scheme%level - 1) > 0) return   ! forces act at mid-step
       if (.not. maxval(abs(self%state%velocity(3, :)))*self%dt > least_turn) return
-      if (.not. allocated(self%velocity)) allocate (self%velocity, mold=self%state%velocity)
-      self%velocity(:, :) = self%state%velocity
-      self%state%velocity = 0
-      self%scheme = shi_scheme()
-      self%scheme%level = 0
-      self%scheme%turns_forces = .true.
-      call self%expect(self%velocity, self%dt)
-      call assemble_start(self)
+      call self%expect(self%state%velocity, self%dt)
+      call assemble_start(self, scheme_of_start(purpose%turning, 0.0_wp))
       self%turning = -self%equations%f
-      call self%expect(self%velocity, 2*scheme%level*self%dt)
-      call assemble_start(self)
+      call self%expect(self%state%velocity, 2*scheme%level*self%dt)
+      call assemble_start(self, scheme_of_start(purpose%turning, 0.0_wp))
       self%turning = self%turning + self%equations%f
-      self%state%velocity = self%velocity
       self%scheme = scheme
    end subroutine turn_forces
 
    !> Assemble the equations of a motion from rest in the states of the start, with the arms of the expected motion.
-   subroutine assemble_start(self)
+   subroutine assemble_start(self, scheme)
       class(trial_step_type), intent(inout) :: self
+      type(time_scheme_type), intent(in) :: scheme   !! of the start
+      self%scheme = scheme
       call self%families%begin(self%step_context_type)
       call self%families%place(self%step_context_type, self%equations)
       call self%families%add_to_links(self%equations)
       call self%equations%assemble()
    end subroutine assemble_start
 
-   !> Do accelerations change more than the wanted accuracy allows? Then the step is to be shorter.
-   subroutine judge_accuracy(self, at_floor, outcome)
-      class(trial_step_type), intent(inout) :: self
-      logical, intent(in) :: at_floor
-      integer, intent(inout) :: outcome           !! one of attempt%...
-      logical :: is_kink, is_sudden
-      associate (p => self%parameters, control => self%control, step => self%control%accuracy%attempt)
-         if (.not. control%time_error%counts) call control%accuracy%begin_part(self%state%time)
-         call control%time_error%find_changes(self%step_context_type, self%equations%x, self%families%contacts%table, &
-                                              self%families%contacts%trial, self%change, self%at_kinks)
-         if (at_floor) return
-         step%first_dt = p%dt_max
-         step%dt = self%dt
-         step%time = self%state%time + self%dt
-         step%length = control%dynamic_length(p)
-         step%largest = control%time_error%reference(p)
-         step%change = self%change
-         step%at_kink = self%at_kinks
-         call control%accuracy%judge_step(p%accuracy, p%cut_factor, step, is_kink, is_sudden, &
-                                          self%shorter)
-         if (is_kink .or. is_sudden) outcome = attempt%inaccurate
-         if (is_kink) self%kink_end = step%time
-         self%is_sudden = self%is_sudden .or. is_sudden
-      end associate
-   end subroutine judge_accuracy
-
    !> A shorter step after a failed attempt; count why.
-   pure subroutine shorten_step(self, outcome, bounded)
-      class(trial_step_type), intent(inout) :: self
+   pure subroutine shorten_step(parameters, outcome, displacement, dt, cuts)
+      type(parameters_type), intent(in) :: parameters
       integer, intent(in) :: outcome              !! one of attempt%...
-      real(wp), intent(in) :: bounded             !! displacement that is bounded by g2 w0 [length]
+      real(wp), intent(in) :: displacement        !! largest of any vertex [length]
+      real(wp), intent(inout) :: dt               !! step [time]
+      integer, intent(inout) :: cuts(:)           !! (n_cut_reasons)
       integer :: reason
       select case (outcome)
       case (attempt%too_far)
@@ -449,18 +332,14 @@ contains
          reason = cut_reason%ruined_block
       case (attempt%no_solution)
          reason = cut_reason%solver
-      case (attempt%inaccurate)
-         reason = cut_reason%accuracy
       case default
          reason = cut_reason%contacts
       end select
-      self%cuts(reason) = self%cuts(reason) + 1
-      if (outcome == attempt%inaccurate) then
-         self%dt = max(self%parameters%dt_min, self%shorter)
-      else if (outcome == attempt%too_far) then
-         self%dt = cut_for_displacement(self%parameters, self%dt, bounded)
+      cuts(reason) = cuts(reason) + 1
+      if (outcome == attempt%too_far) then
+         dt = cut_for_displacement(parameters, dt, displacement)
       else
-         self%dt = max(self%parameters%dt_min, self%parameters%cut_factor*self%dt)
+         dt = max(parameters%dt_min, parameters%cut_factor*dt)
       end if
    end subroutine shorten_step
 

@@ -189,18 +189,6 @@ class Plausibility(ProgramTest):
             "the record has a row each 0.0005; give dt_max, at most 0.0025", options=record.format(3e-3), file="x.nml"
         )
         self.assertEqual(self.warnings(options=record.format(2.4e-3)), [])
-        self.write("x.nml", "&time accuracy = 1e-2 /\n&load harmonic = 1, 0, 2, 0, 0 /\n")
-        checked = self.run_program("check", "x.dc", "x.df", "x.nml")
-        self.assertIn("Shi's scheme damps the vibrations of a harmonic motion", checked.err)
-
-    def test_weakening_friction_in_steps_of_a_wanted_accuracy(self):
-        self.warnings()
-        law = "&joint_law material = 1, law = 'displacement', residual_friction = 5, slip_length = 0.01 /\n"
-        time = "&time accuracy = 1e-3{} /\n"
-        for expected, options in ((1, law + time.format("")), (0, law + time.format(", dt_max = 1e-3")), (0, law)):
-            self.write("x.nml", options)
-            checked = self.run_program("check", "x.dc", "x.df", "x.nml")
-            self.assertEqual(checked.err.count("weakens (law 'displacement')"), expected, checked.err)
 
     def test_no_false_alarm(self):
         # notes of cutting aside, which name a line

@@ -42,6 +42,10 @@ contains
       character(len=*), intent(in) :: group_of(:)   !! the group of each of them
       character(len=:), allocatable :: text
       integer :: i, n_own
+      if (name == 'accuracy' .and. group == 'time') then
+         text = '; steps are not chosen by their error: rockdda-post convergence shows what the step changes'
+         return
+      end if
       text = ''
       do i = 1, size(names)
          if (names(i) /= name) cycle

@@ -359,7 +359,6 @@ contains
       if (.not. value < huge(1.0_wp)) return
       select case (quantity)
       case ('angle tolerance [rad]'); dimension = ''
-      case ('longest step with accuracy'); dimension = 'time'
       case ('contact stiffness, shear', 'stiffness of fixed points'); dimension = 'force/length'
       case default; dimension = 'length'
       end select

@@ -56,7 +56,6 @@ module rockdda_io_plausibility
       procedure :: check_supports
       procedure :: check_sleep
       procedure :: check_step
-      procedure :: check_accuracy
    end type inspection_type
 
 contains
@@ -96,7 +95,6 @@ contains
       if (len(analysis_file) == 0) call check_damping(parameters, inspection%joint_used, inspection%warnings)
       call inspection%check_sleep(parameters, is_set(options%sleep_tolerance))
       call inspection%check_step(parameters, is_set(options%dt_max))
-      if (.not. is_set(options%dt_max)) call inspection%check_accuracy(parameters)
       call check_ground(blocks, parameters, inspection%warnings)
       call messages%append(inspection%warnings)
    end subroutine check_plausibility
@@ -436,8 +434,7 @@ contains
 
    end function last_change
 
-   !> Check that steps are short enough to follow the motion of the base. With a wanted accuracy they land on the rows
-   !> of records; that Shi's scheme damps vibrations is not in the estimated error.
+   !> Check that steps are short enough to follow the motion of the base.
    subroutine check_step(self, parameters, from_options)
       class(inspection_type), intent(inout) :: self
       type(parameters_type), intent(in) :: parameters
@@ -448,9 +445,6 @@ contains
       longest = huge(1.0_wp)
       what = ''
       if (allocated(parameters%base%harmonics)) then
-         if (parameters%accuracy > 0 .and. .not. parameters%second_order) call self%warn( &
-            "accuracy: Shi's scheme damps the vibrations of a harmonic motion, which the estimated error does not "// &
-            "see; take integrator = 'generalized_alpha'", .true.)
          do i = 1, size(parameters%base%harmonics, 2)
             associate (frequency => abs(parameters%base%harmonics(3, i)))
                if (.not. frequency*parameters%dt_max*least_of_period > 1) cycle
@@ -460,7 +454,7 @@ contains
             end associate
          end do
       end if
-      if (allocated(parameters%quakes) .and. .not. parameters%accuracy > 0) then
+      if (allocated(parameters%quakes)) then
          do i = 1, size(parameters%quakes)
             if (.not. allocated(parameters%quakes(i)%rows)) cycle
             n = size(parameters%quakes(i)%rows, 2)
@@ -476,25 +470,5 @@ contains
                                         'the motion of the base: '//what//'; give dt_max, at most '// &
                                         to_string(longest, 3), from_options)
    end subroutine check_step
-
-   !> Check that friction does not weaken in steps whose length follows from the wanted accuracy alone: they grow until
-   !> slip begins, and an onset that comes late is not in the estimated error.
-   subroutine check_accuracy(self, parameters)
-      class(inspection_type), intent(inout) :: self
-      type(parameters_type), intent(in) :: parameters
-      integer :: k
-      if (.not. parameters%accuracy > 0) return
-      do k = 1, size(self%joint_used)
-         if (.not. self%joint_used(k) .or. .not. allocated(parameters%joint_materials(k)%law)) cycle
-         associate (law => parameters%joint_materials(k)%law)
-            if (.not. (law == 'velocity' .or. law == 'displacement')) cycle
-            call self%warn('accuracy: friction of joint material '//to_string(k)//" weakens (law '"//law//"'); "// &
-                           'when it does, after long steps, is not in the estimated error; give dt_max too, a '// &
-                           'quarter of '//to_string(parameters%dt_max, 3)//' (g1) for example', .true., &
-                           parameters%joint_materials(k)%origin)
-         end associate
-         return
-      end do
-   end subroutine check_accuracy
 
 end module rockdda_io_plausibility

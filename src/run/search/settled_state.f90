@@ -72,7 +72,6 @@ contains
       parameters%ends_with_stages = .true.
       parameters%n_steps = huge(1)
       parameters%t_end = huge(1.0_wp)
-      parameters%accuracy = 0
    end subroutine add_trial_stage
 
    !> Does the last stage end with equilibrium?

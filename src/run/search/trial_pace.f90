@@ -9,7 +9,6 @@
 !> begin at rest.
 module rockdda_run_trial_pace
    use rockdda_base_kinds, only : wp
-   use rockdda_stepping_control, only : growth
    use rockdda_stepping_simulation, only : simulation_type
    implicit none
    private
@@ -51,7 +50,7 @@ contains
       self%steps = self%steps + 1
       if (self%carries) then
          ! as long as static steps: only these may grow beyond dt_max
-         sim%control%dt = min(self%dt, growth*sim%control%last_dt)
+         sim%control%dt = min(self%dt, sim%control%method%growth*sim%control%last_dt)
          if (self%steps < carried_steps .and. distance < farther*self%start .and. sim%control%balanced == 0) return
          call self%set(.false., distance, sim)
          self%enough = checking_steps

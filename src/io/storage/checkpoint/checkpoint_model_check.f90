@@ -47,8 +47,6 @@ contains
       call check%holds(p%cut_factor > 0 .and. p%cut_factor < 1, 'cut_factor')
       call check%holds(p%max_open_close >= 1 .and. p%max_open_close <= 1000, 'max_open_close')
       call check%holds(p%max_growth >= 1 .and. p%max_growth <= huge(1.0_wp), 'max_growth')
-      call check%holds(p%accuracy >= 0 .and. p%accuracy <= 0.1_wp, 'accuracy')
-      call check%holds(p%dt_bound > 0 .and. p%dt_bound <= huge(1.0_wp), 'dt_bound')
       call check%holds(p%sleep_tolerance > 0 .and. p%sleep_tolerance < 1, 'sleep_tolerance')
       call check%holds(p%displacement_ratio > 0 .and. p%displacement_ratio <= huge(1.0_wp), 'displacement_ratio')
       call check%holds(p%rho_infinity >= 0 .and. p%rho_infinity <= 1, 'rho_infinity')

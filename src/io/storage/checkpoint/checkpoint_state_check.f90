@@ -130,11 +130,9 @@ contains
          if (check%passed()) call check%is_finite(reshape(strikes%of_blocks, [size(strikes%of_blocks)]), &
                                                   'strikes_of_blocks')
       end associate
-      call check%is_finite(control%accuracy%values(), 'accuracy')
-      call check%holds(all(control%accuracy%values() >= 0), 'accuracy')
-      call check%in_range(control%accuracy%counts(), 0, most_counted, 'accuracy')
-      call check%holds(control%accuracy%has_purpose(), 'accuracy_purpose')
-      call check%is_finite([control%accuracy%at_begin, control%accuracy%taken, control%accuracy%kinetic], 'accuracy')
+      associate (error => control%time_error)
+         call check%is_finite([error%friction_before, error%friction, error%largest_kinetic], 'friction')
+      end associate
    end subroutine check_control
 
    !> Check energies.
