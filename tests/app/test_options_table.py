@@ -15,6 +15,7 @@ TABLE = {
     for name in (
         "option_table",
         "material_options",
+        "joint_options",
         "region_options",
         "boundary_options",
         "stage_options",
