@@ -8,6 +8,7 @@ module rockdda_model_option_table
    use rockdda_model_material_options, only : describe_model, describe_block_materials, describe_point_tables
    use rockdda_model_options, only : run_options_type, stage_type, change_type, line_load_type, &
       dda_windows, old_dda_windows, most_threads
+   use rockdda_model_bolt_options, only : describe_bolts
    use rockdda_model_joint_options, only : describe_joint
    use rockdda_model_boundary_options, only : describe_boundaries
    use rockdda_model_quake_options, only : describe_quakes
@@ -48,6 +49,7 @@ contains
       call describe_boundaries(table, options%boundaries, options%in_situ)
       call describe_water(table, options%water)
       call describe_quakes(table, options%quakes)
+      call describe_bolts(table, options%bolts)
    end subroutine describe_options
 
    !> What the parameters of a run keep of the table.
@@ -62,6 +64,7 @@ contains
       call describe_boundaries(table, parameters%boundaries, parameters%in_situ)
       call describe_water(table, parameters%water)
       call describe_quakes(table, parameters%quakes)
+      call describe_bolts(table, parameters%bolts)
    end subroutine describe_parameters
 
    !> The groups that are not lists.

@@ -87,6 +87,7 @@ contains
       parameters%subdivisions = settings%subdivisions
       parameters%in_situ = settings%in_situ
       parameters%water = settings%water
+      parameters%bolts = settings%bolts
 
       parameters%w0 = reference_length(blocks, length_scale(settings%length_scale, analysis%dialect))
       if (alone) call choose_numbers(blocks, options, parameters, messages)

@@ -16,6 +16,7 @@ TABLE = {
         "option_table",
         "material_options",
         "joint_options",
+        "bolt_options",
         "region_options",
         "boundary_options",
         "stage_options",

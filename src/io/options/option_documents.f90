@@ -17,8 +17,8 @@ module rockdda_io_option_documents
    character(len=*), parameter :: nl = new_line('a')
 
    !> Words that users try for what stands in other files.
-   character(len=*), parameter :: in_geometry(11) = [character(len=15) :: 'bolt', 'bolts', 'line', 'lines', 'hole', &
-      'fixed', 'fixed_point', 'measured', 'measured_point', 'material_line', 'anchor']
+   character(len=*), parameter :: in_geometry(8) = [character(len=15) :: 'line', 'lines', 'hole', &
+      'fixed', 'fixed_point', 'measured', 'measured_point', 'material_line']
    character(len=*), parameter :: in_statistics(4) = [character(len=15) :: 'opening', 'joint_set', 'section', 'sets']
 
 contains
@@ -142,7 +142,7 @@ contains
       list = all_options()
       known = [character(len=name_length) :: words, list%group_names(), list%names()]
       if (any(in_geometry == name)) then
-         text = '; lines, points and bolts stand in the geometry file: docs/file-formats.md'
+         text = '; lines and points stand in the geometry file: docs/file-formats.md'
          return
       else if (any(in_statistics == name)) then
          text = "; it is a group of a file of joint statistics, see 'rockdda help lines'"

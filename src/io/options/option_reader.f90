@@ -44,7 +44,7 @@ module rockdda_io_option_reader
    end type option_reader_type
 
    !> What stands in the geometry file, and not in the options.
-   character(len=*), parameter :: geometry_words(13) = [character(len=14) :: 'block', 'blocks', 'bolt', 'bolts', &
+   character(len=*), parameter :: geometry_words(11) = [character(len=14) :: 'block', 'blocks', &
                                                         'fixed', 'hole', 'hole_point', 'line', 'lines', 'loading', &
                                                         'material_line', 'measured', 'measured_point']
 

@@ -22,7 +22,7 @@ contains
       integer :: i
       if (present(geometry_words)) then
          if (any(geometry_words == group)) then
-            text = '; lines, points and bolts stand in the geometry file'
+            text = '; lines and points stand in the geometry file'
             return
          end if
       end if
