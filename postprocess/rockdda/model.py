@@ -118,11 +118,12 @@ class Model(OptionGroups):
         stages = [str(stage.get("name", f"stage {i}")) for i, stage in enumerate(groups.get("stage", []), start=1)]
         names = [m.name or str(i) for i, m in enumerate(self.block_materials, start=1)]
         joints = [m.name or str(i) for i, m in enumerate(self.joint_materials, start=1)]
+        bolts = len(self._bolts) + len(as_list(groups.get("bolt", [])))
         facts = [
             ("lines", len(self._lines)), ("block materials", ", ".join(names)), ("joint materials", ", ".join(joints)),
             ("regions", ", ".join(sorted(regions))),
             ("boundaries", ", ".join(str(group.get("kind", "")) for group in groups.get("boundary", []))),
-            ("stages", " → ".join(stages)), ("bolts", len(self._bolts) or ""), ("fixed", len(self._fixed) or ""),
+            ("stages", " → ".join(stages)), ("bolts", bolts or ""), ("fixed", len(self._fixed) or ""),
             ("measured points", len(self._measured) or ""), ("steps", self.steps),
         ]  # fmt: skip
         return card(self.name, facts, drawing_of_lines(self.lines, [place.ends for place in self._fixed]))
@@ -170,9 +171,21 @@ class Model(OptionGroups):
         self._material_lines.append(Line(coordinates(start, end), _reference("material", material)))
 
     def add_bolt(
-        self, start: Point, end: Point, *, stiffness: float, pretension: float = 0.0, strength: float = 0.0
+        self,
+        start: Point,
+        end: Point,
+        *,
+        stiffness: float,
+        pretension: float = 0.0,
+        strength: float = 0.0,
+        name: str | None = None,
     ) -> None:
-        """A bolt; strength 0 is unlimited."""
+        """A bolt; strength 0 is unlimited. With a name it is a group &bolt of the options, else in the geometry."""
+        if name is not None:
+            ends = {"from": coordinates(start), "to": coordinates(end)}
+            values = {"stiffness": stiffness, "pretension": pretension, "yield_force": strength or None}
+            self.add_group("bolt", name=name, **ends, **values)
+            return
         self._bolts.append(Bolt(coordinates(start, end), float(stiffness), float(pretension), float(strength)))
 
     def add_fixed(self, start: Point, end: Point | None = None, *, table: Table = ()) -> None:

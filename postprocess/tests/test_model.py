@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 import rockdda
 from places import INPUTS, assert_same_results
+from rockdda.groups import plain_options
 from rockdda.namelist import format_groups, parse_groups
 
 pytestmark = pytest.mark.usefixtures("native")
@@ -138,6 +139,20 @@ def test_a_model_runs_as_its_files_do(program, tmp_path):
     with pytest.raises(rockdda.InputError, match="force=True"):
         model.write(tmp_path / "files")
     model.write(tmp_path / "files", force=True)
+
+
+def test_a_named_bolt_is_a_group_of_the_options(tmp_path):
+    columns, named = brick(), brick()
+    named._bolts.clear()
+    named.add_bolt((1.5, 1.5), (1.5, 0.5), stiffness=1e6, pretension=10.0, strength=1e5, name="anchor")
+    assert named.options["bolt"][0]["name"] == "anchor"
+    forces = [m.run(output=tmp_path / "x.h5", force=True).frames[-1].bolt_force for m in (columns, named)]
+    np.testing.assert_array_equal(*forces)
+    named.write(tmp_path / "files")
+    read = rockdda.Model.read(tmp_path / "files")
+    assert plain_options(read.options)["bolt"] == plain_options(named.options)["bolt"]
+    with pytest.raises(rockdda.InputError, match="stiffness"):
+        named.add_bolt((0, 0), (1, 1), stiffness=-1, name="wrong")
 
 
 def test_numbers_read_back_exactly(tmp_path):

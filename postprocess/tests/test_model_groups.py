@@ -226,7 +226,9 @@ def random_model(seed: int) -> rockdda.Model:
     if rng.random() < 0.5:
         model.add_measured((number(0.1, n - 0.1), 1.5))
     if rng.random() < 0.3:
-        model.add_bolt((0.5, 0.5), (0.5, 1.5), stiffness=number(1e5, 1e6), **maybe(pretension=number(0, 10)))
+        model.add_bolt(
+            (0.5, 0.5), (0.5, 1.5), stiffness=number(1e5, 1e6), **maybe(pretension=number(0, 10), name="a bolt")
+        )
     if rng.random() < 0.3:
         model.base_acceleration = np.cumsum(rng.uniform(0, 1, (4, 3)), axis=0)
     model.add_region("low", box=(0, 0, n, 1))

@@ -11,7 +11,7 @@ module rockdda_app_command_cut
    use rockdda_io_geometry_file, only : read_geometry_file
    use rockdda_io_namelist_file, only : read_options_file
    use rockdda_io_recognise, only : file_kind
-   use rockdda_run_parts, only : make_cells_of_options
+   use rockdda_run_parts, only : make_parts_of_options
    use rockdda_app_arguments, only : command_line_type
    use rockdda_app_conversion, only : prepare_conversion
    use rockdda_app_cut_summary, only : print_summary
@@ -46,7 +46,7 @@ contains
          call cut_blocks(geometry, blocks, report, messages, error)
       n_parents = blocks%n_blocks
       if (len(line%config) > 0 .and. .not. allocated(error) .and. .not. messages%has_errors()) &
-         call make_cells_of_options(options, blocks, messages)
+         call make_parts_of_options(options, blocks, messages)
       if (.not. allocated(error) .and. .not. messages%has_errors()) call write_block_file(output, blocks, error)
       if (allocated(error) .or. messages%has_errors()) then
          call report_failure(line, messages, error, exit_code)

@@ -79,7 +79,7 @@ contains
          call facts%add('lines', size(geometry%lines, 2))
          call facts%add('boundary_lines', geometry%n_boundary)
          call facts%add('material_lines', size(geometry%material_lines, 2))
-         call facts%add('bolts', size(geometry%bolts, 2))
+         call facts%add('bolts', size(geometry%bolts))
          call facts%add('fixed_lines', size(geometry%fixed_lines, 2))
          call facts%add('loading_points', size(geometry%loading_points, 2))
          call facts%add('measured_points', size(geometry%measured_points, 2))

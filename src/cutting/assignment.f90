@@ -14,10 +14,10 @@ module rockdda_cutting_assignment
    use rockdda_base_kinds, only : wp
    use rockdda_base_diagnostics, only : diagnostics_type, origin_type, severity
    use rockdda_base_sorting, only : sorted_order
-   use rockdda_base_strings, only : to_string
+   use rockdda_base_strings, only : is_given, to_string
    use rockdda_geometry_segments, only : segment_point
    use rockdda_model_blocks, only : block_system_type, point_set_type
-   use rockdda_model_geometry_input, only : geometry_input_type
+   use rockdda_model_geometry_input, only : geometry_input_type, bolt_type
    use rockdda_cutting_location, only : block_locator_type, line_part_type, line_part
    implicit none
    private
@@ -218,49 +218,55 @@ contains
 
    end subroutine points_of_fixed_line
 
-   !> Bolts between blocks.
-   subroutine assign_bolts(geometry, blocks, locator, messages)
-      type(geometry_input_type), intent(in) :: geometry
+   !> Add bolts between blocks.
+   subroutine assign_bolts(bolts, blocks, locator, messages)
+      type(bolt_type), intent(in) :: bolts(:)
       type(block_system_type), intent(inout) :: blocks
       type(block_locator_type), intent(inout) :: locator
       type(diagnostics_type), intent(inout) :: messages
-      integer :: k, m, n, ends(2)
-      real(wp) :: x(2)
-      n = size(geometry%bolts, 2)
-      associate (bolts => blocks%bolts)
-         allocate (bolts%ends(4, n), bolts%blocks(2, n), bolts%stiffness(n), bolts%pretension(n), bolts%strength(n))
-         bolts%n = 0
-         do k = 1, n
-            do m = 1, 2
-               x = geometry%bolts(2*m - 1:2*m, k)
-               ends(m) = locator%block_at(blocks, x)
-               if (ends(m) == 0) call messages%add(severity%error, 'bolt '//to_string(k)//': its end at '//place(x)// &
-                                                   ' lies in no block', geometry%bolt_origin(k))
-            end do
-            if (any(ends == 0)) cycle
-            if (ends(1) == ends(2)) then
-               call messages%add(severity%warning, 'bolt '//to_string(k)//' has both ends in block '// &
-                                 to_string(ends(1))//': ignored', geometry%bolt_origin(k))
-               cycle
+      character(len=:), allocatable :: title
+      integer :: ends(2, size(bolts)), k, n
+      logical :: holds(size(bolts))
+      holds = .false.
+      do k = 1, size(bolts)
+         associate (bolt => bolts(k))
+            title = 'bolt '//to_string(k)
+            if (is_given(bolt%name)) title = "bolt '"//trim(adjustl(bolt%name))//"'"
+            ends(:, k) = [locator%block_at(blocks, bolt%from), locator%block_at(blocks, bolt%to)]
+            if (ends(1, k) == 0) call report_outside(bolt%from)
+            if (ends(2, k) == 0) call report_outside(bolt%to)
+            if (any(ends(:, k) == 0)) cycle
+            if (ends(1, k) == ends(2, k)) then
+               call messages%add(severity%warning, title//' has both ends in block '//to_string(ends(1, k))// &
+                                 ': ignored', bolt%origin)
+            else if (.not. bolt%stiffness > 0) then
+               call messages%add(severity%warning, title//' has no stiffness: ignored', bolt%origin)
+            else
+               holds(k) = .true.
             end if
-            if (.not. geometry%bolt_values(1, k) > 0) then
-               call messages%add(severity%warning, 'bolt '//to_string(k)//' has no stiffness: ignored', &
-                                 geometry%bolt_origin(k))
-               cycle
-            end if
-            bolts%n = bolts%n + 1
-            bolts%ends(:, bolts%n) = geometry%bolts(:, k)
-            bolts%blocks(:, bolts%n) = ends
-            bolts%stiffness(bolts%n) = geometry%bolt_values(1, k)
-            bolts%pretension(bolts%n) = geometry%bolt_values(2, k)
-            bolts%strength(bolts%n) = geometry%bolt_values(3, k)
-         end do
-         bolts%ends = bolts%ends(:, 1:bolts%n)
-         bolts%blocks = bolts%blocks(:, 1:bolts%n)
-         bolts%stiffness = bolts%stiffness(1:bolts%n)
-         bolts%pretension = bolts%pretension(1:bolts%n)
-         bolts%strength = bolts%strength(1:bolts%n)
+         end associate
+      end do
+      associate (all => blocks%bolts)
+         if (.not. allocated(all%ends)) &
+            allocate (all%ends(4, 0), all%blocks(2, 0), all%stiffness(0), all%pretension(0), all%strength(0))
+         n = all%n + count(holds)
+         all%ends = reshape([all%ends, pack([(bolts(k)%from, bolts(k)%to, k=1, size(bolts))], &
+                                            [(spread(holds(k), 1, 4), k=1, size(bolts))])], [4, n])
+         all%blocks = reshape([all%blocks, pack(ends, spread(holds, 1, 2))], [2, n])
+         all%stiffness = [all%stiffness, pack(bolts%stiffness, holds)]
+         all%pretension = [all%pretension, pack(bolts%pretension, holds)]
+         all%strength = [all%strength, pack(bolts%yield_force, holds)]
+         all%n = n
       end associate
+
+   contains
+
+      !> An end that no block holds.
+      subroutine report_outside(x)
+         real(wp), intent(in) :: x(2)
+         call messages%add(severity%error, title//': its end at '//place(x)//' lies in no block', bolts(k)%origin)
+      end subroutine report_outside
+
    end subroutine assign_bolts
 
    !> Is a line so short that it represents a point?

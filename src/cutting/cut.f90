@@ -251,7 +251,7 @@ contains
       call report_islands(geometry, graph, faces, nesting, outlines, number, messages)
       call assign_materials(geometry, blocks, locator, told)
       call assign_points(geometry, blocks, locator, told)
-      call assign_bolts(geometry, blocks, locator, told)
+      call assign_bolts(geometry%bolts, blocks, locator, told)
       do i = 1, told%n
          if (told%items(i)%severity == severity%error) then
             call found%add(severity%error, told%items(i)%message, told%items(i)%origin)
@@ -330,7 +330,7 @@ contains
       type(origin_type) :: origin
       call look_at(geometry%line_origin)
       call look_at(geometry%material_line_origin)
-      call look_at(geometry%bolt_origin)
+      call look_at(geometry%bolts%origin)
       call look_at(geometry%fixed_origin)
       call look_at(geometry%loading_origin)
       call look_at(geometry%measured_origin)

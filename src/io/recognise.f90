@@ -8,7 +8,8 @@ module rockdda_io_recognise
    use rockdda_io_checkpoint, only : is_checkpoint, results_path
    use rockdda_io_counting, only : fits_geometry, fits_analysis
    use rockdda_io_namelist_parser, only : namelist_type, parse_namelist
-   use rockdda_io_option_list, only : option_list_type, list_options
+   use rockdda_model_option_rows, only : option_rows_type
+   use rockdda_model_option_table, only : all_options
    use rockdda_io_windows_block_file, only : fits_windows_blocks
    use rockdda_io_posix, only : get_file_size
    use rockdda_io_statistics_names, only : statistics_groups
@@ -118,15 +119,14 @@ contains
       integer :: kind
       type(namelist_type) :: namelist
       type(diagnostics_type) :: ignored
-      type(option_list_type), allocatable :: known
+      type(option_rows_type) :: known
       integer :: i, n_options, n_statistics
       call parse_namelist(source, namelist, ignored)
-      allocate (known)
-      call list_options(known)
+      known = all_options()
       n_options = 0
       n_statistics = 0
       do i = 1, namelist%n
-         if (any(known%groups(:known%n_groups)%name == namelist%groups(i)%name)) n_options = n_options + 1
+         if (any(known%group_names() == namelist%groups(i)%name)) n_options = n_options + 1
          if (any(statistics_groups == namelist%groups(i)%name)) n_statistics = n_statistics + 1
       end do
       kind = file_kind%unknown

@@ -3,7 +3,8 @@
 module rockdda_model_boundary_options
    use rockdda_base_kinds, only : wp
    use rockdda_model_options, only : boundary_type, in_situ_type
-   use rockdda_model_option, only : option_visitor_type, option, list_rule
+   use rockdda_model_option, only : option, list_rule
+   use rockdda_model_option_rows, only : option_rows_type
    implicit none
    private
    public :: describe_boundaries, is_quiet
@@ -17,40 +18,36 @@ contains
       if (allocated(boundary%kind)) is_quiet = boundary%kind == 'viscous' .or. boundary%kind == 'free_field'
    end function is_quiet
 
-   !> Visit &boundary and &in_situ.
+   !> &boundary and &in_situ.
    subroutine describe_boundaries(table, boundaries, in_situ)
-      class(option_visitor_type), intent(inout) :: table
+      type(option_rows_type), intent(inout) :: table
       type(boundary_type), allocatable, intent(inout) :: boundaries(:)
       type(in_situ_type), allocatable, intent(inout) :: in_situ(:)
-      type(boundary_type), allocatable :: more_boundaries(:)
-      type(in_situ_type), allocatable :: more_in_situ(:)
-      integer :: i, n, kept
+      integer :: i, n
       if (.not. allocated(boundaries)) allocate (boundaries(0))
       if (.not. allocated(in_situ)) allocate (in_situ(0))
 
-      call table%begin('boundary', 'Outer edges of blocks along a polyline, which are held, moved or loaded. An '// &
-                       'edge belongs to it when both its ends lie within e0 of the polyline and it runs along it.', &
-                       is_list=.true.)
       n = size(boundaries)
-      call table%resize(n)
-      allocate (more_boundaries(n))
-      kept = min(n, size(boundaries))
-      more_boundaries(1:kept) = boundaries(1:kept)
-      call move_alloc(more_boundaries, boundaries)
+      call table%begin_list('boundary', 'Outer edges of blocks along a polyline, which are held, moved or loaded. '// &
+                            'An edge belongs to it when both its ends lie within e0 of the polyline and it runs '// &
+                            'along it.', n)
+      if (n /= size(boundaries)) then
+         deallocate (boundaries)
+         allocate (boundaries(n))
+      end if
       do i = 1, n
          call table%start_element(i, boundaries(i)%origin)
          call describe_boundary(table, boundaries(i))
       end do
 
-      call table%begin('in_situ', 'Stress in the ground at the start: of the weight under a surface (surface or '// &
-                       'profile, k0), or given (stress). Where several groups name a block the last one counts; it '// &
-                       'replaces the stress of the block material.', is_list=.true.)
       n = size(in_situ)
-      call table%resize(n)
-      allocate (more_in_situ(n))
-      kept = min(n, size(in_situ))
-      more_in_situ(1:kept) = in_situ(1:kept)
-      call move_alloc(more_in_situ, in_situ)
+      call table%begin_list('in_situ', 'Stress in the ground at the start: of the weight under a surface (surface '// &
+                            'or profile, k0), or given (stress). Where several groups name a block the last one '// &
+                            'counts; it replaces the stress of the block material.', n)
+      if (n /= size(in_situ)) then
+         deallocate (in_situ)
+         allocate (in_situ(n))
+      end if
       do i = 1, n
          call table%start_element(i, in_situ(i)%origin)
          call describe_in_situ(table, in_situ(i))
@@ -59,7 +56,7 @@ contains
 
    !> &boundary
    subroutine describe_boundary(table, boundary)
-      class(option_visitor_type), intent(inout) :: table
+      type(option_rows_type), intent(inout) :: table
       type(boundary_type), intent(inout) :: boundary
       character(len=*), parameter :: page = 'theory.md#boundaries'
       call table%add(option('along', 'points of the polyline', unit='length', columns='x, y', required=.true.), &
@@ -87,7 +84,7 @@ contains
 
    !> &in_situ
    subroutine describe_in_situ(table, in_situ)
-      class(option_visitor_type), intent(inout) :: table
+      type(option_rows_type), intent(inout) :: table
       type(in_situ_type), intent(inout) :: in_situ
       call table%add(option('surface', 'y of a level surface', unit='length', &
                             default_text='one of surface, profile, stress'), in_situ%surface)

@@ -5,11 +5,10 @@
 !> the closing rule and the tolerances of the preset. Ties exist by length only: tie = .true. makes all contacts of the
 !> run those by length; a preset without a word for the formulation contradicts it.
 module rockdda_model_formulation
-   use rockdda_base_kinds, only : wp
-   use rockdda_base_diagnostics, only : diagnostics_type, origin_type, severity
+   use rockdda_base_diagnostics, only : diagnostics_type, severity
    use rockdda_base_strings, only : to_string
    use rockdda_model_analysis_input, only : joint_material_type
-   use rockdda_model_option, only : option_visitor_type, option_type
+   use rockdda_model_option_rows, only : option_rows_type
    use rockdda_model_option_table, only : describe_options
    use rockdda_model_options, only : run_options_type, is_set
    use rockdda_model_parameters, only : parameters_type
@@ -18,22 +17,6 @@ module rockdda_model_formulation
    public :: choose_formulation, report_unused
 
    character(len=*), parameter :: by_length = 'length'
-   !> What the table of options says of an option that has an effect by length only.
-   character(len=*), parameter :: applies_by_length = 'formulation length'
-
-   !> Finds numbers that are given and have an effect by length only.
-   type, extends(option_visitor_type) :: unused_type
-      type(diagnostics_type) :: messages
-      character(len=:), allocatable :: found     !! name of such an option whose place is not known yet
-      logical :: is_element = .false.            !! in an element of a list
-      type(origin_type) :: place                 !! of the element
-   contains
-      procedure :: begin => begin_group
-      procedure :: start_element => begin_element
-      procedure :: add_real => find_real
-      procedure :: add_integer => find_integer
-      procedure :: locate => find_place
-   end type unused_type
 
 contains
 
@@ -90,82 +73,23 @@ contains
       end do
    end subroutine find_tie
 
-   !> Warn of options that have no effect with contacts of vertices on edges, where they were read.
+   !> Warn of numbers that have no effect with contacts of vertices on edges, where they were read.
    subroutine report_unused(options, messages)
       type(run_options_type), intent(in) :: options        !! as given
       type(diagnostics_type), intent(inout) :: messages
-      type(unused_type) :: unused
+      type(option_rows_type) :: table
       type(run_options_type) :: given
       type(parameters_type) :: none
+      integer :: i
       given = options
-      call describe_options(unused, given, none)
-      call messages%append(unused%messages)
+      call describe_options(table, given, none)
+      do i = 1, table%n
+         associate (row => table%rows(i))
+            if (row%by_length .and. (is_set(row%given%number) .or. is_set(row%given%whole))) &
+               call messages%add(severity%warning, row%name//" has no effect with formulation 'vertex': there a "// &
+               'contact is one vertex, with a sharp corner, on an edge, and has the stiffness g0', row%origin)
+         end associate
+      end do
    end subroutine report_unused
-
-   !> A group begins.
-   subroutine begin_group(self, name, meaning, is_list)
-      class(unused_type), intent(inout) :: self
-      character(len=*), intent(in) :: name, meaning
-      logical, intent(in), optional :: is_list
-      self%is_element = .false.
-      self%found = ''
-      associate (unused_1 => name, unused_2 => meaning, unused_3 => present(is_list))
-      end associate
-   end subroutine begin_group
-
-   !> An element of a list begins.
-   subroutine begin_element(self, i, origin)
-      class(unused_type), intent(inout) :: self
-      integer, intent(in) :: i
-      type(origin_type), intent(inout) :: origin
-      self%is_element = .true.
-      self%place = origin
-      associate (unused => i)
-      end associate
-   end subroutine begin_element
-
-   !> A real.
-   subroutine find_real(self, row, given, used, origin)
-      class(unused_type), intent(inout) :: self
-      type(option_type), intent(in) :: row
-      real(wp), intent(inout) :: given
-      real(wp), intent(inout), optional :: used
-      type(origin_type), intent(inout), optional :: origin
-      call find_option(self, row, is_set(given))
-      associate (unused_1 => present(used), unused_2 => present(origin))
-      end associate
-   end subroutine find_real
-
-   !> A whole number.
-   subroutine find_integer(self, row, given, used)
-      class(unused_type), intent(inout) :: self
-      type(option_type), intent(in) :: row
-      integer, intent(inout) :: given
-      integer, intent(inout), optional :: used
-      call find_option(self, row, is_set(given))
-      associate (unused => present(used))
-      end associate
-   end subroutine find_integer
-
-   !> An option: in an element of a list its place is that of the element, else `find_place` comes next.
-   subroutine find_option(self, row, is_given)
-      type(unused_type), intent(inout) :: self
-      type(option_type), intent(in) :: row
-      logical, intent(in) :: is_given
-      self%found = ''
-      if (.not. is_given .or. row%applies /= applies_by_length) return
-      self%found = row%name
-      if (self%is_element) call find_place(self, self%place)
-   end subroutine find_option
-
-   !> Where the last option was read.
-   subroutine find_place(self, origin)
-      class(unused_type), intent(inout) :: self
-      type(origin_type), intent(inout) :: origin
-      if (len(self%found) > 0) call self%messages%add(severity%warning, self%found// &
-         " has no effect with formulation 'vertex': there a contact is one vertex, with a sharp corner, on an "// &
-         'edge, and has the stiffness g0', origin)
-      self%found = ''
-   end subroutine find_place
 
 end module rockdda_model_formulation

@@ -8,7 +8,17 @@ module rockdda_model_geometry_input
    use rockdda_base_diagnostics, only : origin_type
    implicit none
    private
-   public :: geometry_input_type
+   public :: geometry_input_type, bolt_type
+
+   !> A bolt: a spring between two points, from its columns in a geometry file or from options.
+   type :: bolt_type
+      character(len=:), allocatable :: name   !! not given in a geometry file
+      real(wp) :: from(2) = 0, to(2) = 0      !! its ends at the start [length]
+      real(wp) :: stiffness = 0               !! [force/length], > 0
+      real(wp) :: pretension = 0              !! [force]
+      real(wp) :: yield_force = 0             !! [force], 0: unlimited
+      type(origin_type) :: origin             !! where it was read
+   end type bolt_type
 
    type :: geometry_input_type
       real(wp) :: edge_node_distance = 0      !! e0, smallest distance between a node and an edge [length]
@@ -18,13 +28,12 @@ module rockdda_model_geometry_input
       integer, allocatable :: line_joint(:)         !! (n) joint material, 1-based
       real(wp), allocatable :: material_lines(:, :) !! (4, n)
       integer, allocatable :: line_material(:)      !! (n) block material, 1-based
-      real(wp), allocatable :: bolts(:, :)          !! (4, n) ends
-      real(wp), allocatable :: bolt_values(:, :)    !! (3, n) stiffness, pretension, strength (0 = unlimited)
+      type(bolt_type), allocatable :: bolts(:)
       real(wp), allocatable :: fixed_lines(:, :)    !! (4, n) a point when both ends agree
       real(wp), allocatable :: loading_points(:, :) !! (2, n)
       real(wp), allocatable :: measured_points(:, :) !! (2, n)
       real(wp), allocatable :: hole_points(:, :)    !! (2, n)
-      type(origin_type), allocatable :: line_origin(:), material_line_origin(:), bolt_origin(:)
+      type(origin_type), allocatable :: line_origin(:), material_line_origin(:)
       type(origin_type), allocatable :: fixed_origin(:), loading_origin(:), measured_origin(:), hole_origin(:)
    contains
       procedure :: allocate_all
@@ -37,12 +46,13 @@ contains
       class(geometry_input_type), intent(inout) :: self
       integer, intent(in) :: n_lines, n_material_lines, n_bolts, n_fixed, n_loading, n_measured, n_holes
       call drop_all(self)
-      allocate (self%lines(4, n_lines), self%material_lines(4, n_material_lines), self%bolts(4, n_bolts), &
-                self%bolt_values(3, n_bolts), self%fixed_lines(4, n_fixed), self%loading_points(2, n_loading), &
-                self%measured_points(2, n_measured), self%hole_points(2, n_holes), source=0.0_wp)
+      allocate (self%lines(4, n_lines), self%material_lines(4, n_material_lines), self%fixed_lines(4, n_fixed), &
+                self%loading_points(2, n_loading), self%measured_points(2, n_measured), self%hole_points(2, n_holes), &
+                source=0.0_wp)
       allocate (self%line_joint(n_lines), self%line_material(n_material_lines), source=1)
+      allocate (self%bolts(n_bolts))
       allocate (self%line_origin(n_lines), self%material_line_origin(n_material_lines), &
-                self%bolt_origin(n_bolts), self%fixed_origin(n_fixed), self%loading_origin(n_loading), &
+                self%fixed_origin(n_fixed), self%loading_origin(n_loading), &
                 self%measured_origin(n_measured), self%hole_origin(n_holes))
    end subroutine allocate_all
 
@@ -50,9 +60,9 @@ contains
    pure subroutine drop_all(self)
       class(geometry_input_type), intent(inout) :: self
       if (.not. allocated(self%lines)) return
-      deallocate (self%lines, self%material_lines, self%bolts, self%bolt_values, self%fixed_lines, &
+      deallocate (self%lines, self%material_lines, self%bolts, self%fixed_lines, &
                   self%loading_points, self%measured_points, self%hole_points, self%line_joint, self%line_material, &
-                  self%line_origin, self%material_line_origin, self%bolt_origin, self%fixed_origin, &
+                  self%line_origin, self%material_line_origin, self%fixed_origin, &
                   self%loading_origin, self%measured_origin, self%hole_origin)
    end subroutine drop_all
 

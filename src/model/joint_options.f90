@@ -1,16 +1,19 @@
 ! SPDX-License-Identifier: MIT
-!> Joint materials of a run: those of the analysis file, as options change them, and those that options add.
+!> The rows of the table of options for a joint material, and the joint materials of a run: those of the analysis file,
+!> as options change them, and those that options add.
 module rockdda_model_joint_options
    use rockdda_base_kinds, only : wp
    use rockdda_base_diagnostics, only : diagnostics_type, severity
    use rockdda_base_strings, only : counted, to_string
    use rockdda_model_analysis_input, only : joint_material_type
-   use rockdda_model_material_names, only : most_number, described_materials, check_material_names, take, take_text
+   use rockdda_model_material_names, only : most_number, described_materials, check_material_names
    use rockdda_model_material_options, only : friction_option
+   use rockdda_model_option, only : option
+   use rockdda_model_option_rows, only : option_rows_type
    use rockdda_model_options, only : is_set
    implicit none
    private
-   public :: change_joint, take_joint_options
+   public :: describe_joint, change_joint, take_joint_options
 
 contains
 
@@ -120,30 +123,76 @@ contains
    subroutine change_joint(group, material)
       type(joint_material_type), intent(in) :: group
       type(joint_material_type), intent(inout) :: material
-      call take_text(group%name, material%name)
-      call take(group%friction_angle, material%friction_angle)
-      call take(group%cohesion, material%cohesion)
-      call take(group%tension, material%tension)
-      call take(group%normal_stiffness, material%normal_stiffness)
-      call take(group%shear_stiffness, material%shear_stiffness)
-      call take_text(group%law, material%law)
-      if (allocated(group%parameters)) material%parameters = group%parameters
-      call take(group%residual_friction, material%residual_friction)
-      call take(group%residual_cohesion, material%residual_cohesion)
-      call take(group%residual_tension, material%residual_tension)
-      call take(group%slip_length, material%slip_length)
-      call take(group%slip_rate, material%slip_rate)
-      call take(group%jrc, material%jrc)
-      call take(group%jcs, material%jcs)
-      call take(group%dilation, material%dilation)
-      call take(group%dilation_slip, material%dilation_slip)
-      call take(group%damping_ratio, material%damping_ratio)
-      call take(group%restitution, material%restitution)
-      if (group%brittle_given) material%brittle = group%brittle
-      if (group%tie_given) material%tie = group%tie
-      material%brittle_given = material%brittle_given .or. group%brittle_given
-      material%tie_given = material%tie_given .or. group%tie_given
+      type(option_rows_type) :: given, table
+      type(joint_material_type) :: new
+      new = group
+      call describe_joint(given, new)
+      call describe_joint(table, material)
+      call table%take_given(given)
+      call table%give_back()
+      call describe_joint(table, material)
       material%origin = group%origin
    end subroutine change_joint
+
+   !> &joint_material and &joint_law but the number. What is not given stays as it is, so that no row has a constant
+   !> default.
+   subroutine describe_joint(table, m)
+      type(option_rows_type), intent(inout) :: table
+      type(joint_material_type), intent(inout) :: m
+      character(len=*), parameter :: stays = 'as it is, else 0', laws = 'theory.md#6-contacts'
+      call table%add(option('name', 'name of the material', default_text='none'), m%name)
+      call table%add(option('friction', 'friction angle, of the peak where a law weakens it', unit='deg', &
+                            least=0.0_wp, below=90.0_wp, &
+                            default_text='as it is; an added material needs it, but with barton_bandis'), &
+                     m%friction_angle)
+      call table%add(option('cohesion', 'shear strength without normal stress', unit='stress', least=0.0_wp, &
+                            default_text=stays), m%cohesion)
+      call table%add(option('tension', 'tensile strength', unit='stress', least=0.0_wp, default_text=stays, &
+                            applies='needs cohesion'), m%tension)
+      call table%add(option('normal_stiffness', 'normal stiffness per length', unit='stress/length', above=0.0_wp, &
+                            default_text='from the contact stiffness', by_length=.true.), &
+                     m%normal_stiffness)
+      call table%add(option('shear_stiffness', 'shear stiffness per length', unit='stress/length', above=0.0_wp, &
+                            default_text='from the contact stiffness', by_length=.true.), &
+                     m%shear_stiffness)
+      call table%add(option('law', 'law of the strength', &
+                            choices='coulomb|velocity|displacement|residual|barton_bandis', &
+                            default_text='as it is, else coulomb', see=laws), m%law)
+      call table%add(option('parameters', 'parameters of law velocity (friction angle at high rates, slip_rate) or '// &
+                            'displacement (residual_friction, slip_length), instead of their names', &
+                            default_text='none'), m%parameters)
+      call table%add(option('residual_friction', 'friction angle after slip (laws displacement, residual), at high '// &
+                            'rates (velocity), of flat surfaces (barton_bandis)', unit='deg', least=0.0_wp, &
+                            below=90.0_wp, default_text='residual: friction; else the law needs it', see=laws), &
+                     m%residual_friction)
+      call table%add(option('residual_cohesion', 'cohesion after slip', unit='stress', least=0.0_wp, &
+                            default_text='0', applies='law residual', see=laws), m%residual_cohesion)
+      call table%add(option('residual_tension', 'tensile strength after slip', unit='stress', least=0.0_wp, &
+                            default_text='0', applies='law residual', see=laws), m%residual_tension)
+      call table%add(option('slip_length', 'slip from peak to residual strength', unit='length', above=0.0_wp, &
+                            default_text='a law that weakens needs it', applies='laws displacement, residual', &
+                            see=laws), m%slip_length)
+      call table%add(option('slip_rate', 'rate at which friction has come down to 1/e of its fall', &
+                            unit='length/time', above=0.0_wp, default_text='the law needs it', &
+                            applies='law velocity', see=laws), m%slip_rate)
+      call table%add(option('jrc', 'joint roughness coefficient', least=0.0_wp, default_text='the law needs it', &
+                            applies='law barton_bandis', see=laws), m%jrc)
+      call table%add(option('jcs', 'compressive strength of the joint walls', unit='stress', above=0.0_wp, &
+                            default_text='the law needs it', applies='law barton_bandis', see=laws), m%jcs)
+      call table%add(option('dilation', 'angle at which a joint that slips opens', unit='deg', least=0.0_wp, &
+                            below=90.0_wp, default_text=stays, see=laws), m%dilation)
+      call table%add(option('dilation_slip', 'slip beyond which a joint dilates no more', unit='length', least=0.0_wp, &
+                            default_text='none', see=laws), m%dilation_slip)
+      call table%add(option('damping_ratio', 'dashpot of closed contacts, fraction of critical', least=0.0_wp, &
+                            default_text=stays), m%damping_ratio)
+      call table%add(option('restitution', 'speed after an impact over the speed before it, along the normal', &
+                            least=0.0_wp, most=1.0_wp, default_text='none: what springs and time step give', &
+                            see=laws), m%restitution)
+      call table%add(option('brittle', 'cohesion and tension are lost at first slip or opening; .false.: they stay', &
+                            default_text='.true.; .false. in a file with &model', see=laws), m%brittle, &
+                     is_given=m%brittle_given)
+      call table%add(option('tie', 'both sides deform as one body until the strength is reached; .false.: a joint', &
+                            by_length=.true.), m%tie, is_given=m%tie_given)
+   end subroutine describe_joint
 
 end module rockdda_model_joint_options

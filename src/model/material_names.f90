@@ -1,15 +1,13 @@
 ! SPDX-License-Identifier: MIT
 !> Numbers and names of block and joint materials, which groups of options change or add.
 module rockdda_model_material_names
-   use rockdda_base_kinds, only : wp
    use rockdda_base_diagnostics, only : diagnostics_type, severity
    use rockdda_base_strings, only : to_string
    use rockdda_model_analysis_input, only : named_material_type
-   use rockdda_model_options, only : is_set
    use rockdda_model_regions, only : material_number, same_name
    implicit none
    private
-   public :: most_number, described_materials, number_of_material, check_material_names, take, take_text
+   public :: most_number, described_materials, number_of_material, check_material_names
 
    !> Largest number of a material.
    integer, parameter :: most_number = 999
@@ -67,20 +65,5 @@ contains
          end do
       end do
    end subroutine check_material_names
-
-   !> A number, when it is given.
-   elemental subroutine take(given, value)
-      real(wp), intent(in) :: given
-      real(wp), intent(inout) :: value
-      if (is_set(given)) value = given
-   end subroutine take
-
-   !> A text, when it is given and not blank.
-   pure subroutine take_text(given, value)
-      character(len=:), allocatable, intent(in) :: given
-      character(len=:), allocatable, intent(inout) :: value
-      if (.not. allocated(given)) return
-      if (len_trim(given) > 0) value = trim(adjustl(given))
-   end subroutine take_text
 
 end module rockdda_model_material_names

@@ -6,8 +6,9 @@ module rockdda_model_material_options
    use rockdda_base_diagnostics, only : diagnostics_type, severity
    use rockdda_base_strings, only : counted, to_string
    use rockdda_model_analysis_input, only : block_material_type, time_table_type, unset_block_material
-   use rockdda_model_material_names, only : most_number, described_materials, check_material_names, take, take_text
-   use rockdda_model_option, only : option_visitor_type, option, list_rule
+   use rockdda_model_material_names, only : most_number, described_materials, check_material_names
+   use rockdda_model_option, only : option, list_rule
+   use rockdda_model_option_rows, only : option_rows_type
    use rockdda_model_options, only : run_options_type, point_table_type, is_set
    implicit none
    private
@@ -22,7 +23,7 @@ contains
 
    !> &model
    subroutine describe_model(table, o)
-      class(option_visitor_type), intent(inout) :: table
+      type(option_rows_type), intent(inout) :: table
       type(run_options_type), intent(inout) :: o
       call table%begin('model', 'A labelled file: a whole model but its lines or blocks. It is run by itself.')
       call table%add(option('geometry', 'geometry or block file, relative to the folder of this file', &
@@ -40,22 +41,20 @@ contains
 
    !> &block_material
    subroutine describe_block_materials(table, materials)
-      class(option_visitor_type), intent(inout) :: table
+      type(option_rows_type), intent(inout) :: table
       type(block_material_type), allocatable, intent(inout) :: materials(:)
-      type(block_material_type), allocatable :: more(:)
-      integer :: i, n, kept
+      integer :: i, n
       if (.not. allocated(materials)) allocate (materials(0))
-      call table%begin('block_material', 'A block material: changes what it names of one of the analysis file, or '// &
-                       'adds one.', is_list=.true.)
       n = size(materials)
-      call table%resize(n)
-      allocate (more(n))
-      kept = min(n, size(materials))
-      more(1:kept) = materials(1:kept)
-      do i = kept + 1, n
-         more(i) = unset_block_material()
-      end do
-      call move_alloc(more, materials)
+      call table%begin_list('block_material', 'A block material: changes what it names of one of the analysis '// &
+                            'file, or adds one.', n)
+      if (n /= size(materials)) then
+         deallocate (materials)
+         allocate (materials(n))
+         do i = 1, n
+            materials(i) = unset_block_material()
+         end do
+      end if
       do i = 1, n
          call table%start_element(i, materials(i)%origin)
          call describe_block_material(table, materials(i))
@@ -64,7 +63,7 @@ contains
 
    !> One &block_material. What is not given stays as it is, so that no row has a constant default.
    subroutine describe_block_material(table, m)
-      class(option_visitor_type), intent(inout) :: table
+      type(option_rows_type), intent(inout) :: table
       type(block_material_type), intent(inout) :: m
       character(len=*), parameter :: needed = 'as it is; an added material needs it', stays = 'as it is, else 0'
       call table%add(option('number', 'number of the block material in the geometry; beside an analysis '// &
@@ -84,26 +83,36 @@ contains
       call table%add_reals(option('stress_gradient', 'change of the initial stress with y', unit='stress/length', &
                                   columns='t11, t22, t12', default_text=stays), m%stress_gradient)
       call table%add_reals(option('velocity', 'initial velocity, and rate of rotation [1/time]', unit='length/time', &
-                                  columns='vx, vy, vr', default_text=stays), m%velocity)
+                                  columns='vx, vy, vr', n_in_unit=2, default_text=stays), m%velocity)
    end subroutine describe_block_material
 
    !> &fixed_point and &loading_point
    subroutine describe_point_tables(table, fixed, loading)
-      class(option_visitor_type), intent(inout) :: table
+      type(option_rows_type), intent(inout) :: table
       type(point_table_type), allocatable, intent(inout) :: fixed(:), loading(:)
-      integer :: i
-      call table%begin('fixed_point', 'Prescribed displacement of fixed points.', is_list=.true.)
-      call resize_tables(table, fixed)
-      do i = 1, size(fixed)
+      integer :: i, n
+      if (.not. allocated(fixed)) allocate (fixed(0))
+      if (.not. allocated(loading)) allocate (loading(0))
+      n = size(fixed)
+      call table%begin_list('fixed_point', 'Prescribed displacement of fixed points.', n)
+      if (n /= size(fixed)) then
+         deallocate (fixed)
+         allocate (fixed(n))
+      end if
+      do i = 1, n
          call table%start_element(i, fixed(i)%origin)
          call table%add(option('points', 'numbers of the fixed points', least=1.0_wp, default_text='all'), &
                         fixed(i)%points)
          call table%add(option('displacement', 'displacement in time, linear in between', unit='time, length', &
                                columns='t, x, y', required=.true., rule=list_rule%rising), fixed(i)%rows)
       end do
-      call table%begin('loading_point', 'Force on loading points.', is_list=.true.)
-      call resize_tables(table, loading)
-      do i = 1, size(loading)
+      n = size(loading)
+      call table%begin_list('loading_point', 'Force on loading points.', n)
+      if (n /= size(loading)) then
+         deallocate (loading)
+         allocate (loading(n))
+      end if
+      do i = 1, n
          call table%start_element(i, loading(i)%origin)
          call table%add(option('points', 'numbers of the loading points', least=1.0_wp, default_text='all'), &
                         loading(i)%points)
@@ -111,21 +120,6 @@ contains
                                columns='t, fx, fy', required=.true., rule=list_rule%rising), loading(i)%rows)
       end do
    end subroutine describe_point_tables
-
-   !> As many tables as the visitor wants.
-   subroutine resize_tables(table, tables)
-      class(option_visitor_type), intent(inout) :: table
-      type(point_table_type), allocatable, intent(inout) :: tables(:)
-      type(point_table_type), allocatable :: more(:)
-      integer :: n, kept
-      if (.not. allocated(tables)) allocate (tables(0))
-      n = size(tables)
-      call table%resize(n)
-      kept = min(n, size(tables))
-      allocate (more(n))
-      more(1:kept) = tables(1:kept)
-      call move_alloc(more, tables)
-   end subroutine resize_tables
 
    !> Change and add block materials. The unit weight of a material that does not name it is its density times the
    !> gravity of the options, where there is one. Numbers between those that are described stand for no material; they
@@ -192,14 +186,14 @@ contains
    subroutine change(group, material)
       type(block_material_type), intent(in) :: group
       type(block_material_type), intent(inout) :: material
-      call take_text(group%name, material%name)
-      call take(group%density, material%density)
-      call take(group%weight, material%weight)
-      call take(group%youngs_modulus, material%youngs_modulus)
-      call take(group%poisson_ratio, material%poisson_ratio)
-      if (is_set(group%stress(1))) material%stress = group%stress
-      if (is_set(group%stress_gradient(1))) material%stress_gradient = group%stress_gradient
-      if (is_set(group%velocity(1))) material%velocity = group%velocity
+      type(option_rows_type) :: given, table
+      type(block_material_type) :: new
+      new = group
+      call describe_block_material(given, new)
+      call describe_block_material(table, material)
+      call table%take_given(given)
+      call table%give_back()
+      call describe_block_material(table, material)
       material%origin = group%origin
    end subroutine change
 

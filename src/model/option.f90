@@ -1,22 +1,13 @@
 ! SPDX-License-Identifier: MIT
-!> One row of the table of options, and the base type of all visitors of the table.
-!>
-!> rockdda_model_option_table describes each option once and binds it to the variable that keeps what the user gives
-!> and, where there is one, to the number that the run uses:
-!>
-!>     call table%begin('time', 'Time steps.')
-!>     call table%add(option('steps', 'number of time steps', least=0.0_wp), options%steps, parameters%n_steps)
-!>
-!> Each extension does its own work with a row: the reader takes the value from a file, the list collects the rows for
-!> hints and documents, others fill in defaults, write the log, or exchange numbers with a checkpoint. An extension
-!> redefines the procedures that it needs; those of this base do nothing.
+!> One row of the table of options: what an option is called, what it may be, where it applies, and its values.
 module rockdda_model_option
    use rockdda_base_kinds, only : wp
    use rockdda_base_diagnostics, only : origin_type
-   use rockdda_model_options, only : unset_real
+   use rockdda_model_options, only : unset_real, unset_integer, is_set
    implicit none
    private
-   public :: option_type, option_visitor_type, option, option_kind, list_rule, choice, n_choices, index_of_choice
+   public :: option_type, option_value_type, option, option_kind, list_rule, choice, n_choices, index_of_choice, &
+             columns_of, in_bounds, constant_default
 
    type :: option_kind_enum
       integer :: number = 1
@@ -29,6 +20,8 @@ module rockdda_model_option
       integer :: wholes = 8      !! any number of whole numbers
       integer :: rows = 9        !! rows of numbers one after another
       integer :: file = 10       !! name of a file with rows of numbers
+      integer :: record = 11     !! name of a file with a record of ground motion
+      integer :: computed = 12   !! no option, but a number of the run that follows from options and model
    end type option_kind_enum
    type(option_kind_enum), parameter :: option_kind = option_kind_enum()
 
@@ -41,6 +34,23 @@ module rockdda_model_option
       integer :: any_order = 4      !! rows of a file: the first number may decrease
    end type list_rule_enum
    type(list_rule_enum), parameter :: list_rule = list_rule_enum()
+
+   !> Length of the names of groups and options.
+   integer, parameter, public :: name_length = 22
+   !> Where options apply that count in contacts by length alone.
+   character(len=*), parameter :: with_length = 'formulation length'
+
+   !> A value: the component of the kind of the option counts.
+   type :: option_value_type
+      real(wp) :: number = unset_real              !! of a record: the unit of its values
+      integer :: whole = unset_integer
+      logical :: flag = .false.
+      logical :: is_given = .false.                !! a flag was given
+      character(len=:), allocatable :: text        !! of rows in a file: its name
+      real(wp), allocatable :: numbers(:)          !! numbers, list
+      integer, allocatable :: wholes(:)
+      real(wp), allocatable :: rows(:, :)          !! (columns, rows)
+   end type option_value_type
 
    !> One option. Texts that were not given are empty.
    type :: option_type
@@ -56,46 +66,45 @@ module rockdda_model_option
       character(len=:), allocatable :: default_word  !! of a text
       character(len=:), allocatable :: preset_word   !! of a text, with the preset dda_windows, where it differs
       character(len=:), allocatable :: default_text  !! a default that depends on something, in words
+      character(len=:), allocatable :: default_from  !! option before it whose value it has when it is not given
       character(len=:), allocatable :: remark        !! added to the message about a value out of bounds
       real(wp) :: default = unset_real               !! of a number
       real(wp) :: preset_default = unset_real        !! with the preset dda_windows, where it differs
       real(wp) :: least = -huge(1.0_wp), most = huge(1.0_wp)
       logical :: above = .false., below = .false.    !! the bound itself is excluded
+      logical :: by_length = .false.                 !! counts in contacts by length alone
       logical :: in_analysis = .false.               !! the analysis file has this number, too
       logical :: required = .false.
       logical :: adds_up = .false.                   !! given again in a group: one row more
       logical :: not_blank = .false.                 !! a text that must have a character
       logical :: or_number = .false.                 !! a text for which a whole number >= 1 may stand
-      character(len=:), allocatable :: form, column  !! of a record; empty: not given
+      integer :: n_in_unit = huge(1)                 !! so many numbers of a row are in the unit, not those behind
       integer :: rule = 0                            !! one of list_rule%...
+      ! what follows from the place of the row in the table
+      integer :: kind = 0                            !! one of option_kind%...
+      integer :: group = 0                           !! number of its group
+      integer :: element = 0                         !! of a list of such groups; 0: the group is no list
+      integer :: true_for = 0                        !! word of a choice that is .true. in the run; 0: it has the word
+      logical :: in_run = .false.                    !! the run has the value under a name of its own
+      type(option_value_type) :: given               !! by the user
+      type(option_value_type) :: used                !! by the run
+      type(origin_type) :: origin                    !! where it was read; of a list the group
    end type option_type
-
-   type, abstract :: option_visitor_type
-   contains
-      procedure :: begin
-      procedure :: resize
-      procedure :: start_element
-      generic :: add => add_real, add_integer, add_logical, add_text, add_list, add_integers, add_rows
-      procedure :: add_real, add_integer, add_logical, add_text, add_reals, add_list, add_integers, add_rows
-      procedure :: add_choice
-      procedure :: add_file, add_record
-      procedure :: used
-      procedure :: locate
-   end type option_visitor_type
 
 contains
 
    !> A row of the table.
    pure function option(name, meaning, unit, applies, see, quantity, choices, old_choice, columns, default, &
-                        preset_default, default_word, preset_word, default_text, remark, least, above, most, below, &
-                        in_analysis, required, adds_up, not_blank, or_number, rule) result(row)
+                        preset_default, default_word, preset_word, default_text, default_from, remark, least, above, &
+                        most, below, by_length, in_analysis, required, adds_up, not_blank, or_number, n_in_unit, &
+                        rule) result(row)
       character(len=*), intent(in) :: name, meaning
       character(len=*), intent(in), optional :: unit, applies, see, quantity, choices, old_choice, columns
       real(wp), intent(in), optional :: default, preset_default
-      character(len=*), intent(in), optional :: default_word, preset_word, default_text, remark
+      character(len=*), intent(in), optional :: default_word, preset_word, default_text, default_from, remark
       real(wp), intent(in), optional :: least, above, most, below    !! bounds; above and below exclude the bound
-      logical, intent(in), optional :: in_analysis, required, adds_up, not_blank, or_number
-      integer, intent(in), optional :: rule
+      logical, intent(in), optional :: by_length, in_analysis, required, adds_up, not_blank, or_number
+      integer, intent(in), optional :: n_in_unit, rule
       type(option_type) :: row
       row%name = name
       row%meaning = meaning
@@ -110,9 +119,9 @@ contains
       row%default_word = text(default_word)
       row%preset_word = text(preset_word)
       row%default_text = text(default_text)
+      row%default_from = text(default_from)
+      if (len(row%default_from) > 0) row%default_text = row%default_from
       row%remark = text(remark)
-      row%form = ''
-      row%column = ''
       if (present(default)) row%default = default
       if (present(preset_default)) row%preset_default = preset_default
       if (present(least)) row%least = least
@@ -121,11 +130,14 @@ contains
       row%below = present(below)
       if (present(above)) row%least = above
       if (present(below)) row%most = below
+      if (present(by_length)) row%by_length = by_length
+      if (row%by_length) row%applies = with_length
       if (present(in_analysis)) row%in_analysis = in_analysis
       if (present(required)) row%required = required
       if (present(adds_up)) row%adds_up = adds_up
       if (present(not_blank)) row%not_blank = not_blank
       if (present(or_number)) row%or_number = or_number
+      if (present(n_in_unit)) row%n_in_unit = n_in_unit
       if (present(rule)) row%rule = rule
 
    contains
@@ -174,166 +186,34 @@ contains
       if (index_of_choice == 0 .and. len(row%old_choice) > 0 .and. row%old_choice == word) index_of_choice = 1
    end function index_of_choice
 
-   !> Begin a group.
-   subroutine begin(self, name, meaning, is_list)
-      class(option_visitor_type), intent(inout) :: self
-      character(len=*), intent(in) :: name, meaning
-      logical, intent(in), optional :: is_list            !! true: each such group is one element of a list
-      associate (unused_self => self, unused_1 => name, unused_2 => meaning, unused_3 => present(is_list))
-      end associate
-   end subroutine begin
-
-   !> Change the number of elements of the list of this group, where the visitor determines it.
-   subroutine resize(self, n)
-      class(option_visitor_type), intent(inout) :: self
-      integer, intent(inout) :: n
-      associate (unused_self => self, unused => n)
-      end associate
-   end subroutine resize
-
-   !> Begin the rows of element i.
-   subroutine start_element(self, i, origin)
-      class(option_visitor_type), intent(inout) :: self
-      integer, intent(in) :: i
-      type(origin_type), intent(inout) :: origin          !! where it was read
-      associate (unused_self => self, unused_1 => i, unused_2 => origin)
-      end associate
-   end subroutine start_element
-
-   !> Visit a real.
-   subroutine add_real(self, row, given, used, origin)
-      class(option_visitor_type), intent(inout) :: self
+   !> Names of the numbers of a row.
+   pure function columns_of(row) result(names)
       type(option_type), intent(in) :: row
-      real(wp), intent(inout) :: given
-      real(wp), intent(inout), optional :: used           !! in the run, in the same unit
-      type(origin_type), intent(inout), optional :: origin !! where it was read
-      associate (unused_self => self, unused_1 => row, unused_2 => given, unused_3 => present(used), &
-                 unused_4 => present(origin))
-      end associate
-   end subroutine add_real
+      character(len=name_length), allocatable :: names(:)
+      integer :: at, comma, i
+      allocate (names(count([(row%columns(i:i) == ',', i=1, len(row%columns))]) + 1))
+      at = 1
+      do i = 1, size(names)
+         comma = index(row%columns(at:)//',', ',')
+         names(i) = adjustl(row%columns(at:at + comma - 2))
+         at = at + comma
+      end do
+   end function columns_of
 
-   !> Visit a whole number.
-   subroutine add_integer(self, row, given, used)
-      class(option_visitor_type), intent(inout) :: self
+   !> Is a number within the bounds?
+   pure logical function in_bounds(row, value)
       type(option_type), intent(in) :: row
-      integer, intent(inout) :: given
-      integer, intent(inout), optional :: used
-      associate (unused_self => self, unused_1 => row, unused_2 => given, unused_3 => present(used))
-      end associate
-   end subroutine add_integer
+      real(wp), intent(in) :: value
+      in_bounds = merge(value > row%least, value >= row%least, row%above) .and. &
+                  merge(value < row%most, value <= row%most, row%below)
+   end function in_bounds
 
-   !> .true. or .false.
-   subroutine add_logical(self, row, given, used, is_given)
-      class(option_visitor_type), intent(inout) :: self
+   !> The constant default of a number; unset when there is none.
+   pure real(wp) function constant_default(row, preset)
       type(option_type), intent(in) :: row
-      logical, intent(inout) :: given
-      logical, intent(inout), optional :: used
-      logical, intent(inout), optional :: is_given        !! becomes true when a value stands there
-      associate (unused_self => self, unused_1 => row, unused_2 => given, unused_3 => present(used), &
-                 unused_4 => present(is_given))
-      end associate
-   end subroutine add_logical
-
-   !> Visit a text, or one of several words.
-   subroutine add_text(self, row, given, used)
-      class(option_visitor_type), intent(inout) :: self
-      type(option_type), intent(in) :: row
-      character(len=:), allocatable, intent(inout) :: given
-      character(len=:), allocatable, intent(inout), optional :: used
-      associate (unused_self => self, unused_1 => row, unused_2 => allocated(given), unused_3 => present(used))
-      end associate
-   end subroutine add_text
-
-   !> Visit one of several words that the run keeps as a logical: true for word `true_for`.
-   subroutine add_choice(self, row, given, used, true_for)
-      class(option_visitor_type), intent(inout) :: self
-      type(option_type), intent(in) :: row
-      character(len=:), allocatable, intent(inout) :: given
-      logical, intent(inout) :: used
-      integer, intent(in) :: true_for
-      associate (unused_self => self, unused_1 => row, unused_2 => allocated(given), unused_3 => used, &
-                 unused_4 => true_for)
-      end associate
-   end subroutine add_choice
-
-   !> Visit a fixed number of reals.
-   subroutine add_reals(self, row, given, otherwise)
-      class(option_visitor_type), intent(inout) :: self
-      type(option_type), intent(in) :: row
-      real(wp), intent(inout) :: given(:)
-      real(wp), intent(in), optional :: otherwise(:)      !! taken when none are given
-      associate (unused_self => self, unused_1 => row, unused_2 => given, unused_3 => present(otherwise))
-      end associate
-   end subroutine add_reals
-
-   !> Visit any number of reals.
-   subroutine add_list(self, row, given)
-      class(option_visitor_type), intent(inout) :: self
-      type(option_type), intent(in) :: row
-      real(wp), allocatable, intent(inout) :: given(:)
-      associate (unused_self => self, unused_1 => row, unused_2 => allocated(given))
-      end associate
-   end subroutine add_list
-
-   !> Visit any number of whole numbers.
-   subroutine add_integers(self, row, given)
-      class(option_visitor_type), intent(inout) :: self
-      type(option_type), intent(in) :: row
-      integer, allocatable, intent(inout) :: given(:)
-      associate (unused_self => self, unused_1 => row, unused_2 => allocated(given))
-      end associate
-   end subroutine add_integers
-
-   !> Visit rows of reals, (columns, rows).
-   subroutine add_rows(self, row, given, used)
-      class(option_visitor_type), intent(inout) :: self
-      type(option_type), intent(in) :: row
-      real(wp), allocatable, intent(inout) :: given(:, :)
-      real(wp), allocatable, intent(inout), optional :: used(:, :)
-      associate (unused_self => self, unused_1 => row, unused_2 => allocated(given), unused_3 => present(used))
-      end associate
-   end subroutine add_rows
-
-   !> Visit rows of reals in a file that the option names.
-   subroutine add_file(self, row, given, used, name)
-      class(option_visitor_type), intent(inout) :: self
-      type(option_type), intent(in) :: row
-      real(wp), allocatable, intent(inout) :: given(:, :), used(:, :)
-      character(len=:), allocatable, intent(inout), optional :: name  !! of the file
-      associate (unused_self => self, unused_1 => row, unused_2 => allocated(given), unused_3 => allocated(used), &
-                 unused_4 => present(name))
-      end associate
-   end subroutine add_file
-
-   !> Visit the rows of a record in a file, whose unit the file may name.
-   subroutine add_record(self, row, given, used, name, has_scale, unit)
-      class(option_visitor_type), intent(inout) :: self
-      type(option_type), intent(in) :: row
-      real(wp), allocatable, intent(inout) :: given(:, :), used(:, :)
-      character(len=:), allocatable, intent(inout) :: name            !! of the file
-      logical, intent(in) :: has_scale                                !! a factor of the values is given
-      real(wp), intent(inout) :: unit                                 !! of the values [m/s^2], 0: not named
-      call self%add_file(row, given, used, name)
-      associate (unused_1 => has_scale, unused_2 => unit)
-      end associate
-   end subroutine add_record
-
-   !> Visit a number of the run that is computed from options and model.
-   subroutine used(self, quantity, value, name)
-      class(option_visitor_type), intent(inout) :: self
-      character(len=*), intent(in) :: quantity            !! in the log
-      real(wp), intent(inout) :: value
-      character(len=*), intent(in), optional :: name      !! in the checkpoint; absent: that of the row before
-      associate (unused_self => self, unused_1 => quantity, unused_2 => value, unused_3 => present(name))
-      end associate
-   end subroutine used
-
-   !> Visit the place of the row before: where it was read, unchanged when it was not given.
-   subroutine locate(self, origin)
-      class(option_visitor_type), intent(inout) :: self
-      type(origin_type), intent(inout) :: origin
-      associate (unused_self => self, unused => origin)
-      end associate
-   end subroutine locate
+      logical, intent(in) :: preset              !! the preset dda_windows holds
+      constant_default = row%default
+      if (preset .and. is_set(row%preset_default)) constant_default = row%preset_default
+   end function constant_default
 
 end module rockdda_model_option

@@ -7,11 +7,12 @@
 module rockdda_model_options
    use rockdda_base_kinds, only : wp
    use rockdda_base_diagnostics, only : origin_type
+   use rockdda_model_geometry_input, only : bolt_type
    use rockdda_model_analysis_input, only : block_material_type, joint_material_type, unset_real
    implicit none
    private
    public :: run_options_type, stage_type, change_type, line_load_type, base_motion_type, region_type, &
-             subdivision_type, point_table_type, boundary_type, in_situ_type, water_type, quake_type
+             subdivision_type, point_table_type, boundary_type, in_situ_type, water_type, quake_type, bolt_type
    public :: unset_real, unset_integer, is_set, dda_windows, old_dda_windows, most_threads
 
    !> The preset and the dialect of DDA for Windows, and how both were spelled at first (still accepted).
@@ -232,6 +233,7 @@ module rockdda_model_options
       type(in_situ_type), allocatable :: in_situ(:)
       type(water_type), allocatable :: water(:)
       type(quake_type), allocatable :: quakes(:)
+      type(bolt_type), allocatable :: bolts(:)
       ! &output
       character(len=:), allocatable :: output_file
       logical :: write_frames = .true.

@@ -5,29 +5,27 @@ module rockdda_model_quake_options
    use rockdda_base_diagnostics, only : diagnostics_type, severity
    use rockdda_base_strings, only : lower_case, to_string
    use rockdda_model_options, only : quake_type, is_set
-   use rockdda_model_option, only : option_visitor_type, option_type, option
+   use rockdda_model_option, only : option
+   use rockdda_model_option_rows, only : option_rows_type
    use rockdda_model_units, only : unit_system_type, unit_system
    implicit none
    private
-   public :: describe_quakes, settle_quakes, form_of, acts_as
+   public :: describe_quakes, settle_quakes, find_format, form_of, acts_as
 
 contains
 
-   !> Visit &quake.
+   !> &quake.
    subroutine describe_quakes(table, quakes)
-      class(option_visitor_type), intent(inout) :: table
+      type(option_rows_type), intent(inout) :: table
       type(quake_type), allocatable, intent(inout) :: quakes(:)
-      type(quake_type), allocatable :: more(:)
-      integer :: i, n, kept
+      integer :: i, n
       if (.not. allocated(quakes)) allocate (quakes(0))
-      call table%begin('quake', 'A record of ground acceleration in one direction. Several groups add up.', &
-                       is_list=.true.)
       n = size(quakes)
-      call table%resize(n)
-      allocate (more(n))
-      kept = min(n, size(quakes))
-      more(1:kept) = quakes(1:kept)
-      call move_alloc(more, quakes)
+      call table%begin_list('quake', 'A record of ground acceleration in one direction. Several groups add up.', n)
+      if (n /= size(quakes)) then
+         deallocate (quakes)
+         allocate (quakes(n))
+      end if
       do i = 1, n
          call table%start_element(i, quakes(i)%origin)
          call describe_quake(table, quakes(i))
@@ -36,11 +34,9 @@ contains
 
    !> One group. The record comes last: how it is read depends on the options before it.
    subroutine describe_quake(table, quake)
-      class(option_visitor_type), intent(inout) :: table
+      type(option_rows_type), intent(inout) :: table
       type(quake_type), intent(inout) :: quake
       character(len=*), parameter :: page = 'user-guide.md#earthquakes'
-      type(option_type) :: record
-      real(wp), allocatable :: no_rows(:, :)
       call table%add(option('format', 'csv: a row of numbers for each time, the time first; at2: PEER, '// &
                             'equal steps', choices='at2|csv', &
                             default_text="at2 where the file's name ends in .at2, else csv"), quake%form)
@@ -56,10 +52,8 @@ contains
                             'boundaries which face down (where none does: at all), with this acceleration', &
                             choices='base_acceleration|base_motion|viscous_base', default_word='base_acceleration', &
                             see=page), quake%apply)
-      record = option('record', 'file of the record', columns='t, a', required=.true., see=page)
-      if (allocated(quake%form)) record%form = trim(quake%form)
-      if (allocated(quake%column)) record%column = trim(adjustl(quake%column))
-      call table%add_record(record, quake%rows, no_rows, quake%file, is_set(quake%scale), quake%unit)
+      call table%add_record(option('record', 'file of the record', columns='t, a', required=.true., see=page), &
+                            quake%rows, quake%file, quake%unit)
    end subroutine describe_quake
 
    !> Is the record applied in this way?
@@ -112,6 +106,30 @@ contains
          end associate
       end do
    end subroutine settle_quakes
+
+   !> How the record of row i is read, by the options before it.
+   pure subroutine find_format(table, i, form, column, has_scale)
+      type(option_rows_type), intent(in) :: table
+      integer, intent(in) :: i
+      character(len=:), allocatable, intent(out) :: form, column   !! empty: not given
+      logical, intent(out) :: has_scale                            !! a factor of the values is given
+      form = text_of('format')
+      column = text_of('column')
+      has_scale = is_set(table%rows(table%find(i, 'scale'))%given%number)
+
+   contains
+
+      !> The text of an option.
+      pure function text_of(name) result(text)
+         character(len=*), intent(in) :: name
+         character(len=:), allocatable :: text
+         text = ''
+         associate (given => table%rows(table%find(i, name))%given)
+            if (allocated(given%text)) text = trim(adjustl(given%text))
+         end associate
+      end function text_of
+
+   end subroutine find_format
 
    !> The format that is given, or that of the name of the file.
    pure function form_of(given, file) result(form)

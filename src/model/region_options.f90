@@ -2,7 +2,8 @@
 !> The groups &region and &subdivide of the options.
 module rockdda_model_region_options
    use rockdda_base_kinds, only : wp
-   use rockdda_model_option, only : option_visitor_type, option
+   use rockdda_model_option, only : option
+   use rockdda_model_option_rows, only : option_rows_type
    use rockdda_model_options, only : region_type, subdivision_type
    implicit none
    private
@@ -12,38 +13,34 @@ contains
 
    !> &region and &subdivide
    subroutine describe_regions(table, regions, subdivisions)
-      class(option_visitor_type), intent(inout) :: table
+      type(option_rows_type), intent(inout) :: table
       type(region_type), allocatable, intent(inout) :: regions(:)
       type(subdivision_type), allocatable, intent(inout) :: subdivisions(:)
-      type(region_type), allocatable :: more_regions(:)
-      type(subdivision_type), allocatable :: more_subdivisions(:)
-      integer :: i, n, kept
+      integer :: i, n
       if (.not. allocated(regions)) allocate (regions(0))
       if (.not. allocated(subdivisions)) allocate (subdivisions(0))
 
-      call table%begin('region', 'Blocks with a common name: those with more than half of their area, at the '// &
+      n = size(regions)
+      call table%begin_list('region', 'Blocks with a common name: those with more than half of their area, at the '// &
                        'start, '// &
                        'in boxes, circles, polygons or a ring, or those of block materials. One of these in each '// &
-                       'group; groups of one name add up.', is_list=.true.)
-      n = size(regions)
-      call table%resize(n)
-      allocate (more_regions(n))
-      kept = min(n, size(regions))
-      more_regions(1:kept) = regions(1:kept)
-      call move_alloc(more_regions, regions)
+                       'group; groups of one name add up.', n)
+      if (n /= size(regions)) then
+         deallocate (regions)
+         allocate (regions(n))
+      end if
       do i = 1, n
          call table%start_element(i, regions(i)%origin)
          call describe_region(table, regions(i))
       end do
 
-      call table%begin('subdivide', 'Cut blocks into cells along the lines of a lattice. A block that several '// &
-                       'groups name is cut by the last of them.', is_list=.true.)
       n = size(subdivisions)
-      call table%resize(n)
-      allocate (more_subdivisions(n))
-      kept = min(n, size(subdivisions))
-      more_subdivisions(1:kept) = subdivisions(1:kept)
-      call move_alloc(more_subdivisions, subdivisions)
+      call table%begin_list('subdivide', 'Cut blocks into cells along the lines of a lattice. A block that several '// &
+                       'groups name is cut by the last of them.', n)
+      if (n /= size(subdivisions)) then
+         deallocate (subdivisions)
+         allocate (subdivisions(n))
+      end if
       do i = 1, n
          call table%start_element(i, subdivisions(i)%origin)
          call describe_subdivision(table, subdivisions(i))
@@ -52,7 +49,7 @@ contains
 
    !> &region
    subroutine describe_region(table, region)
-      class(option_visitor_type), intent(inout) :: table
+      type(option_rows_type), intent(inout) :: table
       type(region_type), intent(inout) :: region
       call table%add(option('name', 'name of the region; case and outer blanks do not count', required=.true.), &
                      region%name)
@@ -71,7 +68,7 @@ contains
 
    !> &subdivide
    subroutine describe_subdivision(table, subdivision)
-      class(option_visitor_type), intent(inout) :: table
+      type(option_rows_type), intent(inout) :: table
       type(subdivision_type), intent(inout) :: subdivision
       call table%add(option('region', 'names of regions, commas between them', default_text='all blocks'), &
                      subdivision%region)

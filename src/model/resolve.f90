@@ -13,7 +13,8 @@ module rockdda_model_resolve
    use rockdda_model_given_materials, only : put_materials_together, put_tables_together
    use rockdda_model_contact_numbers, only : automatic_over_e, preset_over_e, far_over_e, mean_edge, advised_ratio, &
       stiffness_advice, springs_of_joint
-   use rockdda_model_option_defaults, only : defaults_type, transfer_type
+   use rockdda_model_option_defaults, only : fill_defaults, transfer_options
+   use rockdda_model_option_rows, only : option_rows_type
    use rockdda_model_option_table, only : describe_options
    use rockdda_model_options, only : run_options_type, dda_windows, old_dda_windows, is_set
    use rockdda_model_parameters, only : parameters_type
@@ -37,9 +38,9 @@ contains
       type(parameters_type), intent(out) :: parameters
       type(diagnostics_type), intent(inout) :: messages !! notes and errors are appended
       type(run_options_type) :: settings
-      type(defaults_type) :: defaults
-      type(transfer_type) :: transfer
-      logical :: is_windows
+      type(option_rows_type) :: defaults, choices
+      type(diagnostics_type) :: replaced
+      logical :: is_windows, has_preset
       logical :: alone                                  !! a labelled file without an analysis file
       integer :: i
 
@@ -48,16 +49,23 @@ contains
       call take_analysis(blocks, analysis, parameters)
       parameters%units = units_of(options)
       settings = options
-      if (allocated(options%preset)) defaults%preset = any(options%preset == [character(len=len(dda_windows)) :: &
-                                                                              dda_windows, old_dda_windows])
-      if (options%labelled) call take_labelled_defaults(settings, alone .and. .not. defaults%preset)
+      has_preset = .false.
+      if (allocated(options%preset)) has_preset = any(options%preset == [character(len=len(dda_windows)) :: &
+                                                                         dda_windows, old_dda_windows])
+      if (options%labelled) call take_labelled_defaults(settings, alone .and. .not. has_preset)
       call describe_options(defaults, settings, parameters)
-      call choose_formulation(options, defaults%preset, settings, messages)
-      call describe_options(transfer, settings, parameters)
-      if (alone .and. .not. defaults%preset) call choose_sliding_damping(options, parameters)
+      call fill_defaults(defaults, has_preset)
+      call defaults%give_back()
+      call describe_options(defaults, settings, parameters)
+      call choose_formulation(options, has_preset, settings, messages)
+      call describe_options(choices, settings, parameters)
+      call transfer_options(choices, replaced)
+      call choices%give_back()
+      call describe_options(choices, settings, parameters)
+      if (alone .and. .not. has_preset) call choose_sliding_damping(options, parameters)
       if (.not. alone) then
          call note_extent(analysis, options, parameters, messages)
-         call messages%append(transfer%notes)
+         call messages%append(replaced)
       end if
       if (.not. parameters%by_length) call report_unused(options, messages)
       if (is_set(options%points)) call messages%add(severity%warning, 'points has no effect: a joint is integrated '// &
@@ -79,6 +87,7 @@ contains
       parameters%subdivisions = settings%subdivisions
       parameters%in_situ = settings%in_situ
       parameters%water = settings%water
+      parameters%bolts = settings%bolts
 
       parameters%w0 = reference_length(blocks, length_scale(settings%length_scale, analysis%dialect))
       if (alone) call choose_numbers(blocks, options, parameters, messages)

@@ -3,7 +3,8 @@
 module rockdda_model_stage_options
    use rockdda_base_kinds, only : wp
    use rockdda_base_strings, only : to_string, is_given
-   use rockdda_model_option, only : option_visitor_type, option
+   use rockdda_model_option, only : option
+   use rockdda_model_option_rows, only : option_rows_type
    use rockdda_model_options, only : stage_type, change_type, base_motion_type, quake_type, is_set
    use rockdda_model_regions, only : same_name
    implicit none
@@ -19,9 +20,9 @@ module rockdda_model_stage_options
 
 contains
 
-   !> Visit &stage.
+   !> &stage.
    subroutine describe_stage(table, stage)
-      class(option_visitor_type), intent(inout) :: table
+      type(option_rows_type), intent(inout) :: table
       type(stage_type), intent(inout) :: stage
       character(len=*), parameter :: with_end = "until = 'equilibrium'", regions = 'names of regions, commas '// &
                                      'between them: '
@@ -32,9 +33,9 @@ contains
       call table%add(option('until', 'the stage ends when the blocks are in equilibrium', choices='equilibrium', &
                             default_text='none', see=guide), stage%until)
       call table%add(option('tolerance', 'largest unbalanced force over the mean force in equilibrium', &
-                            above=0.0_wp, below=1.0_wp, default=1.0e-5_wp, applies=with_end), stage%tolerance)
+                            above=0.0_wp, below=1.0_wp, applies=with_end), stage%tolerance)
       call table%add(option('max_steps', 'largest number of steps of the stage to equilibrium', least=1.0_wp, &
-                            default=5000.0_wp, applies=with_end), stage%max_steps)
+                            applies=with_end), stage%max_steps)
       call table%add(option('on_failure', 'without equilibrium after max_steps: end the run (exit 3), or go on '// &
                             'with the next stage', choices='stop|continue', default_text='stop', applies=with_end), &
                      stage%on_failure)
@@ -46,7 +47,7 @@ contains
                             default_text='another end'), stage%duration)
       call table%add(option('k01', 'as in &time, for this stage', least=0.0_wp, most=1.0_wp, &
                             remark='0 static, 1 dynamic', default_text='that of the run'), stage%k01)
-      call table%add(option('gravity', 'factor of all weights', default=1.0_wp), stage%gravity)
+      call table%add(option('gravity', 'factor of all weights'), stage%gravity)
       call table%add(option('release', 'numbers of the fixed points that are released when the stage ends', &
                             least=1.0_wp, default_text='none'), stage%release)
       call table%add(option('reset_displacement', 'measured displacements and rotations count from the start of '// &
@@ -57,7 +58,7 @@ contains
                             'others that is released; the rest stays as a load', least=0.0_wp, most=1.0_wp, &
                             default_text='1 where blocks are excavated', see=guide), stage%relax)
       call table%add(option('relax_steps', 'number of steps in which that share is released, in equal parts', &
-                            least=1.0_wp, default=10.0_wp), stage%relax_steps)
+                            least=1.0_wp), stage%relax_steps)
       call table%add(option('place', regions//'their blocks are absent until the stage begins', &
                             default_text='none', not_blank=.true., see=guide), stage%place)
       call table%add(option('install', 'bolts or liners that are installed when the stage begins; not there yet', &
@@ -104,9 +105,9 @@ contains
       end do
    end function water_of_stages
 
-   !> Visit the rows of &change that no joint material has.
+   !> The rows of &change that no joint material has.
    subroutine describe_new_values(table, change)
-      class(option_visitor_type), intent(inout) :: table
+      type(option_rows_type), intent(inout) :: table
       type(change_type), intent(inout) :: change
       character(len=*), parameter :: of_blocks = 'block_material or region'
       call table%add(option('stage', 'name of the stage from whose start the values hold', required=.true., &

@@ -3,29 +3,28 @@
 module rockdda_model_water_options
    use rockdda_base_kinds, only : wp
    use rockdda_model_options, only : water_type
-   use rockdda_model_option, only : option_visitor_type, option, list_rule
+   use rockdda_model_option, only : option, list_rule
+   use rockdda_model_option_rows, only : option_rows_type
    implicit none
    private
    public :: describe_water
 
 contains
 
-   !> Visit &water.
+   !> &water.
    subroutine describe_water(table, water)
-      class(option_visitor_type), intent(inout) :: table
+      type(option_rows_type), intent(inout) :: table
       type(water_type), allocatable, intent(inout) :: water(:)
-      type(water_type), allocatable :: more(:)
-      integer :: i, n, kept
+      integer :: i, n
       if (.not. allocated(water)) allocate (water(0))
-      call table%begin('water', 'Water in joints and on free edges: its pressure acts on both sides of every '// &
-                       'wetted edge and moves with the blocks. Where several groups wet an edge the last one counts.', &
-                       is_list=.true.)
       n = size(water)
-      call table%resize(n)
-      allocate (more(n))
-      kept = min(n, size(water))
-      more(1:kept) = water(1:kept)
-      call move_alloc(more, water)
+      call table%begin_list('water', 'Water in joints and on free edges: its pressure acts on both sides of every '// &
+                       'wetted edge and moves with the blocks. Where several groups wet an edge the last one counts.', &
+                       n)
+      if (n /= size(water)) then
+         deallocate (water)
+         allocate (water(n))
+      end if
       do i = 1, n
          call table%start_element(i, water(i)%origin)
          call describe_group(table, water(i))
@@ -34,10 +33,9 @@ contains
 
    !> One group.
    subroutine describe_group(table, water)
-      class(option_visitor_type), intent(inout) :: table
+      type(option_rows_type), intent(inout) :: table
       type(water_type), intent(inout) :: water
       character(len=*), parameter :: page = 'theory.md#water'
-      real(wp), allocatable :: no_rows(:, :)
       call table%add(option('name', "name of the group; groups of one name belong together, 'none' is none", &
                             default_text='none'), water%name)
       call table%add(option('table', 'points of the water table, x increasing; beyond its ends it is level, '// &
@@ -49,7 +47,7 @@ contains
       call table%add_file(option('pressure_file', 'file with the pressure at points of a regular grid or anywhere; '// &
                                  'linear between them, in triangles', columns='x, y, p', &
                                  default_text='one of table, pressure_file', see=page, rule=list_rule%any_order), &
-                          water%pressure, no_rows, water%file)
+                          water%pressure, water%file)
       call table%add(option('joints', 'names or numbers of the joint materials that are wetted, commas between '// &
                             "them; 'none': no joint", default_text='all', or_number=.true.), water%joints)
       call table%add(option('surfaces', 'edges that face no other block are wetted, too: pools on free faces, and '// &

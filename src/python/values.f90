@@ -29,7 +29,7 @@ contains
       values = 0
       associate (g => session%input%geometry)
          if (.not. allocated(g%line_joint)) return
-         values(1:8) = [size(g%line_joint), g%n_boundary, size(g%line_material), size(g%bolts, 2), &
+         values(1:8) = [size(g%line_joint), g%n_boundary, size(g%line_material), size(g%bolts), &
                         size(g%fixed_lines, 2), size(g%loading_points, 2), size(g%measured_points, 2), &
                         size(g%hole_points, 2)]
          if (allocated(session%drawn%sets)) values(9) = size(session%drawn%sets)
@@ -49,6 +49,7 @@ contains
       real(c_double), intent(out) :: fixed(4, n_fixed), loading(2, n_loading), measured(2, n_measured)
       real(c_double), intent(out) :: holes(2, n_holes)
       type(session_type), pointer :: session
+      integer :: i
       call get_session(handle, session)
       associate (g => session%input%geometry)
          e0 = g%edge_node_distance
@@ -56,8 +57,10 @@ contains
          line_joint = g%line_joint
          material_lines = g%material_lines
          line_material = g%line_material
-         bolt_ends = g%bolts
-         bolt_values = g%bolt_values
+         do i = 1, n_bolts
+            bolt_ends(:, i) = [g%bolts(i)%from, g%bolts(i)%to]
+            bolt_values(:, i) = [g%bolts(i)%stiffness, g%bolts(i)%pretension, g%bolts(i)%yield_force]
+         end do
          fixed = g%fixed_lines
          loading = g%loading_points
          measured = g%measured_points

@@ -1,9 +1,11 @@
 ! SPDX-License-Identifier: MIT
-!> Parts of a model that options name: regions, cells of blocks, stages and changes.
+!> Parts of a model that options name: regions, cells of blocks, bolts, stages and changes.
 module rockdda_run_parts
    use rockdda_base_diagnostics, only : diagnostics_type
    use rockdda_model_blocks, only : block_system_type
-   use rockdda_model_options, only : run_options_type
+   use rockdda_model_options, only : run_options_type, bolt_type
+   use rockdda_cutting_assignment, only : assign_bolts
+   use rockdda_cutting_location, only : block_locator_type
    use rockdda_run_cells, only : number_regions, check_regions, report_cut_blocks, count_regions, &
                                  check_cells, make_cells
    use rockdda_run_described_materials, only : find_described
@@ -12,11 +14,11 @@ module rockdda_run_parts
    use rockdda_run_water_names, only : check_water_names
    implicit none
    private
-   public :: make_parts, make_cells_of_options
+   public :: make_parts, make_parts_of_options
 
 contains
 
-   !> Regions, and the cells of blocks, by the names of their materials.
+   !> Regions, the cells of blocks, by the names of their materials, and bolts.
    subroutine make_parts(input, messages)
       type(model_input_type), intent(inout) :: input
       type(diagnostics_type), intent(inout) :: messages
@@ -40,13 +42,14 @@ contains
       if (.not. found%has_errors()) call messages%append(counts)
       call messages%append(found)
       if (.not. messages%has_errors()) call report_cut_blocks(input%blocks, input%options%regions, messages)
+      call add_bolts(input%options%bolts, input%blocks, messages)
       call number_changes(input%options%block_materials, input%options%changes, messages)
       call check_stage_regions(input%options%stages, input%options%changes, input%options%regions, n(1), &
                                n(2), [input%options%joint_materials, input%options%joint_laws], messages)
    end subroutine make_parts
 
-   !> Cut blocks into cells as an options file says. Materials are not known here.
-   subroutine make_cells_of_options(options, blocks, messages)
+   !> Cells of blocks and bolts as an options file has them. Materials are not known here.
+   subroutine make_parts_of_options(options, blocks, messages)
       type(run_options_type), intent(inout) :: options
       type(block_system_type), intent(inout) :: blocks
       type(diagnostics_type), intent(inout) :: messages
@@ -55,6 +58,18 @@ contains
       if (.not. messages%has_errors()) call make_cells(options%regions, options%subdivisions, huge(1), &
                                                        [options%joint_materials, options%joint_laws], blocks, messages)
       if (.not. messages%has_errors()) call report_cut_blocks(blocks, options%regions, messages)
-   end subroutine make_cells_of_options
+      if (.not. messages%has_errors()) call add_bolts(options%bolts, blocks, messages)
+   end subroutine make_parts_of_options
+
+   !> Add the bolts of the options; an end is in a block or one of its cells.
+   subroutine add_bolts(bolts, blocks, messages)
+      type(bolt_type), intent(in) :: bolts(:)
+      type(block_system_type), intent(inout) :: blocks
+      type(diagnostics_type), intent(inout) :: messages
+      type(block_locator_type) :: locator
+      if (size(bolts) == 0) return
+      call locator%init(blocks, blocks%edge_node_distance)
+      call assign_bolts(bolts, blocks, locator, messages)
+   end subroutine add_bolts
 
 end module rockdda_run_parts

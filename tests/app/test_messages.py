@@ -102,7 +102,7 @@ class Messages(ProgramTest):
 
     def test_help_on_what_stands_elsewhere(self):
         for word, where in (
-            ("bolt", "stand in the geometry file"),
+            ("hole", "stand in the geometry file"),
             ("opening", "joint statistics"),
             ("phi", "did you mean 'friction'"),
         ):

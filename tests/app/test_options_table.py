@@ -15,6 +15,8 @@ TABLE = {
     for name in (
         "option_table",
         "material_options",
+        "joint_options",
+        "bolt_options",
         "region_options",
         "boundary_options",
         "stage_options",

@@ -92,10 +92,10 @@ class Mistakes(ProgramTest):
         self.assertIn("note: ", self.run_program("run", "a.nml").err)
 
     def test_what_the_geometry_file_holds_is_no_group(self):
-        self.write("a.nml", "&bolt ends = 0,0, 1,1 /\n&boundarry kind = 'fixed' /\n")
+        self.write("a.nml", "&hole at = 0,0 /\n&boundarry kind = 'fixed' /\n")
         outcome = self.run_program("check", "a.nml")
         self.assertIn(
-            "a.nml:1:1: error: unknown group &bolt; lines, points and bolts stand in the geometry file\n", outcome.err
+            "a.nml:1:1: error: unknown group &hole; lines and points stand in the geometry file\n", outcome.err
         )
         self.assertIn("unknown group &boundarry; did you mean '&boundary'?", outcome.err)
 

@@ -7,11 +7,9 @@ module rockdda_io_namelist_file
    use rockdda_base_diagnostics, only : diagnostics_type, severity
    use rockdda_model_analysis_input, only : joint_material_type
    use rockdda_model_material_names, only : number_of_material
-   use rockdda_model_option_table, only : describe_options
    use rockdda_model_options, only : run_options_type
-   use rockdda_model_parameters, only : parameters_type
    use rockdda_io_namelist_parser, only : namelist_type, parse_namelist
-   use rockdda_io_option_reader, only : option_reader_type
+   use rockdda_io_option_reader, only : read_options
    use rockdda_io_record_reader, only : append_in_order
    use rockdda_io_stage_check, only : check_stages, check_base_stage
    use rockdda_io_source, only : source_type, read_source
@@ -45,13 +43,10 @@ contains
       type(run_options_type), intent(out) :: options
       type(diagnostics_type), intent(inout) :: messages
       type(namelist_type), target :: namelist
-      type(option_reader_type) :: reader
-      type(parameters_type) :: no_parameters
+      type(diagnostics_type) :: found
       integer :: i
-      call parse_namelist(source, namelist, reader%messages)
-      call reader%start(namelist)
-      call describe_options(reader, options, no_parameters)
-      call reader%report_unknown()
+      call parse_namelist(source, namelist, found)
+      call read_options(namelist, options, found)
       options%labelled = any([(namelist%groups(i)%name == 'model', i=1, namelist%n)])
       do i = namelist%n, 1, -1
          if (namelist%groups(i)%name == 'model') options%model_origin = namelist%origin(namelist%groups(i)%place)
@@ -59,14 +54,14 @@ contains
       do i = 1, size(options%joint_laws)
          if (.not. allocated(options%joint_laws(i)%word)) cycle
          options%joint_laws(i)%number = number_of_material(options%joint_laws(i)%word, options%joint_materials)
-         if (options%joint_laws(i)%number == 0) call reader%messages%add(severity%error, &
+         if (options%joint_laws(i)%number == 0) call found%add(severity%error, &
             "&joint_law: there is no joint material '"//options%joint_laws(i)%word//"'"// &
             did_you_mean(options%joint_laws(i)%word, joint_names(options%joint_materials)), &
             options%joint_laws(i)%origin)
       end do
-      call check_stages(options%stages, options%changes, reader%messages)
-      call check_base_stage(options%stages, options%base, reader%messages)
-      call append_in_order(messages, reader%messages)
+      call check_stages(options%stages, options%changes, found)
+      call check_base_stage(options%stages, options%base, found)
+      call append_in_order(messages, found)
    end subroutine read_options_source
 
    !> Names of joint materials.

@@ -3,13 +3,13 @@
 module rockdda_io_option_documents
    use rockdda_base_kinds, only : wp
    use rockdda_base_strings, only : to_string
-   use rockdda_model_option, only : option_type, option_kind, choice, n_choices
+   use rockdda_model_option, only : option_type, option_kind, choice, columns_of, n_choices, name_length
+   use rockdda_model_option_rows, only : option_rows_type
+   use rockdda_model_option_table, only : all_options
    use rockdda_model_options, only : dda_windows, is_set
-   use rockdda_io_name_hints, only : name_length
    use rockdda_io_name_hints, only : other_words
    use rockdda_io_suggest, only : did_you_mean
    use rockdda_io_synonyms, only : other_words_for
-   use rockdda_io_option_list, only : option_list_type, listed_option_type, list_options
    implicit none
    private
    public :: options_markdown, options_schema, group_help, groups_help, named_option_help, group_names, group_suggestion
@@ -17,8 +17,8 @@ module rockdda_io_option_documents
    character(len=*), parameter :: nl = new_line('a')
 
    !> Words that users try for what stands in other files.
-   character(len=*), parameter :: in_geometry(11) = [character(len=15) :: 'bolt', 'bolts', 'line', 'lines', 'hole', &
-      'fixed', 'fixed_point', 'measured', 'measured_point', 'material_line', 'anchor']
+   character(len=*), parameter :: in_geometry(8) = [character(len=15) :: 'line', 'lines', 'hole', &
+      'fixed', 'fixed_point', 'measured', 'measured_point', 'material_line']
    character(len=*), parameter :: in_statistics(4) = [character(len=15) :: 'opening', 'joint_set', 'section', 'sets']
 
 contains
@@ -26,20 +26,19 @@ contains
    !> One row for each option.
    function options_markdown() result(text)
       character(len=:), allocatable :: text
-      type(option_list_type), allocatable :: list
+      type(option_rows_type) :: list
       character(len=:), allocatable :: group
       integer :: i, k
-      allocate (list)
-      call list_options(list)
+      list = all_options()
       text = '| group | name | value | unit | default | meaning |'//nl//'|---|---|---|---|---|---|'//nl
       do i = 1, list%n_groups
          group = '`&'//trim(list%groups(i)%name)//'`'
          if (list%groups(i)%is_list) group = group//' (repeated)'
          do k = 1, list%n
-            if (list%group_of(k) /= list%groups(i)%name) cycle
-            associate (listed => list%options(k))
-               text = text//'| '//group//' | `'//listed%row%name//'` | '//value_text(listed)//' | '// &
-                      listed%row%unit//' | '//default_text(listed)//' | '//meaning_text(listed%row)//' |'//nl
+            if (list%rows(k)%group /= i) cycle
+            associate (row => list%rows(k))
+               text = text//'| '//group//' | `'//row%name//'` | '//value_text(row)//' | '//row%unit//' | '// &
+                      default_text(row)//' | '//meaning_text(row)//' |'//nl
             end associate
             group = ''
          end do
@@ -50,17 +49,16 @@ contains
    function group_help(name) result(text)
       character(len=*), intent(in) :: name       !! without '&'
       character(len=:), allocatable :: text
-      type(option_list_type), allocatable :: list
+      type(option_rows_type) :: list
       integer :: i, k
-      allocate (list)
-      call list_options(list)
+      list = all_options()
       text = ''
       do i = 1, list%n_groups
          if (list%groups(i)%name /= name) cycle
          text = '&'//name//': '//list%groups(i)%meaning
          if (list%groups(i)%is_list) text = text//' One group for each.'
          do k = 1, list%n
-            if (list%group_of(k) == name) text = text//nl//nl//option_help(list%options(k))
+            if (list%rows(k)%group == i) text = text//nl//nl//option_help(list%rows(k))
          end do
       end do
    end function group_help
@@ -69,18 +67,17 @@ contains
    function named_option_help(name) result(text)
       character(len=*), intent(in) :: name
       character(len=:), allocatable :: text
-      type(option_list_type), allocatable :: list
+      type(option_rows_type) :: list
       character(len=:), allocatable :: groups
       integer :: i, k
-      allocate (list)
-      call list_options(list)
+      list = all_options()
       text = ''
       groups = ''
       do i = 1, list%n_groups
          do k = 1, list%n
-            if (list%group_of(k) /= list%groups(i)%name .or. list%options(k)%row%name /= name) cycle
+            if (list%rows(k)%group /= i .or. list%rows(k)%name /= name) cycle
             if (len(text) > 0) text = text//nl//nl
-            text = text//name//', an option of &'//trim(list%groups(i)%name)//':'//nl//nl//option_help(list%options(k))
+            text = text//name//', an option of &'//trim(list%groups(i)%name)//':'//nl//nl//option_help(list%rows(k))
             if (len(groups) > 0) groups = groups//', '
             groups = groups//"'rockdda help "//trim(list%groups(i)%name)//"'"
          end do
@@ -89,34 +86,31 @@ contains
    end function named_option_help
 
    !> An option in plain text: name, value and unit in one line, then its meaning and its default.
-   pure function option_help(listed) result(text)
-      type(listed_option_type), intent(in) :: listed
+   pure function option_help(row) result(text)
+      type(option_type), intent(in) :: row
       character(len=:), allocatable :: text, plain
       integer :: i
-      associate (row => listed%row)
-         text = '  '//row%name//' = '
-         plain = value_text(listed)
-         do i = 1, len(plain)
-            if (plain(i:i) /= '`') text = text//plain(i:i)
-         end do
-         if (len(row%unit) > 0) text = text//' ['//row%unit//']'
-         text = text//nl//'      '//row%meaning
-         if (len(row%applies) > 0) text = text//' ('//row%applies//')'
-         if (row%required) then
-            text = text//nl//'      required'
-         else
-            text = text//nl//'      default: '//default_text(listed)
-         end if
-      end associate
+      text = '  '//row%name//' = '
+      plain = value_text(row)
+      do i = 1, len(plain)
+         if (plain(i:i) /= '`') text = text//plain(i:i)
+      end do
+      if (len(row%unit) > 0) text = text//' ['//row%unit//']'
+      text = text//nl//'      '//row%meaning
+      if (len(row%applies) > 0) text = text//' ('//row%applies//')'
+      if (row%required) then
+         text = text//nl//'      required'
+      else
+         text = text//nl//'      default: '//default_text(row)
+      end if
    end function option_help
 
    !> The groups, a line each with the first sentence of their meaning.
    function groups_help() result(text)
       character(len=:), allocatable :: text
-      type(option_list_type), allocatable :: list
+      type(option_rows_type) :: list
       integer :: i, sentence
-      allocate (list)
-      call list_options(list)
+      list = all_options()
       text = 'groups of a labelled file or an options file:'
       do i = 1, list%n_groups
          associate (meaning => list%groups(i)%meaning)
@@ -130,10 +124,9 @@ contains
    !> The names of all groups, a blank before each.
    function group_names() result(text)
       character(len=:), allocatable :: text
-      type(option_list_type), allocatable :: list
+      type(option_rows_type) :: list
       integer :: i
-      allocate (list)
-      call list_options(list)
+      list = all_options()
       text = ''
       do i = 1, list%n_groups
          text = text//' '//trim(list%groups(i)%name)
@@ -144,15 +137,12 @@ contains
    function group_suggestion(name, words) result(text)
       character(len=*), intent(in) :: name, words(:)
       character(len=:), allocatable :: text
-      type(option_list_type), allocatable :: list
+      type(option_rows_type) :: list
       character(len=name_length), allocatable :: known(:)
-      integer :: i
-      allocate (list)
-      call list_options(list)
-      known = [character(len=name_length) :: words, (list%groups(i)%name, i=1, list%n_groups), &
-               (list%options(i)%row%name, i=1, list%n)]
+      list = all_options()
+      known = [character(len=name_length) :: words, list%group_names(), list%names()]
       if (any(in_geometry == name)) then
-         text = '; lines, points and bolts stand in the geometry file: docs/file-formats.md'
+         text = '; lines and points stand in the geometry file: docs/file-formats.md'
          return
       else if (any(in_statistics == name)) then
          text = "; it is a group of a file of joint statistics, see 'rockdda help lines'"
@@ -163,31 +153,29 @@ contains
    end function group_suggestion
 
    !> What may stand behind the equals sign.
-   pure function value_text(listed) result(text)
-      type(listed_option_type), intent(in) :: listed
+   pure function value_text(row) result(text)
+      type(option_type), intent(in) :: row
       character(len=:), allocatable :: text
       integer :: i
-      associate (row => listed%row)
-         select case (listed%kind)
-         case (option_kind%number); text = bounds_text(row)
-         case (option_kind%whole); text = trim('whole '//bounds_text(row))
-         case (option_kind%logical); text = 'logical'
-         case (option_kind%text)
-            text = 'text'
-            if (row%or_number) text = 'whole ≥ 1 or text'
-         case (option_kind%choice)
-            text = ''
-            do i = 1, n_choices(row)
-               if (i > 1) text = text//', '
-               text = text//"`'"//choice(row, i)//"'`"
-            end do
-         case (option_kind%numbers); text = row%columns
-         case (option_kind%list); text = 'numbers'
-         case (option_kind%wholes); text = trim('whole numbers '//bounds_text(row))
-         case (option_kind%rows); text = row%columns//', …'
-         case (option_kind%file); text = 'file'
-         end select
-      end associate
+      select case (row%kind)
+      case (option_kind%number); text = bounds_text(row)
+      case (option_kind%whole); text = trim('whole '//bounds_text(row))
+      case (option_kind%logical); text = 'logical'
+      case (option_kind%text)
+         text = 'text'
+         if (row%or_number) text = 'whole ≥ 1 or text'
+      case (option_kind%choice)
+         text = ''
+         do i = 1, n_choices(row)
+            if (i > 1) text = text//', '
+            text = text//"`'"//choice(row, i)//"'`"
+         end do
+      case (option_kind%numbers); text = row%columns
+      case (option_kind%list); text = 'numbers'
+      case (option_kind%wholes); text = trim('whole numbers '//bounds_text(row))
+      case (option_kind%rows); text = row%columns//', …'
+      case (option_kind%file, option_kind%record); text = 'file'
+      end select
       if (len(text) == 0) text = 'number'
    end function value_text
 
@@ -209,30 +197,28 @@ contains
    end function bounds_text
 
    !> What holds when the option is not given.
-   pure function default_text(listed) result(text)
-      type(listed_option_type), intent(in) :: listed
+   pure function default_text(row) result(text)
+      type(option_type), intent(in) :: row
       character(len=:), allocatable :: text
-      associate (row => listed%row)
-         if (row%required) then
-            text = 'required'
-         else if (len(row%default_text) > 0) then
-            text = row%default_text
-         else if (row%in_analysis) then
-            text = "the analysis file's"
-         else if (len(row%default_word) > 0) then
-            text = row%default_word
-            if (len(row%preset_word) > 0 .and. row%preset_word /= row%default_word) &
-               text = text//' (preset '//dda_windows//': '//row%preset_word//')'
-         else if (listed%kind == option_kind%logical) then
-            text = trim(merge('.true. ', '.false.', listed%default_flag))
-         else if (is_set(row%default)) then
-            text = to_string(row%default)
-            if (is_set(row%preset_default)) text = text//' (preset '//dda_windows//': '// &
-                                                   to_string(row%preset_default)//')'
-         else
-            text = 'none'
-         end if
-      end associate
+      if (row%required) then
+         text = 'required'
+      else if (len(row%default_text) > 0) then
+         text = row%default_text
+      else if (row%in_analysis) then
+         text = "the analysis file's"
+      else if (len(row%default_word) > 0) then
+         text = row%default_word
+         if (len(row%preset_word) > 0 .and. row%preset_word /= row%default_word) &
+            text = text//' (preset '//dda_windows//': '//row%preset_word//')'
+      else if (row%kind == option_kind%logical) then
+         text = trim(merge('.true. ', '.false.', row%given%flag))
+      else if (is_set(row%default)) then
+         text = to_string(row%default)
+         if (is_set(row%preset_default)) text = text//' (preset '//dda_windows//': '// &
+                                                to_string(row%preset_default)//')'
+      else
+         text = 'none'
+      end if
    end function default_text
 
    !> Meaning, where the option applies, and the page that says more.
@@ -248,11 +234,10 @@ contains
    !> list of objects.
    function options_schema() result(text)
       character(len=:), allocatable :: text
-      type(option_list_type), allocatable :: list
+      type(option_rows_type) :: list
       character(len=:), allocatable :: name, rows, required, comma
       integer :: i, k
-      allocate (list)
-      call list_options(list)
+      list = all_options()
       text = '{'//nl//'  "$schema": "https://json-schema.org/draft/2020-12/schema",'//nl// &
              '  "title": "RockDDA run options",'//nl//'  "type": "object",'//nl// &
              '  "additionalProperties": false,'//nl//'  "properties": {'//nl
@@ -268,12 +253,12 @@ contains
          required = ''
          comma = ''
          do k = 1, list%n
-            if (list%group_of(k) /= list%groups(i)%name) cycle
-            associate (listed => list%options(k))
+            if (list%rows(k)%group /= i) cycle
+            associate (row => list%rows(k))
                if (len(rows) > 0) rows = rows//','//nl
-               rows = rows//'        "'//listed%row%name//'": {'//schema_of(listed)//'}'
-               if (listed%row%required) then
-                  required = required//comma//'"'//listed%row%name//'"'
+               rows = rows//'        "'//row%name//'": {'//schema_of(row)//'}'
+               if (row%required) then
+                  required = required//comma//'"'//row%name//'"'
                   comma = ', '
                end if
             end associate
@@ -298,53 +283,50 @@ contains
    end function other_words_of
 
    !> Members of the schema of one option.
-   pure function schema_of(listed) result(text)
-      type(listed_option_type), intent(in) :: listed
+   pure function schema_of(row) result(text)
+      type(option_type), intent(in) :: row
       character(len=:), allocatable :: text
-      integer :: i, n
-      associate (row => listed%row)
-         text = '"description": "'//row%meaning//'"'
-         if (len(row%unit) > 0) text = text//', "x-unit": "'//row%unit//'"'
-         if (len(row%applies) > 0) text = text//', "x-applies-to": "'//row%applies//'"'
-         if (.not. row%required) text = text//', "x-default": "'//default_text(listed)//'"'
-         if (len(row%columns) > 0) text = text//', "x-columns": "'//row%columns//'"'
-         text = text//other_words_of(row%name, ', ', '')
-         if (row%adds_up) text = text//', "x-adds-up": true'
-         n = count([(row%columns(i:i) == ',', i=1, len(row%columns))]) + 1
-         text = text//', '
-         select case (listed%kind)
-         case (option_kind%number); text = text//'"type": "number"'//schema_bounds(row)
-         case (option_kind%whole); text = text//'"type": "integer"'//schema_bounds(row)
-         case (option_kind%logical); text = text//'"type": "boolean"'
-         case (option_kind%text)
-            if (row%or_number) then
-               text = text//'"type": ["integer", "string"], "minimum": 1'
-            else
-               text = text//'"type": "string"'
-            end if
-            if (row%not_blank) text = text//', "minLength": 1'
-         case (option_kind%choice)
-            text = text//'"type": "string", "enum": ['
-            do i = 1, n_choices(row)
-               if (i > 1) text = text//', '
-               text = text//'"'//choice(row, i)//'"'
-            end do
-            if (len(row%old_choice) > 0) text = text//', "'//row%old_choice//'"'
-            text = text//']'
-         case (option_kind%numbers); text = text//'"type": "array", "items": {"type": "number"}, "minItems": '// &
-                   to_string(listed%n_values)//', "maxItems": '//to_string(listed%n_values)
-         case (option_kind%list); text = text//'"type": ["number", "array"], "items": {"type": "number"}'
-         case (option_kind%wholes); text = text//'"type": ["integer", "array"]'//schema_bounds(row)// &
-                   ', "items": {"type": "integer"'//schema_bounds(row)//'}'
-         case (option_kind%rows); text = text//'"type": "array", "items": {"type": "number"}, "minItems": '// &
-                   to_string(n)
-         case (option_kind%file); text = text//'"type": "string", "x-file": true'
-         end select
-         if (listed%kind == option_kind%logical) text = text//', "default": '// &
-                                                 trim(merge('true ', 'false', listed%default_flag))
-         if (len(row%default_word) > 0) text = text//', "default": "'//row%default_word//'"'
-         if (is_set(row%default)) text = text//', "default": '//to_string(row%default, 10)
-      end associate
+      integer :: i
+      text = '"description": "'//row%meaning//'"'
+      if (len(row%unit) > 0) text = text//', "x-unit": "'//row%unit//'"'
+      if (len(row%applies) > 0) text = text//', "x-applies-to": "'//row%applies//'"'
+      if (.not. row%required) text = text//', "x-default": "'//default_text(row)//'"'
+      if (len(row%columns) > 0) text = text//', "x-columns": "'//row%columns//'"'
+      text = text//other_words_of(row%name, ', ', '')
+      if (row%adds_up) text = text//', "x-adds-up": true'
+      text = text//', '
+      select case (row%kind)
+      case (option_kind%number); text = text//'"type": "number"'//schema_bounds(row)
+      case (option_kind%whole); text = text//'"type": "integer"'//schema_bounds(row)
+      case (option_kind%logical); text = text//'"type": "boolean"'
+      case (option_kind%text)
+         if (row%or_number) then
+            text = text//'"type": ["integer", "string"], "minimum": 1'
+         else
+            text = text//'"type": "string"'
+         end if
+         if (row%not_blank) text = text//', "minLength": 1'
+      case (option_kind%choice)
+         text = text//'"type": "string", "enum": ['
+         do i = 1, n_choices(row)
+            if (i > 1) text = text//', '
+            text = text//'"'//choice(row, i)//'"'
+         end do
+         if (len(row%old_choice) > 0) text = text//', "'//row%old_choice//'"'
+         text = text//']'
+      case (option_kind%numbers); text = text//'"type": "array", "items": {"type": "number"}, "minItems": '// &
+                to_string(size(row%given%numbers))//', "maxItems": '//to_string(size(row%given%numbers))
+      case (option_kind%list); text = text//'"type": ["number", "array"], "items": {"type": "number"}'
+      case (option_kind%wholes); text = text//'"type": ["integer", "array"]'//schema_bounds(row)// &
+                ', "items": {"type": "integer"'//schema_bounds(row)//'}'
+      case (option_kind%rows); text = text//'"type": "array", "items": {"type": "number"}, "minItems": '// &
+                to_string(size(columns_of(row)))
+      case (option_kind%file, option_kind%record); text = text//'"type": "string", "x-file": true'
+      end select
+      if (row%kind == option_kind%logical) text = text//', "default": '// &
+                                              trim(merge('true ', 'false', row%given%flag))
+      if (len(row%default_word) > 0) text = text//', "default": "'//row%default_word//'"'
+      if (is_set(row%default)) text = text//', "default": '//to_string(row%default, 10)
    end function schema_of
 
    !> Bounds in a schema.

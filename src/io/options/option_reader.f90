@@ -1,25 +1,28 @@
 ! SPDX-License-Identifier: MIT
-!> Takes the values of options out of the groups of a namelist file, as the table of options describes them. The table
-!> is gone through once; each of its rows collects its entries from all groups of the name.
+!> Takes the values of options out of the groups of a namelist file: each row of the table of options collects its
+!> entries from all groups of the name, or in a list from that of its element.
 module rockdda_io_option_reader
    use rockdda_base_kinds, only : wp
    use rockdda_base_strings, only : to_string
-   use rockdda_base_diagnostics, only : diagnostics_type, origin_type, severity
-   use rockdda_model_option, only : option_visitor_type, option_type, list_rule, choice, n_choices
-   use rockdda_model_options, only : unset_real, unset_integer, is_set
+   use rockdda_base_diagnostics, only : diagnostics_type, severity
+   use rockdda_model_option, only : option_type, option_kind, list_rule, choice, columns_of, in_bounds, n_choices, &
+                                    name_length
+   use rockdda_model_option_rows, only : option_rows_type
+   use rockdda_model_option_table, only : all_options, describe_options
+   use rockdda_model_options, only : run_options_type, unset_real, unset_integer, is_set
+   use rockdda_model_parameters, only : parameters_type
    use rockdda_model_possible_values, only : known_values_type
-   use rockdda_model_quake_options, only : form_of
+   use rockdda_model_quake_options, only : find_format, form_of
    use rockdda_model_units, only : unit_system
    use rockdda_io_csv_table, only : read_csv_table
-   use rockdda_io_name_hints, only : group_hint, name_hint, name_length
+   use rockdda_io_name_hints, only : group_hint, name_hint
    use rockdda_io_namelist_parser, only : namelist_type, entry_type
-   use rockdda_io_option_list, only : option_list_type, list_options
    use rockdda_io_option_values, only : get_real, get_integer, get_logical, get_text, get_file, get_choice, get_reals, &
                                         get_integers, demand
    use rockdda_io_record_file, only : read_record
    implicit none
    private
-   public :: option_reader_type
+   public :: read_options
 
    !> Place of an entry.
    type :: cursor_type
@@ -28,53 +31,56 @@ module rockdda_io_option_reader
       logical :: first = .true.         !! no entry found yet
    end type cursor_type
 
-   type, extends(option_visitor_type) :: option_reader_type
+   type :: option_reader_type
       type(namelist_type), pointer :: namelist => null()
       type(diagnostics_type) :: messages
-      integer, allocatable, private :: members(:)      !! groups of the present name
-      integer, allocatable, private :: element(:)      !! those whose entries count now
-      logical, allocatable, private :: known_group(:)
-      integer, allocatable, private :: offset(:)       !! entries before each group
-      logical, allocatable, private :: known_entry(:)
-      integer, private :: found(2) = 0                 !! group and entry of the last row visited, 0: not given
-      character(len=:), allocatable, private :: group  !! name of the present one
-      type(known_values_type), private :: known        !! units of the numbers, and what they can be
-   contains
-      procedure :: start
-      procedure :: report_unknown
-      procedure :: begin => read_begin
-      procedure :: resize => read_resize
-      procedure :: start_element => read_element
-      procedure :: add_real => read_real
-      procedure :: add_integer => read_integer
-      procedure :: add_logical => read_logical
-      procedure :: add_text => read_text
-      procedure :: add_choice => read_choice
-      procedure :: add_reals => read_reals
-      procedure :: add_list => read_list
-      procedure :: add_integers => read_integers
-      procedure :: add_rows => read_rows
-      procedure :: add_file => read_file
-      procedure :: add_record => read_record_file
-      procedure :: locate => read_locate
-      procedure, private :: next
-      procedure, private :: demand_bounds
-      procedure, private :: demand_possible
+      integer, allocatable :: members(:)      !! groups of the present name
+      integer, allocatable :: element(:)      !! those whose entries count now
+      logical, allocatable :: known_group(:)
+      integer, allocatable :: offset(:)       !! entries before each group
+      logical, allocatable :: known_entry(:)
+      character(len=:), allocatable :: group  !! name of the present one
+      type(known_values_type) :: known        !! units of the numbers, and what they can be
    end type option_reader_type
 
    !> What stands in the geometry file, and not in the options.
-   character(len=*), parameter :: geometry_words(13) = [character(len=14) :: 'block', 'blocks', 'bolt', 'bolts', &
+   character(len=*), parameter :: geometry_words(11) = [character(len=14) :: 'block', 'blocks', &
                                                         'fixed', 'hole', 'hole_point', 'line', 'lines', 'loading', &
                                                         'material_line', 'measured', 'measured_point']
 
 contains
 
-   !> Begin with a parsed file, which must outlive the reader.
+   !> Read the options of a parsed file.
+   subroutine read_options(namelist, options, messages)
+      type(namelist_type), intent(in), target :: namelist
+      type(run_options_type), intent(inout) :: options      !! without elements in its lists
+      type(diagnostics_type), intent(inout) :: messages
+      type(option_reader_type) :: reader
+      type(option_rows_type) :: table
+      type(parameters_type) :: no_parameters
+      integer :: i
+      call start(reader, namelist)
+      do i = 1, namelist%n
+         call table%want(namelist%groups(i)%name, 1)
+      end do
+      call describe_options(table, options, no_parameters)
+      do i = 1, table%n
+         call begin_row(reader, table, i)
+         call read_row(reader, table, i)
+      end do
+      call report_unknown(reader)
+      call table%give_back()
+      call describe_options(table, options, no_parameters)
+      call messages%append(reader%messages)
+   end subroutine read_options
+
+   !> Begin with a parsed file.
    subroutine start(self, namelist)
-      class(option_reader_type), intent(inout) :: self
+      type(option_reader_type), intent(inout) :: self
       type(namelist_type), intent(in), target :: namelist
       integer :: i
       self%namelist => namelist
+      self%group = ''
       allocate (self%members(0), self%element(0), self%known_group(namelist%n), self%offset(namelist%n + 1))
       self%known_group = .false.
       self%offset(1) = 0
@@ -87,74 +93,80 @@ contains
 
    !> Report groups and names that the table does not have.
    subroutine report_unknown(self)
-      class(option_reader_type), intent(inout) :: self
-      type(option_list_type), allocatable :: list
+      type(option_reader_type), intent(inout) :: self
+      type(option_rows_type) :: table
       integer :: i, k
       if (all(self%known_group) .and. all(self%known_entry)) return
-      allocate (list)
-      call list_options(list)
+      table = all_options()
       do i = 1, self%namelist%n
          associate (group => self%namelist%groups(i))
             if (.not. self%known_group(i)) then
                call self%messages%add(severity%error, 'unknown group &'//group%name// &
-                                      group_hint(group%name, list%groups(:list%n_groups)%name, geometry_words), &
+                                      group_hint(group%name, table%group_names(), geometry_words), &
                                       self%namelist%origin(group%place))
                cycle
             end if
             do k = 1, group%n
                if (self%known_entry(self%offset(i) + k)) cycle
-               call self%messages%add(severity%error, "unknown name '"//group%entries(k)%name//"' in &"// &
-                  group%name//name_hint(group%entries(k)%name, group%name, list%group_of(:list%n), &
-                                        list%names(:list%n)), self%namelist%origin(group%entries(k)%place))
+               call self%messages%add(severity%error, "unknown name '"//group%entries(k)%name//"' in &"//group%name// &
+                                      name_hint(group%entries(k)%name, group%name, table%group_of_names(), &
+                                                table%names()), self%namelist%origin(group%entries(k)%place))
             end do
          end associate
       end do
    end subroutine report_unknown
 
-   !> Find the groups of this name.
-   subroutine read_begin(self, name, meaning, is_list)
-      class(option_reader_type), intent(inout) :: self
-      character(len=*), intent(in) :: name, meaning
-      logical, intent(in), optional :: is_list
-      integer :: i
-      self%group = name
-      call self%known%begin_group()
-      self%members = pack([(i, i=1, self%namelist%n)], [(self%namelist%groups(i)%name == name, i=1, self%namelist%n)])
-      self%known_group(self%members) = .true.
-      self%element = self%members
-      if (name == 'model' .and. size(self%members) > 0) self%known%system = unit_system('SI')
-      associate (unused_1 => meaning, unused_2 => present(is_list))
-      end associate
-   end subroutine read_begin
-
-   !> Give the list an element for each group.
-   subroutine read_resize(self, n)
-      class(option_reader_type), intent(inout) :: self
-      integer, intent(inout) :: n
-      n = size(self%members)
-   end subroutine read_resize
-
-   !> Restrict the entries to those of group i of this name.
-   subroutine read_element(self, i, origin)
-      class(option_reader_type), intent(inout) :: self
+   !> Find the groups in which row i may stand, when it is the first one of its group or of an element.
+   subroutine begin_row(self, table, i)
+      type(option_reader_type), intent(inout) :: self
+      type(option_rows_type), intent(inout) :: table
       integer, intent(in) :: i
-      type(origin_type), intent(inout) :: origin
-      self%element = [self%members(i)]
-      call self%known%begin_group()
-      origin = self%namelist%origin(self%namelist%groups(self%members(i))%place)
-   end subroutine read_element
+      integer :: k
+      associate (row => table%rows(i), name => table%groups(table%rows(i)%group)%name)
+         if (table%is_beside(i, i - 1)) then
+            if (row%element > 0) row%origin = table%rows(i - 1)%origin
+            return
+         end if
+         call self%known%begin_group()
+         if (self%group /= name) then
+            self%group = trim(name)
+            self%members = pack([(k, k=1, self%namelist%n)], &
+                                [(self%namelist%groups(k)%name == name, k=1, self%namelist%n)])
+            self%known_group(self%members) = .true.
+            self%element = self%members
+            if (name == 'model' .and. size(self%members) > 0) self%known%system = unit_system('SI')
+         end if
+         if (row%element == 0) return
+         self%element = [self%members(row%element)]
+         row%origin = self%namelist%origin(self%namelist%groups(self%element(1))%place)
+      end associate
+   end subroutine begin_row
+
+   !> Read row i: all its entries, of which the last one counts.
+   subroutine read_row(self, table, i)
+      type(option_reader_type), intent(inout) :: self
+      type(option_rows_type), intent(inout) :: table
+      integer, intent(in) :: i
+      type(cursor_type) :: cursor
+      type(entry_type), pointer :: entry
+      do while (next(self, table%rows(i), cursor, entry))
+         call read_value(self, table, i, entry)
+         if (table%rows(i)%element == 0) table%rows(i)%origin = self%namelist%origin(entry%place)
+      end do
+      if (cursor%first .and. len(table%rows(i)%default_from) > 0) &
+         table%rows(i)%given = table%rows(table%find(i, table%rows(i)%default_from))%given
+   end subroutine read_row
 
    !> Move to the next entry of this option; false when there is none. One that is missing, and one that is given
    !> again in the same group, are reported here.
    logical function next(self, row, cursor, entry)
-      class(option_reader_type), intent(inout) :: self
+      type(option_reader_type), intent(inout) :: self
       type(option_type), intent(in) :: row
       type(cursor_type), intent(inout) :: cursor
       type(entry_type), pointer, intent(out) :: entry  !! null when there is none
       integer :: k, i
       entry => null()
       next = .true.
-      if (cursor%first) self%found = 0
       do i = cursor%member, size(self%element)
          associate (group => self%namelist%groups(self%element(i)))
             do k = cursor%entry + 1, group%n
@@ -163,7 +175,6 @@ contains
                   ': given again in the same group, the last one counts', self%namelist%origin(group%entries(k)%place))
                self%known_entry(self%offset(self%element(i)) + k) = .true.
                cursor = cursor_type(i, k, .false.)
-               self%found = [self%element(i), k]
                entry => self%namelist%groups(self%element(i))%entries(k)
                return
             end do
@@ -175,277 +186,149 @@ contains
       next = .false.
    end function next
 
-   !> Where the row before was read.
-   subroutine read_locate(self, origin)
-      class(option_reader_type), intent(inout) :: self
-      type(origin_type), intent(inout) :: origin
-      if (self%found(1) > 0) origin = self%namelist%origin( &
-         self%namelist%groups(self%found(1))%entries(self%found(2))%place)
-   end subroutine read_locate
-
-   !> Read a real.
-   subroutine read_real(self, row, given, used, origin)
-      class(option_reader_type), intent(inout) :: self
-      type(option_type), intent(in) :: row
-      real(wp), intent(inout) :: given
-      real(wp), intent(inout), optional :: used
-      type(origin_type), intent(inout), optional :: origin
-      type(cursor_type) :: cursor
-      type(entry_type), pointer :: entry
-      real(wp) :: found
-      do while (self%next(row, cursor, entry))
-         found = unset_real
-         call get_real(self%namelist, entry, found, self%messages)
-         if (.not. is_set(found)) cycle
-         call self%demand_bounds(row, entry, found)
-         call self%demand_possible(row, entry, [found])
-         given = found
-         if (present(origin)) origin = self%namelist%origin(entry%place)
-      end do
-      associate (unused => present(used))
+   !> Read the value of row i.
+   subroutine read_value(self, table, i, entry)
+      type(option_reader_type), intent(inout) :: self
+      type(option_rows_type), intent(inout) :: table
+      integer, intent(in) :: i
+      type(entry_type), intent(in) :: entry
+      real(wp), allocatable :: values(:)
+      real(wp) :: number
+      integer :: whole
+      associate (row => table%rows(i), given => table%rows(i)%given, least => nint(max(table%rows(i)%least, &
+                                                                                        -real(huge(1), wp))))
+         select case (row%kind)
+         case (option_kind%number)
+            number = unset_real
+            call get_real(self%namelist, entry, number, self%messages)
+            if (.not. is_set(number)) return
+            call demand_bounds(self, row, entry, number)
+            call demand_possible(self, row, entry, [number])
+            given%number = number
+         case (option_kind%whole)
+            whole = unset_integer
+            call get_integer(self%namelist, entry, least, whole, self%messages)
+            if (.not. is_set(whole)) return
+            call demand_bounds(self, row, entry, real(whole, wp))
+            given%whole = whole
+         case (option_kind%logical)
+            call get_logical(self%namelist, entry, given%flag, self%messages)
+            given%is_given = .true.
+         case (option_kind%text)
+            call get_text(self%namelist, entry, given%text, self%messages, row%or_number)
+            if (row%not_blank .and. allocated(given%text)) &
+               call demand(self%namelist, entry, len_trim(given%text) > 0, 'must not be empty', self%messages)
+         case (option_kind%choice)
+            call get_choice(self%namelist, entry, words_of(row), given%text, self%messages, row%old_choice, row%remark)
+            if (self%group == 'model' .and. row%name == 'units' .and. allocated(given%text)) &
+               self%known%system = unit_system(given%text)
+         case (option_kind%numbers)
+            call get_reals(self%namelist, entry, size(given%numbers), .false., values, self%messages)
+            if (.not. allocated(values)) return
+            call demand_rule(self, row, entry, reshape(values, [size(values), 1]))
+            call demand_possible(self, row, entry, values)
+            call move_alloc(values, given%numbers)
+         case (option_kind%list)
+            call get_reals(self%namelist, entry, 1, .true., given%numbers, self%messages)
+         case (option_kind%wholes)
+            call get_integers(self%namelist, entry, least, given%wholes, self%messages)
+         case (option_kind%rows)
+            call read_rows(self, row, entry, given%rows)
+         case (option_kind%file)
+            call read_rows_of_file(self, row, entry, given%text, given%rows)
+         case (option_kind%record)
+            call read_record_file(self, table, i, entry)
+         end select
       end associate
-   end subroutine read_real
+   end subroutine read_value
 
-   !> Read a whole number.
-   subroutine read_integer(self, row, given, used)
-      class(option_reader_type), intent(inout) :: self
+   !> The words of a choice.
+   pure function words_of(row) result(words)
       type(option_type), intent(in) :: row
-      integer, intent(inout) :: given
-      integer, intent(inout), optional :: used
-      type(cursor_type) :: cursor
-      type(entry_type), pointer :: entry
-      integer :: found
-      do while (self%next(row, cursor, entry))
-         found = unset_integer
-         call get_integer(self%namelist, entry, nint(max(row%least, -real(huge(1), wp))), found, self%messages)
-         if (.not. is_set(found)) cycle
-         call self%demand_bounds(row, entry, real(found, wp))
-         given = found
-      end do
-      associate (unused => present(used))
-      end associate
-   end subroutine read_integer
-
-   !> .true. or .false.
-   subroutine read_logical(self, row, given, used, is_given)
-      class(option_reader_type), intent(inout) :: self
-      type(option_type), intent(in) :: row
-      logical, intent(inout) :: given
-      logical, intent(inout), optional :: used
-      logical, intent(inout), optional :: is_given
-      type(cursor_type) :: cursor
-      type(entry_type), pointer :: entry
-      do while (self%next(row, cursor, entry))
-         call get_logical(self%namelist, entry, given, self%messages)
-         if (present(is_given)) is_given = .true.
-      end do
-      associate (unused => present(used))
-      end associate
-   end subroutine read_logical
-
-   !> Read a text, or one of several words.
-   subroutine read_text(self, row, given, used)
-      class(option_reader_type), intent(inout) :: self
-      type(option_type), intent(in) :: row
-      character(len=:), allocatable, intent(inout) :: given
-      character(len=:), allocatable, intent(inout), optional :: used
-      call read_word(self, row, given)
-      associate (unused => present(used))
-      end associate
-   end subroutine read_text
-
-   !> Read one of several words.
-   subroutine read_choice(self, row, given, used, true_for)
-      class(option_reader_type), intent(inout) :: self
-      type(option_type), intent(in) :: row
-      character(len=:), allocatable, intent(inout) :: given
-      logical, intent(inout) :: used
-      integer, intent(in) :: true_for
-      call read_word(self, row, given)
-      associate (unused_1 => used, unused_2 => true_for)
-      end associate
-   end subroutine read_choice
-
-   !> Read a text; where there are choices one of these.
-   subroutine read_word(self, row, given)
-      class(option_reader_type), intent(inout) :: self
-      type(option_type), intent(in) :: row
-      character(len=:), allocatable, intent(inout) :: given
-      type(cursor_type) :: cursor
-      type(entry_type), pointer :: entry
       character(len=name_length) :: words(n_choices(row))
       integer :: i
       do i = 1, size(words)
          words(i) = choice(row, i)
       end do
-      do while (self%next(row, cursor, entry))
-         if (size(words) == 0) then
-            call get_text(self%namelist, entry, given, self%messages, row%or_number)
-            if (row%not_blank .and. allocated(given)) &
-               call demand(self%namelist, entry, len_trim(given) > 0, 'must not be empty', self%messages)
-         else
-            call get_choice(self%namelist, entry, words, given, self%messages, row%old_choice, row%remark)
-            if (self%group == 'model' .and. row%name == 'units' .and. allocated(given)) &
-               self%known%system = unit_system(given)
-         end if
-      end do
-   end subroutine read_word
-
-   !> Read a fixed number of reals.
-   subroutine read_reals(self, row, given, otherwise)
-      class(option_reader_type), intent(inout) :: self
-      type(option_type), intent(in) :: row
-      real(wp), intent(inout) :: given(:)
-      real(wp), intent(in), optional :: otherwise(:)
-      type(cursor_type) :: cursor
-      type(entry_type), pointer :: entry
-      real(wp), allocatable :: values(:)
-      do while (self%next(row, cursor, entry))
-         call get_reals(self%namelist, entry, size(given), .false., values, self%messages)
-         if (.not. allocated(values)) cycle
-         given = values
-         call demand_rule(self, row, entry, reshape(values, [size(values), 1]))
-         call self%demand_possible(row, entry, values)
-      end do
-      if (cursor%first .and. present(otherwise)) given = otherwise
-   end subroutine read_reals
-
-   !> Read any number of reals.
-   subroutine read_list(self, row, given)
-      class(option_reader_type), intent(inout) :: self
-      type(option_type), intent(in) :: row
-      real(wp), allocatable, intent(inout) :: given(:)
-      type(cursor_type) :: cursor
-      type(entry_type), pointer :: entry
-      do while (self%next(row, cursor, entry))
-         call get_reals(self%namelist, entry, 1, .true., given, self%messages)
-      end do
-   end subroutine read_list
-
-   !> Read any number of whole numbers.
-   subroutine read_integers(self, row, given)
-      class(option_reader_type), intent(inout) :: self
-      type(option_type), intent(in) :: row
-      integer, allocatable, intent(inout) :: given(:)
-      type(cursor_type) :: cursor
-      type(entry_type), pointer :: entry
-      do while (self%next(row, cursor, entry))
-         call get_integers(self%namelist, entry, nint(max(row%least, -real(huge(1), wp))), given, self%messages)
-      end do
-   end subroutine read_integers
+   end function words_of
 
    !> Read rows of reals one after another.
-   subroutine read_rows(self, row, given, used)
-      class(option_reader_type), intent(inout) :: self
+   subroutine read_rows(self, row, entry, rows)
+      type(option_reader_type), intent(inout) :: self
       type(option_type), intent(in) :: row
-      real(wp), allocatable, intent(inout) :: given(:, :)
-      real(wp), allocatable, intent(inout), optional :: used(:, :)
-      type(cursor_type) :: cursor
-      type(entry_type), pointer :: entry
-      real(wp), allocatable :: values(:), all_rows(:, :)
-      integer :: n, m
-      m = count([(row%columns(n:n) == ',', n=1, len(row%columns))]) + 1
-      do while (self%next(row, cursor, entry))
-         call get_reals(self%namelist, entry, m, .true., values, self%messages)
-         if (.not. allocated(values)) cycle
-         n = 0
-         if (row%adds_up .and. allocated(given)) n = size(given, 2)
-         allocate (all_rows(m, n + size(values)/m))
-         if (n > 0) all_rows(:, 1:n) = given
-         all_rows(:, n + 1:) = reshape(values, [m, size(values)/m])
-         call demand_rule(self, row, entry, all_rows(:, n + 1:))
-         call self%demand_possible(row, entry, values)
-         call move_alloc(all_rows, given)
-      end do
-      associate (unused => present(used))
-      end associate
+      type(entry_type), intent(in) :: entry
+      real(wp), allocatable, intent(inout) :: rows(:, :)
+      real(wp), allocatable :: values(:), new(:, :)
+      integer :: m
+      m = size(columns_of(row))
+      call get_reals(self%namelist, entry, m, .true., values, self%messages)
+      if (.not. allocated(values)) return
+      new = reshape(values, [m, size(values)/m])
+      call demand_rule(self, row, entry, new)
+      call demand_possible(self, row, entry, values)
+      if (row%adds_up .and. allocated(rows)) new = reshape([rows, new], [m, size(rows, 2) + size(new, 2)])
+      call move_alloc(new, rows)
    end subroutine read_rows
 
    !> Read rows of reals in a file, beside the file of options.
-   subroutine read_file(self, row, given, used, name)
-      class(option_reader_type), intent(inout) :: self
+   subroutine read_rows_of_file(self, row, entry, name, rows)
+      type(option_reader_type), intent(inout) :: self
       type(option_type), intent(in) :: row
-      real(wp), allocatable, intent(inout) :: given(:, :), used(:, :)
-      character(len=:), allocatable, intent(inout), optional :: name  !! of the file
-      type(cursor_type) :: cursor
-      type(entry_type), pointer :: entry
+      type(entry_type), intent(in) :: entry
+      character(len=:), allocatable, intent(inout) :: name  !! of the file
+      real(wp), allocatable, intent(inout) :: rows(:, :)
       character(len=:), allocatable :: file, path
-      do while (self%next(row, cursor, entry))
-         call get_file(self%namelist, entry, file, path, self%messages)
-         if (allocated(file) .and. present(name)) name = file
-         if (.not. allocated(path)) cycle
-         call read_csv_table(path, column_names(row), given, self%messages, &
-                             in_any_order=row%rule == list_rule%any_order)
-      end do
-      associate (unused => allocated(used))
-      end associate
-   end subroutine read_file
+      call get_file(self%namelist, entry, file, path, self%messages)
+      if (allocated(file)) name = file
+      if (allocated(path)) call read_csv_table(path, columns_of(row), rows, self%messages, &
+                                               in_any_order=row%rule == list_rule%any_order)
+   end subroutine read_rows_of_file
 
-   !> Read a record in a file, beside the file of options.
-   subroutine read_record_file(self, row, given, used, name, has_scale, unit)
-      class(option_reader_type), intent(inout) :: self
-      type(option_type), intent(in) :: row
-      real(wp), allocatable, intent(inout) :: given(:, :), used(:, :)
-      character(len=:), allocatable, intent(inout) :: name            !! of the file
-      logical, intent(in) :: has_scale                                !! a factor of the values is given
-      real(wp), intent(inout) :: unit                                 !! of the values [m/s^2], 0: not named
-      type(cursor_type) :: cursor
-      type(entry_type), pointer :: entry
+   !> Read the record of row i in a file, beside the file of options, as the options before it say.
+   subroutine read_record_file(self, table, i, entry)
+      type(option_reader_type), intent(inout) :: self
+      type(option_rows_type), intent(inout) :: table
+      integer, intent(in) :: i
+      type(entry_type), intent(in) :: entry
       character(len=:), allocatable :: file, path
-      do while (self%next(row, cursor, entry))
-         call get_file(self%namelist, entry, file, path, self%messages)
-         if (allocated(file)) name = file
-         if (allocated(path)) call read_record(path, form_of(row%form, file), row%column, has_scale, given, unit, &
+      character(len=:), allocatable :: form, column
+      logical :: has_scale
+      call get_file(self%namelist, entry, file, path, self%messages)
+      call find_format(table, i, form, column, has_scale)
+      associate (given => table%rows(i)%given)
+         if (allocated(file)) given%text = file
+         if (allocated(path)) call read_record(path, form_of(form, file), column, has_scale, given%rows, given%number, &
                                                self%messages)
-      end do
-      associate (unused => allocated(used))
       end associate
    end subroutine read_record_file
 
-   !> The names of the columns of a row.
-   pure function column_names(row) result(names)
-      type(option_type), intent(in) :: row
-      character(len=name_length), allocatable :: names(:)
-      integer :: at, comma, i
-      allocate (names(count([(row%columns(i:i) == ',', i=1, len(row%columns))]) + 1))
-      at = 1
-      do i = 1, size(names)
-         comma = index(row%columns(at:)//',', ',')
-         names(i) = adjustl(row%columns(at:at + comma - 2))
-         at = at + comma
-      end do
-   end function column_names
-
    !> Report a value outside its bounds.
    subroutine demand_bounds(self, row, entry, value)
-      class(option_reader_type), intent(inout) :: self
+      type(option_reader_type), intent(inout) :: self
       type(option_type), intent(in) :: row
       type(entry_type), intent(in) :: entry
       real(wp), intent(in) :: value
-      logical :: fits
-      fits = merge(value > row%least, value >= row%least, row%above) .and. &
-             merge(value < row%most, value <= row%most, row%below)
-      if (.not. fits) call demand(self%namelist, entry, .false., bounds_text(row), self%messages)
+      if (.not. in_bounds(row, value)) call demand(self%namelist, entry, .false., bounds_text(row), self%messages)
    end subroutine demand_bounds
 
-   !> Report a value that cannot be in the units of the file. Of several numbers with one unit the largest is judged;
-   !> of the velocity of blocks, whose last number is a rate of rotation, the others.
+   !> Report a value that cannot be in the units of the file. Of several numbers with one unit the largest is judged.
    subroutine demand_possible(self, row, entry, values)
-      class(option_reader_type), intent(inout) :: self
+      type(option_reader_type), intent(inout) :: self
       type(option_type), intent(in) :: row
       type(entry_type), intent(in) :: entry
       real(wp), intent(in) :: values(:)
       character(len=:), allocatable :: problem
-      integer :: n, k
+      integer :: i, k
       logical :: scaled
       if (.not. self%known%system%is_known() .or. size(values) == 0) return
-      n = size(values)
-      if (row%columns == 'vx, vy, vr') n = 2
-      k = maxloc(abs(values(1:n)), dim=1)
+      k = maxloc(abs(values(1:min(row%n_in_unit, size(values)))), dim=1)
       if (values(k) < row%least .or. values(k) > row%most) return   ! reported as such
-      associate (group => self%namelist%groups(self%found(1)))
-         scaled = any([(group%entries(n)%name == 'table', n=1, group%n)]) .and. self%group /= 'water'
-      end associate
+      scaled = .false.
+      if (row%element > 0 .and. self%group /= 'water') then
+         associate (group => self%namelist%groups(self%element(1)))
+            scaled = any([(group%entries(i)%name == 'table', i=1, group%n)])
+         end associate
+      end if
       call self%known%problem_of(self%group, row%name, row%unit, values(k), scaled, problem)
       if (len(problem) > 0) call self%messages%add(severity%error, entry%name//': '//problem, &
                                                    self%namelist%origin(entry%values(min(k, entry%n))%place))
@@ -472,7 +355,7 @@ contains
 
    !> Report numbers that break the rule of their list.
    subroutine demand_rule(self, row, entry, values)
-      class(option_reader_type), intent(inout) :: self
+      type(option_reader_type), intent(inout) :: self
       type(option_type), intent(in) :: row
       type(entry_type), intent(in) :: entry
       real(wp), intent(in) :: values(:, :)

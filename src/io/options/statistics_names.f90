@@ -1,7 +1,8 @@
 ! SPDX-License-Identifier: MIT
 !> Groups and names of joint statistics files (.dl).
 module rockdda_io_statistics_names
-   use rockdda_io_name_hints, only : name_length, name_hint
+   use rockdda_model_option, only : name_length
+   use rockdda_io_name_hints, only : name_hint
    implicit none
    private
    public :: statistics_groups, statistics_names_of, statistics_name_hint

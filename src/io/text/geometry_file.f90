@@ -5,7 +5,7 @@ module rockdda_io_geometry_file
    use rockdda_base_strings, only : counted, to_string
    use rockdda_base_diagnostics, only : diagnostics_type, origin_type, severity
    use rockdda_model_blocks, only : largest_coordinate
-   use rockdda_model_geometry_input, only : geometry_input_type
+   use rockdda_model_geometry_input, only : geometry_input_type, bolt_type
    use rockdda_io_counting, only : geometry_needs, fits_analysis
    use rockdda_io_record_reader, only : record_reader_type, smallest_length, largest_value, &
                                         append_in_order, note_comment, report_break, report_decimal_comma, &
@@ -277,10 +277,9 @@ contains
          if (self%check .and. i == 1 .and. self%per_bolt == 4) call messages%add(severity%warning, &
             counted(n, 'bolt')//' without stiffness ignored (4 numbers each, 7 are needed)', self%record_origin(tokens))
          if (.not. self%check .or. self%per_bolt == 4) cycle
-         geometry%bolts(:, i) = self%record%value(1:4)
-         geometry%bolt_values(:, i) = self%record%value(5:7)
-         geometry%bolt_origin(i) = self%record_origin(tokens)
          associate (v => self%record%value)
+            geometry%bolts(i) = bolt_type(from=v(1:2), to=v(3:4), stiffness=v(5), pretension=v(6), yield_force=v(7), &
+                                          origin=self%record_origin(tokens))
             call self%require(tokens, v(5) > 0, 5, 'must be greater than 0', messages)
             call self%require(tokens, v(7) >= 0, 7, 'must not be negative (0: unlimited)', messages)
             do k = 5, 7

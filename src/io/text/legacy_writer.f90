@@ -25,7 +25,7 @@ contains
       call writer%line(to_string(size(geometry%line_joint))//' '//to_string(geometry%n_boundary)// &
                        '  # lines, of which boundary lines come first')
       call writer%line(to_string(size(geometry%line_material))//'  # material lines')
-      call writer%line(to_string(size(geometry%bolts, 2))//'  # bolts')
+      call writer%line(to_string(size(geometry%bolts))//'  # bolts')
       call writer%line(to_string(size(geometry%fixed_lines, 2))//'  # fixed lines')
       call writer%line(to_string(size(geometry%loading_points, 2))//'  # loading points')
       call writer%line(to_string(size(geometry%measured_points, 2))//'  # measured points')
@@ -36,8 +36,10 @@ contains
       do i = 1, size(geometry%line_material)
          call writer%line(row_text(geometry%material_lines(:, i))//' '//to_string(geometry%line_material(i)))
       end do
-      do i = 1, size(geometry%bolts, 2)
-         call writer%line(row_text(geometry%bolts(:, i))//' '//row_text(geometry%bolt_values(:, i)))
+      do i = 1, size(geometry%bolts)
+         associate (bolt => geometry%bolts(i))
+            call writer%line(row_text([bolt%from, bolt%to, bolt%stiffness, bolt%pretension, bolt%yield_force]))
+         end associate
       end do
       call write_rows(geometry%fixed_lines)
       call write_rows(geometry%loading_points)

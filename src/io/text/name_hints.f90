@@ -1,13 +1,13 @@
 ! SPDX-License-Identifier: MIT
 !> Hints for mistyped groups and names of namelist files.
 module rockdda_io_name_hints
+   use rockdda_model_option, only : name_length
    use rockdda_io_suggest, only : did_you_mean
    use rockdda_io_synonyms, only : usual_names
    implicit none
    private
-   public :: name_length, group_hint, name_hint, other_words
+   public :: group_hint, name_hint, other_words
 
-   integer, parameter :: name_length = 22   !! of groups and names in the tables
    integer, parameter :: few_names = 6      !! groups of so many names are told with them
 
 contains
@@ -22,7 +22,7 @@ contains
       integer :: i
       if (present(geometry_words)) then
          if (any(geometry_words == group)) then
-            text = '; lines, points and bolts stand in the geometry file'
+            text = '; lines and points stand in the geometry file'
             return
          end if
       end if

@@ -12,7 +12,7 @@ module rockdda_io_synonyms
       character(len=110) :: words
    end type synonym_type
 
-   type(synonym_type), parameter :: synonyms(33) = [ &
+   type(synonym_type), parameter :: synonyms(35) = [ &
       synonym_type('friction', ' phi fi angle friction_angle mu tan_phi frictionangle phi_b '), &
       synonym_type('cohesion', ' c coh cohesive_strength adhesion '), &
       synonym_type('tension', ' t ft sigma_t tensile_strength tensile tension_strength rt '), &
@@ -45,6 +45,8 @@ module rockdda_io_synonyms
       synonym_type('water', ' pore_pressure groundwater ground_water seepage '), &
       synonym_type('boundary', ' boundaries support supports fixed fixity roller bc constraint '), &
       synonym_type('quake', ' earthquake seismic shaking '), &
+      synonym_type('bolt', ' bolts anchor anchors rock_bolt rockbolt tie_rod cable '), &
+      synonym_type('yield_force', ' strength yield capacity ultimate_force '), &
       synonym_type('in_situ', ' insitu initial_stress ground_stress ')]
 
 contains

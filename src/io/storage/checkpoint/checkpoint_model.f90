@@ -9,16 +9,13 @@ module rockdda_io_checkpoint_model
    use rockdda_base_error, only : error_code, make_error
    use rockdda_model_analysis_input, only : time_table_type
    use rockdda_model_blocks, only : block_system_type, point_set_type, bolt_set_type
-   use rockdda_model_boundary_options, only : describe_boundaries
-   use rockdda_model_option_table, only : describe_settings, describe_lists, describe_changes
-   use rockdda_model_region_options, only : describe_regions
    use rockdda_model_options, only : run_options_type
-   use rockdda_model_quake_options, only : describe_quakes
-   use rockdda_model_water_options, only : describe_water
+   use rockdda_model_option_rows, only : option_rows_type
+   use rockdda_model_option_table, only : describe_parameters
    use rockdda_model_parameters, only : parameters_type
    use rockdda_model_units, only : unit_system_names
    use rockdda_io_archive, only : archive_type
-   use rockdda_io_parameter_exchange, only : parameter_exchange_type
+   use rockdda_io_parameter_exchange, only : exchange_rows, load_sizes
    use rockdda_base_value_check, only : value_check_type
    implicit none
    private
@@ -70,24 +67,26 @@ contains
 
    !> Save or load all numbers of the run: those of the table of options, materials, and tables of points.
    subroutine exchange_parameters(archive, parameters)
-      type(archive_type), intent(inout), target :: archive
+      type(archive_type), intent(inout) :: archive
       type(parameters_type), intent(inout) :: parameters
-      type(parameter_exchange_type) :: table
+      type(option_rows_type) :: table, empty
       type(run_options_type) :: no_options
       call archive%section('parameters')
-      table%archive => archive
-      call describe_settings(table, no_options, parameters)
+      if (.not. archive%saving) then
+         call describe_parameters(empty, no_options, parameters)
+         call load_sizes(archive, empty, table)
+      end if
+      call describe_parameters(table, no_options, parameters)
+      call exchange_rows(archive, table)
+      if (.not. archive%saving) then
+         call table%give_back()
+         call describe_parameters(table, no_options, parameters)
+      end if
       call exchange_materials(archive, parameters)
-      call describe_lists(table, parameters%line_loads, parameters%joint_materials, parameters%stages)
-      call describe_changes(table, parameters%changes)
       call archive%item('ends_with_stages', parameters%ends_with_stages)
       call exchange_units(archive, parameters)
       call archive%fixed('weight_direction', parameters%weight_direction)
       call exchange_reductions(archive, parameters)
-      call describe_regions(table, parameters%regions, parameters%subdivisions)
-      call describe_boundaries(table, parameters%boundaries, parameters%in_situ)
-      call describe_water(table, parameters%water)
-      call describe_quakes(table, parameters%quakes)
       call exchange_tables(archive, 'fixed_table', parameters%fixed_tables)
       call exchange_tables(archive, 'loading_table', parameters%loading_tables)
    end subroutine exchange_parameters
