@@ -4,5 +4,6 @@
 from __future__ import annotations
 
 from .convergence_study import Convergence, convergence
+from .reliability_study import Reliability, reliability
 
-__all__ = ["Convergence", "convergence"]
+__all__ = ["Convergence", "Reliability", "convergence", "reliability"]

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import html
+import math
 import os
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
@@ -21,8 +22,8 @@ from .quantities import measure, quantities_of
 from .running import Progress, case_folder, output_folder, run_studies, write_json
 from .searching import Found, found_in, search_name, search_options
 from .template import Source, read_source, write_study
-from .variants import METHOD, PROPERTY, Variant, has_chosen_stiffness, template_of, variants_of
-from .verdict import Finding, judge
+from .variants import METHOD, PROPERTY, Variant, has_chosen_stiffness, steps_of, template_of, variants_of
+from .verdict import UNNAMED, WORDS, Finding, judge, listed
 
 if TYPE_CHECKING:
     import pandas
@@ -94,20 +95,20 @@ class Convergence:
         most = max(known, key=lambda one: one.share(one.joints))
         method = max(one.share(one.method) for one in known)
         if wrong:
-            text = f"Numbers of the method matter: refine {', '.join(wrong)} before you use these numbers."
+            text = f"Numbers of the method matter: refine {listed([WORDS[kind] for kind in wrong])} before you use these numbers."
         else:
             text = (
-                f"Each number of the method matters by less than {100 * self.limit:g} % (all together ± {100 * method:.2g} "
-                "% at most): no time need be spent on them."
+                f"Each number of the method matters by less than {100 * self.limit:g} % (all together {_percent(method)} "
+                "at most): no time need be spent on them."
             )
         share = most.share(most.joints)
         if share > self.limit:
             text += (
-                f" The joint stiffness moves {_titled(most)} by {100 * share:.2g} % when it is half or twice as large: "
+                f" The joint stiffness moves {_titled(most)} by {_percent(share)} when it is half or twice as large: "
                 "measure it."
             )
         elif PROPERTY in most.plus_minus:
-            text += f" Half or twice the joint stiffness moves no number by more than {100 * share:.2g} %."
+            text += f" Half or twice the joint stiffness moves no number by more than {_percent(share)}."
         return text
 
     def __str__(self) -> str:
@@ -166,6 +167,11 @@ class Convergence:
         )
 
 
+def _percent(share: float) -> str:
+    """A share in per cent, of which less than is named is none."""
+    return f"{100 * max(share, UNNAMED):.2g} %"
+
+
 def _titled(finding: Finding) -> str:
     return f"{finding.name}, {finding.stage}" if finding.stage else finding.name
 
@@ -209,7 +215,7 @@ def prepare_convergence(
     words = search_options(search)
     if words and not fos:
         raise InputError(f"{words[0]}: options of a search need --fos")
-    template, cases = template_of(source), [variant.values() for variant in variants_of(source)]
+    template, cases = template_of(source), [one.values(steps_of(source)) for one in variants_of(source)]
     kinds = [("model", "run", [])] + ([("factor", "fos", words)] if fos else [])
     return [
         read_study(write_study(source, folder / part, template, cases, title=f"{source.title}: {part}",
@@ -228,7 +234,7 @@ def judge_convergence(
     wanted = [name for name in quantities if name.lower() != FACTOR]
     if len(wanted) < len(quantities) and len(studies) == 1:
         raise InputError("quantity: the factor needs --fos")
-    findings, failed, units = _of_runs(studies[0], variants, wanted, Units())
+    findings, failed, units = _of_runs(studies[0], variants, wanted, steps_of(source) > 0)
     if quantities and not wanted:
         findings = []
     if len(studies) == 2:
@@ -242,9 +248,10 @@ def judge_convergence(
 
 
 def _of_runs(
-    study: Study, variants: Sequence[Variant], names: Sequence[str], units: Units
+    study: Study, variants: Sequence[Variant], names: Sequence[str], by_steps: bool
 ) -> tuple[list[Finding], dict[str, str], Units]:
-    """Findings of the runs, messages of those that failed, and the units."""
+    """Findings of the runs, messages of those that failed, and the units. by_steps: a number of steps ends the run, so
+    that variants are read at the time that it reaches."""
     from ..study import collect
 
     table = collect(study)
@@ -261,7 +268,7 @@ def _of_runs(
         base = opened.get(variants[0].name)
         if base is None:
             raise InputError(f"the model as it is has no results: {failed[variants[0].name]}")
-        end = min(float(results["history/time"][-1]) for results in opened.values() if results.n_steps)
+        end = float(base["history/time"][-1]) if by_steps and base.n_steps else math.inf
         found = [
             judge(
                 one.name,

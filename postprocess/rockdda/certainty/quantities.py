@@ -18,6 +18,7 @@ __all__ = ["Quantity", "measure", "quantities_of"]
 
 #: Component of a point's displacement, over its length, below which it is no quantity of its own.
 SMALL = 0.1
+AT_REST = 1e-10  #: displacement over the extent of the model
 _DATASET = re.compile(r"(?:(\w+)\()?([\w/]+)(?:\[([\d, ]+)\])?\)?")
 _TAKE: dict[str, Callable[[Any], Any]] = {
     "last": lambda x: x[-1], "first": lambda x: x[0], "min": np.min, "max": np.max, "mean": np.mean,
@@ -38,8 +39,8 @@ class Quantity:
 def quantities_of(results: Results, names: Sequence[str] = ()) -> list[Quantity]:
     """The quantities of these names, or the displacements of all measured points at the end of every stage.
 
-    A model without measured points has the largest displacement of a block. Components that are small beside the other
-    one are left out, but where they are named.
+    A model without measured points has the largest displacement of a block. Points at rest, and components that are
+    small beside the other one, are left out, but where they are named.
     """
     every = [one for stage in range(len(results.stages)) if results.stages[stage].n_steps for one in _of(results, stage)]
     if not names:
@@ -121,7 +122,7 @@ def _dataset(name: str, results: Results) -> Quantity:
 
 def _is_small(quantity: Quantity, results: Results) -> bool:
     value, scale = quantity.read(results, float("inf"))
-    return abs(value) < SMALL * scale
+    return abs(value) < SMALL * scale or scale <= AT_REST * float(np.ptp(results.vertices, axis=0).max())
 
 
 def measure(quantity: Quantity, results: Results, end: float) -> tuple[float, float] | None:

@@ -37,10 +37,10 @@ class Variant:
     contact: str = ""  #: further groups
     solver: str = ""
 
-    def values(self) -> dict[str, Any]:
-        """Parameters of the study."""
+    def values(self, steps: int) -> dict[str, Any]:
+        """Parameters of the study. steps: of a run that ends after so many; a variant goes on to the same time."""
         names = ("name", "step", "corner", "cells", "stiffness", "contact", "solver")
-        return {name: getattr(self, name) for name in names}
+        return {**{name: getattr(self, name) for name in names}, "steps": MANY if self.kind else steps}
 
 
 AS_IT_IS = Variant("as it is", "")
@@ -60,6 +60,13 @@ def variants_of(source: Source) -> list[Variant]:
         contact = "" if stiffness is None else f"&contact stiffness = {short_real(factor * stiffness)} /"
         found.append(Variant(f"joints {sign} as stiff", PROPERTY, stiffness=factor, contact=contact))
     return found
+
+
+def steps_of(source: Source) -> int:
+    """The number of steps after which a run ends; 0 where its last stage or a time ends it."""
+    stages = source.groups.get("stage", [])
+    ended = bool(stages) and any(name in stages[-1] for name in ENDS)
+    return 0 if ended else int(chosen(source.groups, "run", "steps") or 0)
 
 
 def refined_once_more(source: Source) -> Variant:
@@ -113,7 +120,8 @@ def _joints(source: Source) -> list[dict[str, Any]]:
 def template_of(source: Source, *, end_time: float | None = None) -> str:
     """The labelled file with placeholders for the parameters of `Variant.values`.
 
-    end_time: the run ends there, where no stage ends it; by default after as many steps more as they are shorter.
+    A run that ends after some steps, and not with a stage, has an end time, too: that of its steps at their largest.
+    end_time: one that is known.
     """
     groups, marks = copy.deepcopy(source.groups), Placeholders()
     ties = [joint for joint in _joints(source) if joint.get("tie")]
@@ -126,22 +134,19 @@ def template_of(source: Source, *, end_time: float | None = None) -> str:
                         group[option] = marks.mark(f"{float(group[option])!r}*stiffness")
     for group in groups.get("subdivide", []):
         group["size"] = marks.mark(f"{float(group['size'])!r}*cells")
-    ended = False
     for stage in groups.get("stage", []):
-        ended = any(name in stage for name in ENDS)
         if "until_step" in stage:
             stage["until_step"] = marks.mark(f"round({int(stage['until_step'])}/step)")
         if stage.get("until") == "equilibrium":
             stage["max_steps"] = marks.mark(f"round({int(stage.get('max_steps', MOST_STEPS))}/step)")
-    if end_time is not None and not ended:
-        groups["run"] = [*groups.get("run", []), {"steps": MANY, "t_end": end_time}]
-    else:
-        for group in groups.get("run", []):
-            if "steps" in group:
-                group["steps"] = marks.mark(f"round({int(group['steps'])}/step)")
     largest = chosen(groups, "time", "dt_max") or source.facts.get("time_step")
     if largest is None:
         raise InputError("the largest time step of the model is not known")
+    if end_time is not None:
+        groups["run"] = [*groups.get("run", []), {"steps": MANY, "t_end": end_time}]
+    elif steps := steps_of(source):
+        end = min(chosen(groups, "run", "t_end") or math.inf, steps * float(largest))
+        groups["run"] = [*groups.get("run", []), {"steps": marks.mark("steps"), "t_end": end}]
     more = ["", "! what the study varies: {{name}}", f"&time dt_max = {{{{{float(largest)!r}*step}}}} /"]
     if by_length(source):
         radius = float(chosen(groups, "contact", "corner_radius") or CORNER_RADIUS)
@@ -151,7 +156,7 @@ def template_of(source: Source, *, end_time: float | None = None) -> str:
     more += ["{{contact}}", "{{solver}}", ""]
     text = marks.text(groups)
     # a parameter that no placeholder names would be an error of the study
-    unused = [name for name in ("cells", "stiffness") if f"*{name}}}}}" not in text]
+    unused = [name for name in ("cells", "stiffness", "steps") if f"{name}}}}}" not in text]
     more += [f"! {name} {{{{{name}}}}}: the model has none" for name in unused]
     return text + "\n".join(more) + "\n"
 

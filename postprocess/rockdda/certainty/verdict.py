@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from ..units import Units
 from .variants import METHOD, PROPERTY, Variant
 
-__all__ = ["Finding", "judge", "number_with_error"]
+__all__ = ["Finding", "judge", "listed", "number_with_error", "rounded"]
 
 #: Orders of convergence that an extrapolation may use; a larger one is taken as this one.
 LEAST_ORDER, MOST_ORDER = 0.3, 2.0
@@ -66,7 +66,7 @@ class Finding:
         title = f"{self.name}, {self.stage}" if self.stage else self.name
         if self.value is None:
             return f"{title}: the model as it is has no such number"
-        factor, unit = units.multiple(self.dimension, self.value) if self.dimension else (1.0, "")
+        factor, unit = units.multiple(self.dimension, self.value) if self.dimension and units.length else (1.0, "")
         errors = [error for error in self.plus_minus.values() if self.share(error) >= UNNAMED]
         value = number_with_error(factor * self.value, [factor * error for error in errors])
         named = []
@@ -81,9 +81,9 @@ class Finding:
                 named.append(f"± {rounded(factor * error)} by {WORDS[kind]}{remark}")
         quiet = [WORDS[kind] for kind in self.plus_minus if self.share(self.plus_minus[kind]) < UNNAMED]
         if quiet:
-            named.append(f"less than {100 * UNNAMED:g} % by {_listed(quiet)}")
+            named.append(f"less than {100 * UNNAMED:g} % by {listed(quiet)}")
         if self.missing:
-            named.append(f"not known by {_listed([WORDS[kind] for kind in self.missing])}, whose runs failed")
+            named.append(f"not known by {listed([WORDS[kind] for kind in self.missing])}, whose runs failed")
         return f"{title}: {f'{value} {unit}'.rstrip()}: {', '.join(named)}"
 
 
@@ -169,5 +169,6 @@ def _plain(value: float, place: int) -> str:
     return f"{value:.3g}"
 
 
-def _listed(words: Sequence[str]) -> str:
+def listed(words: Sequence[str]) -> str:
+    """'a, b and c'."""
     return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} and {words[-1]}"
