@@ -47,8 +47,12 @@ def back_analysis(
     ranked = sorted(range(len(inputs)), key=lambda i: -shares[inputs[i].name])[:2]
     first, second = sorted(ranked)
     likely = most_likely(surface, inputs, correlation, factor)
-    found = {} if likely is None else dict(
-        zip([one.name for one in inputs], values_at(likely[None, :], inputs, correlation)[0].tolist(), strict=True)
+    found = (
+        {}
+        if likely is None
+        else dict(
+            zip([one.name for one in inputs], values_at(likely[None, :], inputs, correlation)[0].tolist(), strict=True)
+        )
     )
     pairs = line_of(surface, values, first, second, factor)
     return BackAnalysis(factor, (inputs[first].name, inputs[second].name), pairs, surface.error, found)

@@ -14,12 +14,12 @@ from typing import TYPE_CHECKING, Any
 from ..critical import UNITS as SEARCH_UNITS
 from ..errors import InputError
 from ..model import Model
-from ..outputs import OUTPUTS
 from ..results import Results
 from ..study import Study, read_study
-from ..units import SYSTEMS, Units
+from ..units import Units
+from .pictures import draw_convergence
 from .quantities import measure, quantities_of
-from .running import Progress, case_folder, output_folder, run_studies, write_json
+from .running import Progress, case_folder, output_folder, run_studies, write_answer
 from .searching import Found, found_in, search_name, search_options
 from .template import Source, read_source, write_study
 from .variants import METHOD, PROPERTY, Variant, has_chosen_stiffness, steps_of, template_of, variants_of
@@ -95,11 +95,12 @@ class Convergence:
         most = max(known, key=lambda one: one.share(one.joints))
         method = max(one.share(one.method) for one in known)
         if wrong:
-            text = f"Numbers of the method matter: refine {listed([WORDS[kind] for kind in wrong])} before you use these numbers."
+            causes = listed([WORDS[kind] for kind in wrong])
+            text = f"Numbers of the method matter: refine {causes} before you use these numbers."
         else:
             text = (
-                f"Each number of the method matters by less than {100 * self.limit:g} % (all together {_percent(method)} "
-                "at most): no time need be spent on them."
+                f"Each number of the method matters by less than {100 * self.limit:g} % (all together "
+                f"{_percent(method)} at most): no time need be spent on them."
             )
         share = most.share(most.joints)
         if share > self.limit:
@@ -117,11 +118,11 @@ class Convergence:
     def _repr_html_(self) -> str:
         """For notebooks: the table and the verdict."""
         words = "<br>".join(html.escape(line) for line in self.verdict.splitlines())
-        return f"<p>{words}</p>" + self.table.drop(columns="verdict").to_html(index=False, float_format="%.4g")
+        return f"<p>{words}</p>" + self.table.drop(columns="verdict").to_html(index=False, float_format="{:.4g}".format)
 
-    def plot(self, **options: Any) -> Any:
+    def plot(self, axes: Any = None) -> Any:
         """Draw the changes of every number; returns matplotlib axes."""
-        return OUTPUTS["convergence"](self, **options)
+        return draw_convergence(self, axes)
 
     def as_json(self) -> dict[str, Any]:
         """What `convergence.json` holds."""
@@ -146,25 +147,6 @@ class Convergence:
             ],
             "summary": self.summary,
         }
-
-    @classmethod
-    def from_json(cls, found: dict[str, Any], folder: Path) -> Convergence:
-        """Read what `as_json` has written."""
-        names = Finding.__dataclass_fields__
-        findings = [Finding(**{name: one[name] for name in names}) for one in found["quantities"]]
-        length, time, force = found["units"]
-        units = Units(length, time, force, multiples=(length, time, force) in SYSTEMS.values())
-        return cls(
-            found["title"],
-            tuple(findings),
-            tuple(Variant(**one) for one in found["variants"]),
-            found["failed"],
-            found["limit"],
-            units,
-            found["chosen_stiffness"],
-            found["input"],
-            folder,
-        )
 
 
 def _percent(share: float) -> str:
@@ -203,24 +185,22 @@ def convergence(
         studies = prepare_convergence(source, output, fos, search)
         run_studies(studies, jobs, dask, retry, progress)
         found = judge_convergence(source, studies, quantities, limit, search)
-    write_json(found.folder / "convergence.json", found.as_json())
+    write_answer(found, found.folder, "convergence")
     return found
 
 
-def prepare_convergence(
-    source: Source, output: PathLike | None, fos: bool, search: dict[str, Any]
-) -> list[Study]:
+def prepare_convergence(source: Source, output: PathLike | None, fos: bool, search: dict[str, Any]) -> list[Study]:
     """Write the studies of the runs and, with `fos`, of the searches."""
     folder = output_folder(output, source.name, "convergence")
     words = search_options(search)
     if words and not fos:
         raise InputError(f"{words[0]}: options of a search need --fos")
     template, cases = template_of(source), [one.values(steps_of(source)) for one in variants_of(source)]
-    kinds = [("model", "run", [])] + ([("factor", "fos", words)] if fos else [])
+    kinds: list[tuple[str, str, list[str]]] = [("model", "run", []), ("factor", "fos", words)]
     return [
         read_study(write_study(source, folder / part, template, cases, title=f"{source.title}: {part}",
                                command=command, options=options))
-        for part, command, options in kinds
+        for part, command, options in (kinds if fos else kinds[:1])
     ]  # fmt: skip
 
 
@@ -256,9 +236,9 @@ def _of_runs(
 
     table = collect(study)
     failed = {
-        variants[row.case - 1].name: str(row.message) or str(row.status)
-        for row in table.itertuples()
-        if row.status != "done"
+        variants[int(case) - 1].name: str(message) or str(status)
+        for case, status, message in zip(table["case"], table["status"], table["message"], strict=True)
+        if status != "done"
     }
     opened: dict[str, Results] = {}
     try:
@@ -293,9 +273,7 @@ def _first(found: tuple[float, float] | None) -> float | None:
     return None if found is None else found[0]
 
 
-def _of_searches(
-    study: Study, variants: Sequence[Variant], search: dict[str, Any]
-) -> tuple[Finding, dict[str, str]]:
+def _of_searches(study: Study, variants: Sequence[Variant], search: dict[str, Any]) -> tuple[Finding, dict[str, str]]:
     """The finding of the factor, and messages of the searches without one."""
     found: list[Found] = [found_in(study, case_folder(study, i), i) for i in range(1, len(variants) + 1)]
     base, kind = found[0], str(search.get("search") or "strength")
@@ -307,5 +285,3 @@ def _of_searches(
     )  # fmt: skip
     messages = {v.name: one.message for v, one in zip(variants, found, strict=True) if one.factor is None}
     return finding, messages
-
-

@@ -14,7 +14,7 @@ from ..errors import need
 from .random_inputs import RandomInput, values_at
 from .surrogate import Surrogate, drawn_coefficients
 
-__all__ = ["Failure", "failure_of", "index_of", "most_likely", "shares_of_variance", "wilson"]
+__all__ = ["Failure", "failure_of", "index_of", "most_likely", "points_of", "shares_of_variance", "wilson"]
 
 FloatArray = npt.NDArray[np.float64]
 POINTS = 17  # 2^17 of the surface
@@ -41,8 +41,6 @@ def index_of(probability: float) -> float:
     """The reliability index that belongs to a probability."""
     stats = need("scipy.stats", "reliability", "a reliability index")
     return float(-stats.norm.ppf(probability))
-
-
 
 
 def wilson(failed: float, runs: int) -> tuple[float, float]:
@@ -90,6 +88,11 @@ def _scores(d: int) -> FloatArray:
     return np.asarray(stats.norm.ppf(np.clip(drawn, 1e-12, 1 - 1e-12)))
 
 
+def points_of(inputs: Sequence[RandomInput], correlation: FloatArray) -> FloatArray:
+    """Values (n, d) that fill the distributions evenly."""
+    return values_at(_scores(len(inputs)), inputs, correlation)
+
+
 def most_likely(
     surrogate: Callable[[FloatArray], FloatArray], inputs: Sequence[RandomInput], correlation: FloatArray, limit: float
 ) -> FloatArray | None:
@@ -131,8 +134,7 @@ def shares_of_variance(
     surrogate: Surrogate, inputs: Sequence[RandomInput], correlation: FloatArray
 ) -> dict[str, float]:
     """By how much the variance of the factor falls when one input is known, as shares that add up to 1."""
-    scores = _scores(len(inputs))
-    values = values_at(scores, inputs, correlation)
+    values = points_of(inputs, correlation)
     factors = surrogate(values)
     fallen = []
     for column in values.T:

@@ -33,7 +33,8 @@ class Quantity:
     name: str  #: "point 1 y"
     stage: str  #: '' where the run has one stage without a name
     dimension: str  #: of its unit
-    read: Callable[[Results, float], tuple[float, float]]  #: at a time of the end: value, and what changes are shares of
+    #: at a time of the end: value, and what changes are shares of
+    read: Callable[[Results, float], tuple[float, float]]
 
 
 def quantities_of(results: Results, names: Sequence[str] = ()) -> list[Quantity]:
@@ -42,7 +43,9 @@ def quantities_of(results: Results, names: Sequence[str] = ()) -> list[Quantity]
     A model without measured points has the largest displacement of a block. Points at rest, and components that are
     small beside the other one, are left out, but where they are named.
     """
-    every = [one for stage in range(len(results.stages)) if results.stages[stage].n_steps for one in _of(results, stage)]
+    every = [
+        one for stage in range(len(results.stages)) if results.stages[stage].n_steps for one in _of(results, stage)
+    ]
     if not names:
         return [one for one in every if not _is_small(one, results)]
     found = []
@@ -108,7 +111,8 @@ def _dataset(name: str, results: Results) -> Quantity:
 
     def read(results: Results, end: float) -> tuple[float, float]:
         try:
-            series = np.asarray(results[path], dtype=float)[(slice(None), *at)]
+            places: Any = (slice(None), *at)
+            series = np.asarray(results[path], dtype=float)[places]
         except (KeyError, IndexError) as problem:
             raise InputError(f"quantity {shown(name)}: {str(problem).strip(chr(34))}") from None
         if series.ndim != 1 or not series.size:

@@ -22,7 +22,9 @@ from .template import Groups, Placeholders
 __all__ = ["RandomInput", "correlation_of", "lay_out", "parse_inputs", "sample", "values_at"]
 
 FloatArray = npt.NDArray[np.float64]
-_INPUT = re.compile(r"(?P<tan>tan\s*\()?\s*(?P<name>[^=()]+)\.(?P<option>\w+)\s*(?:\[\s*(?P<index>\d+)\s*\])?\s*(?(tan)\))")
+_INPUT = re.compile(
+    r"(?P<tan>tan\s*\()?\s*(?P<name>[^=()]+)\.(?P<option>\w+)\s*(?:\[\s*(?P<index>\d+)\s*\])?\s*(?(tan)\))"
+)
 _LAW = re.compile(r"(?P<law>\w+)\s*\((?P<numbers>[^()]*)\)")
 #: Distributions: their arguments.
 LAWS = {
@@ -166,8 +168,8 @@ def _find(name: str, option: str, groups: Groups) -> tuple[str, int]:
     if name.lower() in kinds:
         entries = groups.setdefault(name.lower(), [{}])
         if len(entries) > 1:
-            names = ", ".join(str(entry.get("name", entry.get("number", ""))) for entry in entries)
-            raise InputError(f"vary: there are {len(entries)} groups &{name.lower()}: name one of them ({names})")
+            several = ", ".join(str(entry.get("name", entry.get("number", ""))) for entry in entries)
+            raise InputError(f"vary: there are {len(entries)} groups &{name.lower()}: name one of them ({several})")
         return _with_option((name.lower(), 0), option, name)
     names = {str(entry["name"]) for entries in groups.values() for entry in entries if "name" in entry}
     near = difflib.get_close_matches(name, sorted(names), 1)
@@ -267,23 +269,16 @@ def values_at(scores: FloatArray, inputs: Sequence[RandomInput], correlation: Fl
 def sample(
     inputs: Sequence[RandomInput], correlation: FloatArray, runs: int, seed: int, *, independent: bool = False
 ) -> FloatArray:
-    """Values (runs, d): a Latin hypercube, or draws that are independent of each other."""
+    """Values (runs, d) of six digits: a Latin hypercube, or draws that are independent of each other."""
     stats = need("scipy.stats", "reliability", "a sample")
     rng = np.random.default_rng(seed)
     if independent:
         scores = rng.standard_normal((runs, len(inputs)))
     else:
         qmc = need("scipy.stats.qmc", "reliability", "a Latin hypercube")
-        drawn = qmc.LatinHypercube(len(inputs), rng=rng) if _takes_rng(qmc) else qmc.LatinHypercube(len(inputs), seed=rng)
-        scores = stats.norm.ppf(drawn.random(runs))
-    return values_at(scores, inputs, correlation)
-
-
-def _takes_rng(qmc: Any) -> bool:
-    """Has this version of SciPy the argument `rng` in the place of `seed`?"""
-    import inspect
-
-    return "rng" in inspect.signature(qmc.LatinHypercube).parameters
+        scores = stats.norm.ppf(qmc.LatinHypercube(len(inputs), seed=rng).random(runs))
+    values = values_at(scores, inputs, correlation)
+    return np.array([[float(f"{value:.6g}") for value in row] for row in values])
 
 
 def check_values(inputs: Sequence[RandomInput], values: FloatArray) -> None:

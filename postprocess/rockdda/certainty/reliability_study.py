@@ -21,13 +21,13 @@ from ..groups import as_list
 from ..labelled import labelled_text
 from ..model import Model
 from ..namelist import parse_groups
-from ..outputs import OUTPUTS
 from ..study import Study, read_study
 from ..text import decoded
 from .contours import BackAnalysis, back_analysis
 from .failure import failure_of, index_of, shares_of_variance, wilson
+from .pictures import draw_reliability
 from .random_inputs import RandomInput, check_values, correlation_of, lay_out, parse_inputs, sample
-from .running import Progress, case_folder, output_folder, run_studies, write_json
+from .running import Progress, case_folder, output_folder, run_studies, write_answer
 from .searching import FAILS, STANDS, UNKNOWN, Found, found_in, search_name, search_options
 from .surrogate import Surrogate, fit, least_runs, mechanisms
 from .template import Placeholders, Source, read_source, write_study
@@ -132,21 +132,14 @@ class Reliability:
         name, unit = search_name(self.plan.search), SEARCH_UNITS.get(self.plan.search, "")
         if len(known) > 1:
             yield (
-                f"{name}: {known.mean():.4g}{unit} ± {rounded(float(known.std(ddof=1)))}{unit} (mean and standard deviation "
-                f"of {len(known)} of {self.runs} runs)"
+                f"{name}: {known.mean():.4g}{unit} ± {rounded(float(known.std(ddof=1)))}{unit} (mean and standard "
+                f"deviation of {len(known)} of {self.runs} runs)"
             )
         low, high = self.interval
         below = f"{name} below {self.plan.limit:g}{unit}"
-        if self.method == COUNTED:
-            yield (
-                f"probability of failure: {_percent(self.probability)}, between {_percent(low)} and {_percent(high)}, by "
-                f"{self.failed} of {self.runs} runs that fail ({below})"
-            )
-        else:
-            yield (
-                f"probability of failure: {_percent(self.probability)}, between {_percent(low)} and {_percent(high)} "
-                f"({below})"
-            )
+        counted = f", by {self.failed} of {self.runs} runs that fail" if self.method == COUNTED else ""
+        chance = f"{_percent(self.probability)}, between {_percent(low)} and {_percent(high)}"
+        yield f"probability of failure: {chance}{counted} ({below})"
         first, last = self.beta_interval
         if 0 < self.probability < 1:
             yield f"reliability index: {self.beta:.3g}, between {_index(first)} and {_index(last)}"
@@ -161,13 +154,13 @@ class Reliability:
             yield f"what makes the factor scatter: {shares}"
             if len(ranked) > 1:
                 yield (
-                    f"Spend money on {ranked[0][0]}: to know it would take {100 * ranked[0][1]:.0f} % of the variance of "
-                    "the factor away."
+                    f"Spend money on {ranked[0][0]}: to know it would take {100 * ranked[0][1]:.0f} % of the variance "
+                    "of the factor away."
                 )
         if self.surface is not None:
             yield (
-                f"surface: {self.surface.kind}; it misses runs that are left out by ± {rounded(self.surface.error)}, and "
-                f"gives {100 * self.surface.explained:.1f} % of their variance"
+                f"surface: {self.surface.kind}; it misses runs that are left out by ± {rounded(self.surface.error)}, "
+                f"and gives {100 * self.surface.explained:.1f} % of their variance"
             )
         yield from self.notes
         if self.refusal:
@@ -179,11 +172,11 @@ class Reliability:
     def _repr_html_(self) -> str:
         """For notebooks: the verdict and the runs."""
         words = "<br>".join(html.escape(line) for line in self._lines())
-        return f"<p>{words}</p>" + self.table.to_html(index=False, float_format="%.4g", na_rep="–")
+        return f"<p>{words}</p>" + self.table.to_html(index=False, float_format="{:.4g}".format, na_rep="–")
 
     def plot(self, kind: str | None = None, **options: Any) -> Any:
         """Draw 'histogram', 'tornado', 'surrogate', 'back-analysis' or, without a kind, all that there are."""
-        return OUTPUTS["reliability"](self, kind, **options)
+        return draw_reliability(self, kind, **options)
 
     def as_json(self) -> dict[str, Any]:
         """What `reliability.json` holds."""
@@ -257,9 +250,9 @@ def reliability(
     """Find the probability that a model fails, with a search of its critical factor for each of some runs.
 
     model: what `rockdda.run` takes. vary: inputs that scatter, 'bedding.friction = normal(35, 5); water.level =
-    uniform(-2, 2)', or a mapping; `runs` values are those of a Latin hypercube from `seed`. correlate: 'a, b = -0.5', of
-    normal scores. seeds: networks that are drawn anew from the statistics file beside the geometry, until half of the
-    interval is below `precision`. below: the factor below which the model counts as failing, 1 where the search has
+    uniform(-2, 2)', or a mapping; `runs` values are those of a Latin hypercube from `seed`. correlate: 'a, b = -0.5',
+    of normal scores. seeds: networks that are drawn anew from the statistics file beside the geometry, until half of
+    the interval is below `precision`. below: the factor below which the model counts as failing, 1 where the search has
     none. back_analysis: the factor whose pairs of inputs are wanted. search: options of `rockdda.factor_of_safety`
     (search, joints, from_, to, tolerance, stage …). output: the folder of the study, NAME_reliability by default; what
     is done in it is not run again. jobs: runs at a time; dask: as of `rockdda.study.run_study`. The answer does not
@@ -270,7 +263,7 @@ def reliability(
         study = prepare_reliability(source, plan, output, search)
         run_reliability(plan, study, jobs, dask, retry, progress)
         found = judge_reliability(source, plan, study)
-    write_json(found.folder / "reliability.json", found.as_json())
+    write_answer(found, found.folder, "reliability")
     return found
 
 
@@ -304,9 +297,7 @@ def make_plan(
     return Plan(tuple(inputs), matrix, values, drawn, kind, limit, precision, back, correlate)
 
 
-def prepare_reliability(
-    source: Source, plan: Plan, output: PathLike | None, search: Mapping[str, Any]
-) -> Study:
+def prepare_reliability(source: Source, plan: Plan, output: PathLike | None, search: Mapping[str, Any]) -> Study:
     """Write the study of the searches."""
     groups, marks = copy.deepcopy(source.groups), Placeholders()
     if plan.inputs:
@@ -412,15 +403,15 @@ def _surface(plan: Plan, found: Sequence[Found]) -> tuple[Surrogate | None, str]
         return None, f"{len(known)} runs with a factor are too few for {len(plan.inputs)} inputs"
     if surface.explained < FITS:
         return None, (
-            f"a {surface.kind} surface gives {100 * max(surface.explained, 0):.0f} % of the variance of runs that are left "
-            f"out, less than {100 * FITS:g} %: the factor jumps, or another mechanism takes over"
+            f"a {surface.kind} surface gives {100 * max(surface.explained, 0):.0f} % of the variance of runs that are "
+            f"left out, less than {100 * FITS:g} %: the factor jumps, or another mechanism takes over"
         )
     return surface, ""
 
 
 def _by_surface(plan: Plan, found: Sequence[Found], surface: Surrogate) -> dict[str, Any]:
-    """Probability, design point and sensitivities by the surface; runs without a factor widen the interval where it does
-    not have them on their side."""
+    """Probability, design point and sensitivities by the surface; runs without a factor widen the interval where it
+    does not have them on their side."""
     noise = max((one.half_width for one in found), default=0.0) / math.sqrt(3)
     failure = failure_of(surface, plan.inputs, plan.correlation, plan.limit, noise)
     predicted = surface(plan.values[: len(found)])
@@ -464,4 +455,5 @@ def _notes(plan: Plan, found: Sequence[Found], surface: Surrogate | None) -> Ite
             if one.side != UNKNOWN and (one.side == FAILS) != (value < plan.limit)
         ]
         if wrong:
-            yield f"the surface has {len(wrong)} of {len(found)} runs on the wrong side: {', '.join(map(str, wrong[:8]))}"
+            numbers = ", ".join(map(str, wrong[:8]))
+            yield f"the surface has {len(wrong)} of {len(found)} runs on the wrong side: {numbers}"

@@ -9,11 +9,15 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from ..errors import InputError
 from ..study import Outcome, Study, pending, run_study, write_job_array
-from ..writing import write_file
+from ..text import csv_text
+from ..writing import complete_file, write_file
+from .template import remove_others
 
-__all__ = ["Progress", "case_folder", "json_text", "output_folder", "run_studies", "write_arrays", "write_json"]
+__all__ = ["Progress", "case_folder", "output_folder", "run_studies", "write_answer", "write_arrays"]
 
 PathLike = str | os.PathLike[str]
 Progress = Callable[[int, int, Outcome], None]
@@ -33,6 +37,8 @@ def run_studies(
     studies: Sequence[Study], jobs: int | None, dask: str | None, retry: bool, progress: Progress | None
 ) -> None:
     """Run what is left of studies, one after the other; Ctrl-C stops the runs, and the next call continues."""
+    for study in studies:
+        remove_others(study)
     left = [len(pending(study, retry=retry)) for study in studies]
     before = 0
     for study, count in zip(studies, left, strict=True):
@@ -53,14 +59,20 @@ def write_arrays(studies: Sequence[Study], retry: bool) -> list[Path]:
     return found
 
 
-def json_text(found: Any) -> str:
-    """An answer as JSON; numbers that are not finite are null."""
-    return json.dumps(_finite(found), indent=1, ensure_ascii=False)
+def write_answer(found: Any, folder: Path, name: str) -> list[Path]:
+    """Write an answer into its folder: NAME.json (numbers that are not finite are null), table.csv and NAME.png."""
+    import matplotlib.pyplot as plt
 
-
-def write_json(path: Path, found: Any) -> None:
-    """Write an answer as JSON."""
-    write_file(path, json_text(found) + "\n")
+    written = [folder / f"{name}.json", folder / "table.csv", folder / f"{name}.png"]
+    write_file(written[0], json.dumps(_finite(found.as_json()), indent=1, ensure_ascii=False) + "\n")
+    write_file(written[1], csv_text(found.table))
+    figure = np.ravel(np.asarray(found.plot(), dtype=object))[0].get_figure()
+    try:
+        with complete_file(written[2]) as part:
+            figure.savefig(part, dpi=200)
+    finally:
+        plt.close(figure)
+    return written
 
 
 def _finite(value: Any) -> Any:
@@ -68,4 +80,4 @@ def _finite(value: Any) -> Any:
         return {key: _finite(entry) for key, entry in value.items()}
     if isinstance(value, list | tuple):
         return [_finite(entry) for entry in value]
-    return None if isinstance(value, float) and not (value - value == 0) else value
+    return None if isinstance(value, float) and value - value != 0 else value

@@ -21,7 +21,7 @@ BETTER = 0.9  # a surface of more terms must have less than this share of the er
 
 @dataclass(frozen=True)
 class Surrogate:
-    """A polynomial of the standardised inputs, z = (x − mean)/standard deviation."""
+    """A polynomial of the standardised inputs, z = (x - mean)/standard deviation."""
 
     kind: str
     mean: FloatArray

@@ -23,10 +23,11 @@ from ..model import Model
 from ..namelist import parse_groups
 from ..options import names_that_add_up, option_rows, options_schema
 from ..program import find_program
+from ..study import Study
 from ..text import decoded, has_controls
 from ..writing import make_folder, write_file
 
-__all__ = ["Placeholders", "Source", "digest_of_texts", "read_source", "write_study"]
+__all__ = ["Placeholders", "Source", "digest_of_texts", "read_source", "remove_others", "write_study"]
 
 PathLike = str | os.PathLike[str]
 Groups = dict[str, list[dict[str, Any]]]
@@ -189,6 +190,14 @@ def write_study(
         lines += ["", "[[cases]]", *(f"{_toml(name)} = {_toml(value)}" for name, value in case.items())]
     write_file(folder / "study.toml", "\n".join(lines) + "\n")
     return folder / "study.toml"
+
+
+def remove_others(study: Study) -> None:
+    """Remove the folders of cases that the study had before it was changed."""
+    names = {case.name for case in study.cases}
+    for path in (study.output / "cases").glob("[0-9][0-9][0-9][0-9]_*"):
+        if path.name not in names and not path.is_symlink() and (path / "status.json").is_file():
+            shutil.rmtree(path)
 
 
 def _free_name(name: str, taken: set[str]) -> str:

@@ -44,11 +44,12 @@ class Variant:
 
 
 AS_IT_IS = Variant("as it is", "")
+HALF_STEP = Variant("step ÷ 2", "step", step=0.5)
 
 
 def variants_of(source: Source) -> list[Variant]:
     """The model as it is and its variants, of those numbers that it has."""
-    found = [AS_IT_IS, Variant("step ÷ 2", "step", step=0.5), Variant("step ÷ 4", "step", step=0.25)]
+    found = [AS_IT_IS, HALF_STEP, Variant("step ÷ 4", "step", step=0.25)]
     if by_length(source):
         found.append(Variant("corner radius ÷ 2", "corners", corner=0.5))
     if source.groups.get("subdivide"):
@@ -64,9 +65,13 @@ def variants_of(source: Source) -> list[Variant]:
 
 def steps_of(source: Source) -> int:
     """The number of steps after which a run ends; 0 where its last stage or a time ends it."""
+    return 0 if ends_with_a_stage(source) else int(chosen(source.groups, "run", "steps") or 0)
+
+
+def ends_with_a_stage(source: Source) -> bool:
+    """Does the run end where its last stage ends?"""
     stages = source.groups.get("stage", [])
-    ended = bool(stages) and any(name in stages[-1] for name in ENDS)
-    return 0 if ended else int(chosen(source.groups, "run", "steps") or 0)
+    return bool(stages) and any(name in stages[-1] for name in ENDS)
 
 
 def refined_once_more(source: Source) -> Variant:

@@ -106,13 +106,14 @@ def judge(
         return Finding(name, stage, None, 0.0, dimension, dict.fromkeys(values), missing=missing)
     value, scale = base
     changes = {key: None if found is None else found - value for key, found in values.items()}
-    errors, missing = {}, []
+    errors: dict[str, float] = {}
+    failed: list[str] = []
     order = extrapolated = None
     for kind in dict.fromkeys(variant.kind for variant in variants if variant.kind):
         of_kind = [changes[variant.name] for variant in variants if variant.kind == kind]
         known = [change for change in of_kind if change is not None]
         if len(known) < len(of_kind):
-            missing.append(kind)
+            failed.append(kind)
         if not known:
             continue
         largest = max(map(abs, known))
@@ -130,7 +131,7 @@ def judge(
             errors[kind] = largest
     if noise:
         errors["search"] = noise
-    return Finding(name, stage, value, scale, dimension, changes, order, extrapolated, errors, tuple(missing))
+    return Finding(name, stage, value, scale, dimension, changes, order, extrapolated, errors, tuple(failed))
 
 
 def _order(half: float, quarter: float, noise: float) -> float | None:
@@ -164,7 +165,7 @@ def number_with_error(value: float, errors: Sequence[float]) -> str:
 
 
 def _plain(value: float, place: int) -> str:
-    if -6 < place and abs(value) < 1e6:
+    if place > -6 and abs(value) < 1e6:
         return f"{value:.{max(0, -place)}f}"
     return f"{value:.3g}"
 

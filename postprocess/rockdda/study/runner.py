@@ -173,8 +173,8 @@ def finished_case(study: Study, case: Case) -> Outcome | None:
 
 
 def run_case(folder: str, watch: Callable[[subprocess.Popen[str]], None] | None = None) -> Outcome:
-    """Run the case in a folder: lines (where there are statistics), cut, run or resume, or search a factor. Never raises
-    for a bad case.
+    """Run the case in a folder: lines (where there are statistics), cut, run or resume, or search a factor. Never
+    raises for a bad case.
 
     A search keeps its trials itself, so that the same command continues it; its answer is in `out.json`.
     """
@@ -186,7 +186,7 @@ def run_case(folder: str, watch: Callable[[subprocess.Popen[str]], None] | None 
     def call(*arguments: str, answer: str = os.devnull) -> tuple[int, str]:
         environment = {**os.environ, "OMP_NUM_THREADS": str(command["threads"]), "OPENBLAS_NUM_THREADS": "1"}
         with (
-            open(os.path.join(here, answer), "wb") as told,  # noqa: PTH118, PTH123: devnull stays what it is
+            (here / answer).open("wb") as told,  # devnull stays what it is
             subprocess.Popen(
                 [program, *arguments], cwd=here, env=environment, stdin=subprocess.DEVNULL, stdout=told,
                 stderr=subprocess.PIPE, text=True, errors="replace", start_new_session=True,
