@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Glossary, bibliography and changelog hold what other pages and the source refer to."""
+"""Glossary and list of sources hold what other pages and the code refer to."""
 
 import calendar
 import re
@@ -9,7 +9,7 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 DOCS = ROOT / "docs"
-CITING = sorted([*DOCS.glob("*.md"), DOCS / "validation/index.md", *ROOT.glob("inputs/**/*.md")])
+CITING = sorted([*DOCS.glob("*.md"), *DOCS.glob("notes/*.md"), DOCS / "validation/index.md", *ROOT.glob("inputs/**/*.md")])
 CITATION = re.compile(
     r"(?<![\w-])([A-Z][A-Za-zé-]{2,})(?:,? (?:and|et al\.?|&) ?(?:[A-Z][A-Za-z-]+)?)?(?:'s)? "
     r"\(?((?:18|19|20)\d\d)\)?(?!-)"
@@ -23,12 +23,15 @@ def is_month(name):
     return name in calendar.month_name or name in calendar.month_abbr
 
 
+def sources():
+    """The list of works at the end of the theory manual."""
+    return (DOCS / "theory.md").read_text(encoding="utf-8").split("\n## Sources\n")[1]
+
+
 def bibliography():
     """(Surname, year) of every author of every entry."""
     found = set()
-    for entry in re.findall(
-        r"^- (.*?)\((\d{4})\):", (DOCS / "bibliography.md").read_text(encoding="utf-8"), re.M | re.S
-    ):
+    for entry in re.findall(r"^- (.*?)\((\d{4})\):", sources(), re.M | re.S):
         found |= {(name, entry[1]) for name in re.findall(r"([A-Z][\w-]{2,}),", entry[0])}
     return found
 
@@ -39,8 +42,9 @@ def citations(text):
 
 
 def test_entries_are_complete_and_in_order():
-    text = (DOCS / "bibliography.md").read_text(encoding="utf-8")
-    for section in re.split(r"^## ", text, flags=re.M)[1:]:
+    sections = re.split(r"^### ", sources(), flags=re.M)[1:]
+    assert len(sections) == 4
+    for section in sections:
         keys = re.findall(r"^- <a id=\"(\w+)\"></a>([\w'-]+), .*?\((\d{4})\):", section, re.M | re.S)
         assert len(keys) == len(re.findall(r"^- ", section, re.M))
         assert all(key == name.lower().replace("'", "") + year for key, name, year in keys)
