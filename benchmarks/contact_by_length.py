@@ -5,7 +5,7 @@
     python benchmarks/contact_by_length.py sliding ties     these topics only; the rows of the others are kept
     python benchmarks/contact_by_length.py --quick          the short cases of the topics; nothing is kept
     python benchmarks/contact_by_length.py --formulation vertex         with vertices on edges; nothing is kept
-    python benchmarks/contact_by_length.py --table          write docs/notes/contact-by-length.md from the rows, run nothing
+    python benchmarks/contact_by_length.py --table          write docs/notes/contact-by-length.md, run nothing
 
 Needs scipy (benchmarks/requirements.txt). ROCKDDA_PROGRAM names the program, default build/bin/rockdda. Rows go to
 benchmarks/results/contact_by_length.csv, the table made of them to docs/notes/contact-by-length.md.

@@ -3,7 +3,7 @@
 
     python benchmarks/contact_numbers.py                     all models, an hour on one core
     python benchmarks/contact_numbers.py arch stack          these models only; the rows of the others are kept
-    python benchmarks/contact_numbers.py --tables            print the tables of docs/notes/contact-numbers.md, run nothing
+    python benchmarks/contact_numbers.py --tables            print those of docs/notes/contact-numbers.md, run nothing
 
 The tutorial needs the package rockdda (PYTHONPATH=postprocess). Each of the three numbers is varied alone, the others
 keep those of the base. Figures go to benchmarks/results/contact_numbers.csv. Time is processor time of one thread, and

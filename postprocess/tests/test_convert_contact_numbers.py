@@ -41,7 +41,13 @@ def constant(name: str) -> float:
 
 
 def test_no_other_page_or_message_has_a_rule_of_its_own():
-    files = [*ROOT.glob("docs/*.md"), *ROOT.glob("docs/notes/*.md"), *ROOT.glob("inputs/**/*.md"), ROOT / "README.md", *ROOT.glob("src/**/*.f90")]
+    files = [
+        *ROOT.glob("docs/*.md"),
+        *ROOT.glob("docs/notes/*.md"),
+        *ROOT.glob("inputs/**/*.md"),
+        ROOT / "README.md",
+        *ROOT.glob("src/**/*.f90"),
+    ]
     files += ROOT.glob("postprocess/rockdda/*.py")
     assert len(files) > 100
     for path in files:

@@ -9,7 +9,9 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 DOCS = ROOT / "docs"
-CITING = sorted([*DOCS.glob("*.md"), *DOCS.glob("notes/*.md"), DOCS / "validation/index.md", *ROOT.glob("inputs/**/*.md")])
+CITING = sorted(
+    [*DOCS.glob("*.md"), *DOCS.glob("notes/*.md"), DOCS / "validation/index.md", *ROOT.glob("inputs/**/*.md")]
+)
 CITATION = re.compile(
     r"(?<![\w-])([A-Z][A-Za-zé-]{2,})(?:,? (?:and|et al\.?|&) ?(?:[A-Z][A-Za-z-]+)?)?(?:'s)? "
     r"\(?((?:18|19|20)\d\d)\)?(?!-)"
