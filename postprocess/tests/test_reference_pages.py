@@ -96,3 +96,13 @@ def test_the_glossary_explains_the_terms_with_unit_and_choice():
         assert re.search(rf"\b{term}\b", named), term
     for term in TERMS:
         assert f"| **{term}** |" in text, term
+
+
+def test_pages_are_few_and_short():
+    """What was tried and measured belongs into docs/notes, what developers did into the history of the repository."""
+    pages = list(DOCS.glob("*.md"))
+    assert len(pages) <= 18
+    assert sum(len(page.read_text(encoding="utf-8").split()) for page in pages) <= 60_000
+    versions = re.split(r"^## ", (DOCS / "changelog.md").read_text(encoding="utf-8"), flags=re.M)[1:]
+    assert len(versions) >= 2
+    assert all(sum(bool(line.strip()) for line in version.splitlines()) <= 60 for version in versions)
