@@ -5,10 +5,10 @@
     python benchmarks/contact_by_length.py sliding ties     these topics only; the rows of the others are kept
     python benchmarks/contact_by_length.py --quick          the short cases of the topics; nothing is kept
     python benchmarks/contact_by_length.py --formulation vertex         with vertices on edges; nothing is kept
-    python benchmarks/contact_by_length.py --table          write docs/contact-by-length.md from the rows, run nothing
+    python benchmarks/contact_by_length.py --table          write docs/notes/contact-by-length.md, run nothing
 
 Needs scipy (benchmarks/requirements.txt). ROCKDDA_PROGRAM names the program, default build/bin/rockdda. Rows go to
-benchmarks/results/contact_by_length.csv, the table made of them to docs/contact-by-length.md.
+benchmarks/results/contact_by_length.csv, the table made of them to docs/notes/contact-by-length.md.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from by_length import collisions, ground, laws, pushed, sliding, strength, swing
 from by_length.model import ROOT, Row
 
 RESULTS = ROOT / "benchmarks/results/contact_by_length.csv"
-PAGE = ROOT / "docs/contact-by-length.md"
+PAGE = ROOT / "docs/notes/contact-by-length.md"
 COLUMNS = ("module", "topic", "case", "truth", "result", "met")
 TOPICS: dict[str, tuple[str, Callable[[bool], list[Row]]]] = {
     "sliding": ("Sliding over joints", sliding.rows),
@@ -87,7 +87,7 @@ def keep(name: str, rows: list[Row]) -> None:
 
 
 def write_page() -> None:
-    """The table of docs/contact-by-length.md."""
+    """The table of docs/notes/contact-by-length.md."""
     rows = stored()
     met = sum(row["met"] == "yes" for row in rows)
     text = [HEAD, f"Of {len(rows)} cases {met} are met.\n"]

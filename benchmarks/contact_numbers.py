@@ -3,7 +3,7 @@
 
     python benchmarks/contact_numbers.py                     all models, an hour on one core
     python benchmarks/contact_numbers.py arch stack          these models only; the rows of the others are kept
-    python benchmarks/contact_numbers.py --tables            print the tables of docs/contact-numbers.md, run nothing
+    python benchmarks/contact_numbers.py --tables            print those of docs/notes/contact-numbers.md, run nothing
 
 The tutorial needs the package rockdda (PYTHONPATH=postprocess). Each of the three numbers is varied alone, the others
 keep those of the base. Figures go to benchmarks/results/contact_numbers.csv. Time is processor time of one thread, and
@@ -250,7 +250,7 @@ def write_results(rows: list[dict[str, Any]]) -> None:
 
 
 def tables(rows: list[dict[str, str]]) -> str:
-    """The tables of docs/contact-numbers.md: answer over that of the base, then rounds over those of the base."""
+    """The tables of docs/notes/contact-numbers.md: answer over that of the base, then rounds over those of the base."""
     out = []
     for varied, column, name in (("g0", "g0_over_E", "g0/E"), ("g1", "g1", "g1 [s]"), ("g2", "g2", "g2")):
         out += [f"*{name} varied*", "", "| model | " + name + ": answer, cost |", "|---|---|"]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What searches of the critical factor cost: the table of docs/factor-of-safety.md, "What a search costs".
+"""What searches of the critical factor cost: the table of docs/notes/critical-factor.md, "What a search costs".
 
     python benchmarks/critical_factor.py                  all models, some minutes
     python benchmarks/critical_factor.py slope demo       these models only

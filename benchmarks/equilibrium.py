@@ -4,10 +4,10 @@
     python benchmarks/equilibrium.py                 all models, both formulations of contact; a few minutes
     python benchmarks/equilibrium.py roof slope      these models only
 
-Prints the table of docs/performance.md, "Statics". Both runs end when `unbalanced` is at most 1e-5; the fixed step is
-g1 of the model (`max_growth = 1`). Time is processor time of one thread, the least of three runs: of the whole program,
-and of the steps alone, for which that of a run without steps is taken off. The difference is the largest one between
-the displacements of all vertices at rest, over the largest displacement.
+Prints the table of docs/notes/performance.md, "Statics". Both runs end when `unbalanced` is at most 1e-5; the fixed
+step is g1 of the model (`max_growth = 1`). Time is processor time of one thread, the least of three runs: of the whole
+program, and of the steps alone, for which that of a run without steps is taken off. The difference is the largest one
+between the displacements of all vertices at rest, over the largest displacement.
 """
 
 from __future__ import annotations

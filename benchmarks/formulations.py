@@ -5,10 +5,10 @@
     python benchmarks/formulations.py --legacy FOLDER        and circleslope, pushblock, fixedlines in FOLDER
     python benchmarks/formulations.py incline stack          these models only; the rows of the others are kept
     python benchmarks/formulations.py --bits                 the same bits for 1, 2, 4 threads and resumed at half?
-    python benchmarks/formulations.py --table                write docs/formulations.md from the rows, run nothing
+    python benchmarks/formulations.py --table                write docs/notes/formulations.md from the rows, run nothing
 
 Needs the package rockdda (PYTHONPATH=postprocess) for legacy files in DDAML. ROCKDDA_PROGRAM names the program, default
-build/bin/rockdda. Rows go to benchmarks/results/formulations.csv, the table made of them to docs/formulations.md.
+build/bin/rockdda. Rows go to benchmarks/results/formulations.csv, the table made of them to docs/notes/formulations.md.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ import numpy as np
 ROOT = Path(__file__).resolve().parents[1]
 PROGRAM = Path(os.environ.get("ROCKDDA_PROGRAM", ROOT / "build/bin/rockdda")).absolute()
 RESULTS = ROOT / "benchmarks/results/formulations.csv"
-PAGE = ROOT / "docs/formulations.md"
+PAGE = ROOT / "docs/notes/formulations.md"
 COLUMNS = ("model", "what", "known", "variant", "status", "answer", "largest", "steps", "rounds", "cuts")
 #: formulation and factor of g0
 VARIANTS = {"vertex": ("vertex", 1.0), "length": ("length", 1.0), "twice g0": ("length", 2.0)}
@@ -239,8 +239,8 @@ HEAD = """# Formulations compared
 Every model of `inputs/` but its studies, and some files of earlier programs, with contacts at vertices
 (`&contact formulation = 'vertex'`) and by length (`'length'`, the default), all other numbers as in the files. "Twice
 g0" is by length too, with joints as stiff as a face with two contacts of g0 each
-([why](contact-numbers.md#stiffness-per-length)); labelled models choose g0 so themselves, or name the stiffness of
-their joints. [When to use which](user-guide.md#choosing-the-numbers). The table is
+([why](../contact-numbers.md#stiffness-per-length)); labelled models choose g0 so themselves, or name the stiffness of
+their joints. [When to use which](../coming-from.md#shis-dda-and-dda-for-windows). The table is
 made by `benchmarks/formulations.py`.
 
 - Sinking and sagging grow where joints are softer. A corner about which a block turns has the end of an interval, a
@@ -255,7 +255,7 @@ made by `benchmarks/formulations.py`.
 - In `circleslope` slices catch on the facets of the circle with `'vertex'` and rest after some 1300 steps; by length
   they move on as on an arc, and rest after some 4000.
 - No verdict of these models changes: what slides, slides, what stands, stands. Verdicts on rock whose weight comes at
-  once may change. Of the six tunnels in the [tutorial](tutorial.md#5-what-if) four come loose by length (g0 = 1e10),
+  once may change. Of the six tunnels in the [tutorial](../tutorial.md#5-what-if) four come loose by length (g0 = 1e10),
   with joints as stiff at vertices (5e9) one: with the wider spacing a block slips out of the crown at every friction
   angle, which with `'vertex'` stays at 15° and 30° (by length is right: an arch of two blocks 1.8 m thick over 2.9 m
   needs tan φ = 4t/B = 2.5 at its sides); and with joints of 5° and the narrow spacing the highest beds part by more
@@ -264,7 +264,7 @@ made by `benchmarks/formulations.py`.
 
 
 def write_page() -> None:
-    """Write docs/formulations.md."""
+    """Write docs/notes/formulations.md."""
     rows = stored()
     text = [HEAD]
     text += [

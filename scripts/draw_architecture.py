@@ -30,7 +30,7 @@ FOLDERS = {
     "model": "what a model is: blocks, materials, options, the numbers of a run, the state of the blocks",
     "lines": "`rockdda lines` (Shi's DL): joints from the statistics of joint sets",
     "cutting": "`rockdda cut` (Shi's DC): blocks from lines",
-    "contact": "which contacts there are: search, identity from step to step. See the files below",
+    "contact": "which contacts there are: search, identity from step to step",
     "assembly": "stiffness and load of each term, and their sum",
     "interaction": "what acts on blocks, one file for each kind: its law, its state, its energy",
     "stepping": "one step: open-close loop, step control, stages, energy balance",
@@ -246,16 +246,6 @@ def folder_table(source: Source) -> str:
     return "\n".join(lines)
 
 
-def file_table(source: Source, names: tuple[str, ...]) -> str:
-    """The files of some folders with the first sentence of their comments."""
-    lines = ["| file | what it does |", "|---|---|"]
-    for name in names:
-        for module in sorted(source.modules.values(), key=lambda m: m.file):
-            if folder(module.file) == name:
-                lines.append(f"| `{module.file.relative_to('src')}` | {shortened(module.summary, 160)} |")
-    return "\n".join(lines)
-
-
 def interaction_table(source: Source) -> str:
     """What an interaction offers, and which kinds of interaction do; nothing where the source has no such type."""
     base = source.types.get(INTERACTION)
@@ -315,7 +305,6 @@ def generated(root: Path) -> dict[Path, str]:
     source = Source(root / "src", root)
     tables = {
         "folders": folder_table(source),
-        "files": file_table(source, ("contact", "assembly", "interaction", "stepping")),
         "places": landmark_table(source),
         "interactions": interaction_table(source),
     }

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /* Prototypes of six ways to write results that survive a kill. scripts/compare_storage builds and measures them;
- * docs/design.md holds the table.
+ * docs/notes/design.md holds the table.
  *
  *     ways WAY BLOCKS FRAMES STEPS_PER_FRAME FRAMES_PER_CHECKPOINT
  *

@@ -27,7 +27,7 @@ mpl.use("Agg")
 
 PAGES = [
     *(ROOT / name for name in ("README.md", "CONTRIBUTING.md")),
-    *sorted((ROOT / "docs").glob("*.md")), ROOT / "docs/gallery/README.md",
+    *sorted((ROOT / "docs").glob("*.md")), *sorted((ROOT / "docs/notes").glob("*.md")), ROOT / "docs/gallery/README.md",
     *sorted(INPUTS.glob("*/README.md")), INPUTS / "README.md",
 ]  # fmt: skip
 FIRST_WORDS = (

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Glossary, bibliography and changelog hold what other pages and the source refer to."""
+"""Glossary and list of sources hold what other pages and the code refer to."""
 
 import calendar
 import re
@@ -9,7 +9,9 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 DOCS = ROOT / "docs"
-CITING = sorted([*DOCS.glob("*.md"), DOCS / "validation/index.md", *ROOT.glob("inputs/**/*.md")])
+CITING = sorted(
+    [*DOCS.glob("*.md"), *DOCS.glob("notes/*.md"), DOCS / "validation/index.md", *ROOT.glob("inputs/**/*.md")]
+)
 CITATION = re.compile(
     r"(?<![\w-])([A-Z][A-Za-zé-]{2,})(?:,? (?:and|et al\.?|&) ?(?:[A-Z][A-Za-z-]+)?)?(?:'s)? "
     r"\(?((?:18|19|20)\d\d)\)?(?!-)"
@@ -23,12 +25,15 @@ def is_month(name):
     return name in calendar.month_name or name in calendar.month_abbr
 
 
+def sources():
+    """The list of works at the end of the theory manual."""
+    return (DOCS / "theory.md").read_text(encoding="utf-8").split("\n## Sources\n")[1]
+
+
 def bibliography():
     """(Surname, year) of every author of every entry."""
     found = set()
-    for entry in re.findall(
-        r"^- (.*?)\((\d{4})\):", (DOCS / "bibliography.md").read_text(encoding="utf-8"), re.M | re.S
-    ):
+    for entry in re.findall(r"^- (.*?)\((\d{4})\):", sources(), re.M | re.S):
         found |= {(name, entry[1]) for name in re.findall(r"([A-Z][\w-]{2,}),", entry[0])}
     return found
 
@@ -39,8 +44,9 @@ def citations(text):
 
 
 def test_entries_are_complete_and_in_order():
-    text = (DOCS / "bibliography.md").read_text(encoding="utf-8")
-    for section in re.split(r"^## ", text, flags=re.M)[1:]:
+    sections = re.split(r"^### ", sources(), flags=re.M)[1:]
+    assert len(sections) == 4
+    for section in sections:
         keys = re.findall(r"^- <a id=\"(\w+)\"></a>([\w'-]+), .*?\((\d{4})\):", section, re.M | re.S)
         assert len(keys) == len(re.findall(r"^- ", section, re.M))
         assert all(key == name.lower().replace("'", "") + year for key, name, year in keys)
@@ -90,3 +96,13 @@ def test_the_glossary_explains_the_terms_with_unit_and_choice():
         assert re.search(rf"\b{term}\b", named), term
     for term in TERMS:
         assert f"| **{term}** |" in text, term
+
+
+def test_pages_are_few_and_short():
+    """What was tried and measured belongs into docs/notes, what developers did into the history of the repository."""
+    pages = list(DOCS.glob("*.md"))
+    assert len(pages) <= 18
+    assert sum(len(page.read_text(encoding="utf-8").split()) for page in pages) <= 60_000
+    versions = re.split(r"^## ", (DOCS / "changelog.md").read_text(encoding="utf-8"), flags=re.M)[1:]
+    assert len(versions) >= 2
+    assert all(sum(bool(line.strip()) for line in version.splitlines()) <= 60 for version in versions)

@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: MIT
 !> Input of a joint network: the region, its openings, and the statistics of the joint sets.
 !>
-!> Lengths are in the user's unit L; angles in degrees. docs/joint-networks.md explains the values.
+!> Lengths are in the user's unit L; angles in degrees. docs/cutting.md explains the values.
 module rockdda_lines_statistics
    use rockdda_base_kinds, only : wp
    use rockdda_base_diagnostics, only : origin_type

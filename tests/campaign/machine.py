@@ -23,7 +23,7 @@ KINDS: dict[str, Kind] = {kind.name: kind for module in FAMILIES for kind in mod
 #: draws of one chunk: what is lost when a run is killed
 CHUNK = 25
 KNOWN = Path(__file__).parent / "known"
-PAGE = ROOT / "docs" / "campaign.md"
+PAGE = ROOT / "docs" / "notes" / "campaign.md"
 BEGIN, END = "<!-- table (made by scripts/campaign --page) -->", "<!-- end of the table -->"
 
 

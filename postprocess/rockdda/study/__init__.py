@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Parameter studies: many runs of one template, described in a TOML file (docs/studies.md)."""
+"""Parameter studies: many runs of one template, described in a TOML file (docs/hpc.md)."""
 
 from __future__ import annotations
 

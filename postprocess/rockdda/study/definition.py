@@ -2,7 +2,7 @@
 """Parameter studies: many runs of one template, from a TOML file.
 
 A study names a template (a folder whose text files hold ``{{…}}`` where parameters go), a grid or a list of parameters,
-and the results to keep of each run. `docs/studies.md` describes the file; `rockdda.study.runner` does the runs.
+and the results to keep of each run. `docs/hpc.md` describes the file; `rockdda.study.runner` does the runs.
 """
 
 from __future__ import annotations

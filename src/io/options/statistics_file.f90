@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> Reader of joint statistics (.dl): a namelist file with the groups and names of docs/joint-networks.md.
+!> Reader of joint statistics (.dl): a namelist file with the groups and names of docs/cutting.md.
 module rockdda_io_statistics_file
    use rockdda_base_kinds, only : wp
    use rockdda_base_strings, only : to_string

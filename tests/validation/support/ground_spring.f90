@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> A family that the program does not have: a spring between a point of a block and the ground (docs/extending.md).
+!> A family that the program does not have: a spring between a point of a block and the ground (docs/architecture.md).
 module ground_spring
    use rockdda_base_kinds, only : wp
    use rockdda_model_state, only : energy
