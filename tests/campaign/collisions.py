@@ -242,6 +242,29 @@ def falls(drawn: Values, bench: Bench) -> None:
     )
 
 
+def thud(drawn: Values, bench: Bench) -> None:
+    """A polygon or a bar that falls on a floor, with the numbers of the program: it rises no higher than it began."""
+    random = np.random.default_rng(drawn["seed"])
+    falling = polygon(random, drawn["size"], drawn["aspect"])
+    if drawn["is_bar"]:
+        falling = turned(box(0, 0, drawn["size"], drawn["size"] / drawn["aspect"]), float(random.uniform(0, 90)))
+    falling = falling - [0.0, falling[:, 1].min() - drawn["drop"] * drawn["size"]]
+    floor = 6 * drawn["size"]
+    model = Model(blocks=[box(-floor, -floor / 3, 2 * floor, floor / 3), falling], held={0})
+    model.groups = [
+        rock(more=WEIGHT),
+        joint(friction=drawn["friction"]),
+        f"&run t_end={6 * math.sqrt(2 * (drawn['drop'] + 1) * drawn['size'] / G)!r} /",
+    ]
+    run = bench.run(model)
+    energy = run.energy()
+    total = energy["kinetic"] + energy["strain"] + energy["gravity"] + energy["springs"]
+    weight = DENSITY * G * area_of(falling)
+    grows = float(total.max()) / (weight * float(centroid_of(falling)[1]))
+    told = "energy from nowhere" in run.messages
+    require(told or grows <= 0.15, f"energy grows by {grows:.3g} of that above the floor, and nothing says so")
+
+
 RESTITUTION = between(0.0, 0.8, 8)
 KINDS = [
     Kind(
@@ -307,5 +330,19 @@ KINDS = [
             stiffness=decades(2e7, 3e8, 12),
         ),
         falls,
+    ),
+    Kind(
+        "thud",
+        "collisions",
+        "a block that falls on a floor gains no energy, or the program says so",
+        values(
+            seed=seeds(),
+            size=decades(0.1, 10, 8),
+            aspect=st.sampled_from([1.0, 3.0, 7.0]),
+            is_bar=st.booleans(),
+            drop=decades(0.02, 1, 8),
+            friction=between(0, 45, 9),
+        ),
+        thud,
     ),
 ]
