@@ -19,6 +19,7 @@ from . import _old_names
 from .outputs import OUTPUTS as _OUTPUTS
 
 if _TYPE_CHECKING:
+    from .certainty import Convergence, Reliability, convergence, reliability
     from .critical import CriticalFactor, factor_of_safety
     from .cutting import Blocks, cut
     from .errors import ConvergenceError, InputError, InputWarning, OutputError, Problem, RockddaError
@@ -30,6 +31,7 @@ if _TYPE_CHECKING:
 
 #: Module of each public name.
 _HOMES = {
+    "Convergence": "certainty", "Reliability": "certainty", "convergence": "certainty", "reliability": "certainty",
     "CriticalFactor": "critical", "factor_of_safety": "critical",
     "Blocks": "cutting", "cut": "cutting",
     "ConvergenceError": "errors", "InputError": "errors", "InputWarning": "errors", "OutputError": "errors",
@@ -51,6 +53,7 @@ __all__ = [
     "FIELDS",
     "Blocks",
     "Contacts",
+    "Convergence",
     "ConvergenceError",
     "CriticalFactor",
     "Field",
@@ -61,15 +64,18 @@ __all__ = [
     "Network",
     "OutputError",
     "Problem",
+    "Reliability",
     "Results",
     "RockddaError",
     "Simulation",
     "Stage",
     "__version__",
+    "convergence",
     "cut",
     "factor_of_safety",
     "lines",
     "open",
+    "reliability",
     "run",
 ]
 

@@ -101,6 +101,7 @@ EXTRAS = {
     "xarray": "xarray",
     "notebook": "ipywidgets",
     "records": "scipy",
+    "reliability": "scipy",
     "study": "distributed",
     "cluster": "dask-jobqueue",
     "pdf": "weasyprint",

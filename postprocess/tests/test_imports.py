@@ -27,8 +27,8 @@ ORDER = (
     "errors", "version", "outputs", "writing", "callers", "program", "text", "notebook", "interrupts",
     "namelist", "materials", "native", "options", "groups", "storage", "fields", "frames", "joints", "rings", "start",
     "stages", "results", "units", "deck", "places", "labelled", "cutting", "simulation", "reading", "model", "critical",
-    "networks", "records", "plot", "film", "convert", "export", "analysis", "report", "study", "validation",
-    "cli", "_old_names", "__init__", "__main__",
+    "networks", "records", "plot", "film", "convert", "export", "analysis", "study", "certainty", "report",
+    "validation", "cli", "_old_names", "__init__", "__main__",
 )  # fmt: skip
 
 

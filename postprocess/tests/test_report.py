@@ -10,11 +10,11 @@ import h5py
 import numpy as np
 import pytest
 import rockdda
+from rockdda.certainty.half_step import HalfStep, compare_ends, run_half_step
 from rockdda.cli import main
 from rockdda.critical import read_search
 from rockdda.plot.water_levels import acting_groups
 from rockdda.report import facts, report
-from rockdda.report.half_step import HalfStep, compare_ends, run_half_step
 from rockdda.units import Units
 from synthetic import add_bolts, write_wall
 from test_stages import dug  # noqa: F401  (a fixture)

@@ -15,7 +15,7 @@ import typer
 
 from ..errors import ConvergenceError, InputError, OutputError, RockddaError
 from ..fields import JOINT_FIELDS
-from . import exchange, records, shells, studies, validate
+from . import certainty, exchange, records, shells, studies, validate
 from .common import (
     BAD_INPUT,
     DONE,
@@ -397,6 +397,7 @@ def _common(
 exchange.register(app)
 records.register(app)
 studies.register(app)
+certainty.register(app)
 validate.register(app)
 shells.register(app)
 

@@ -5,13 +5,12 @@ from __future__ import annotations
 
 import contextlib
 from collections.abc import Mapping
-from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from .. import records
+from ..certainty.half_step import FILES, HalfStep, path_of
 from ..errors import InputError
 from ..groups import as_list
 from ..joints import joint_summary
@@ -26,7 +25,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "boundary_table", "checks", "chosen", "files_of", "groups_of", "in_short", "in_words", "joint_table",
-    "material_tables", "motions", "number", "option_text", "path_of", "search_table", "stage_table", "stages_before",
+    "material_tables", "motions", "number", "option_text", "search_table", "stage_table", "stages_before",
 ]  # fmt: skip
 
 SEARCHES = {
@@ -51,20 +50,8 @@ QUANTITIES = {
 }  # fmt: skip
 #: Bounds of the checks: shares of the largest energy, the mean edge, the mean force, the largest displacement.
 ENERGY, GEOMETRY, OVERLAP, UNBALANCED, STEP = 1e-6, 1e-2, 1e-2, 1e-5, 5e-2
-#: Options that name files beside the input.
-FILES = ("record", "pressure_file", "base_acceleration")
 LEAST_FORCE = 0.01  #: of the largest force of a joint: joints with less are not ranked
 RANKED = 10  # joints
-
-
-@dataclass(frozen=True)
-class HalfStep:
-    """What the run at half the step shows."""
-
-    words: str
-    displacement: float | None = None  #: largest difference at the end, share of the largest displacement
-    stress: float | None = None  #: largest difference at the end, share of the largest stress
-    failed: bool = False  #: the run at half the step did not come to its end
 
 
 def number(value: Any) -> str:
@@ -116,12 +103,6 @@ def files_of(groups: Mapping[str, list[dict[str, Any]]]) -> list[str]:
     """Files that the options name beside the geometry: records, pressures."""
     found = [group[name] for entries in groups.values() for group in entries for name in FILES if name in group]
     return [str(name) for name in found]
-
-
-def path_of(named: str, beside: Path) -> Path | None:
-    """A file that the options name, beside the results or in the current folder; None where it is in neither."""
-    places = (folder / named for folder in (beside, Path.cwd()))
-    return next((place.resolve() for place in places if place.is_file()), None)
 
 
 def motions(results: Results) -> list[tuple[str, Record]]:

@@ -16,18 +16,18 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .. import plot
+from ..certainty.half_step import compare_ends, run_half_step
 from ..critical import read_search
 from ..errors import InputError
 from ..text import readable
 from ..units import Units, description
 from ..writing import complete_file, write_file
 from . import facts
-from .half_step import compare_ends, run_half_step
 from .paper import needs_for_pdf, pdf_of
 
 if TYPE_CHECKING:
+    from ..certainty.half_step import HalfStep
     from ..results import Results
-    from .facts import HalfStep
 
 __all__ = ["report"]
 

@@ -29,8 +29,9 @@ __all__ = ["Case", "Quantity", "Study", "evaluate", "read_study", "render"]
 _TAKE = ("last", "first", "min", "max", "mean", "absmax")
 _TOP = ("title", "template", "output", "parameters", "constants", "cases", "run", "results", "cluster")
 _FOR_TEMPLATE = ("parameters", "constants", "cases")
-_RUN = ("threads", "timeout", "options")
-_NAMES_FILES = ("-o", "--output", "-c", "--config", "--")  # options of `rockdda run`
+_RUN = ("command", "threads", "timeout", "options")
+_COMMANDS = ("run", "fos")
+_NAMES_FILES = ("-o", "--output", "-c", "--config", "--")  # options of `rockdda run` and `rockdda fos`
 _RESULT = ("dataset", "at", "take", "unit")
 _PLACEHOLDER = re.compile(r"\{\{([^{}]*)\}\}")
 _MOST_CASES = 100_000
@@ -73,6 +74,7 @@ class Study:
     parameters: tuple[str, ...]  #: those that vary, in the order of the file
     cases: tuple[Case, ...]
     quantities: tuple[Quantity, ...]
+    command: str = "run"  #: of the program, for each case: "run" or "fos"
     threads: int = 1
     timeout: float | None = None
     options: tuple[str, ...] = ()
@@ -88,6 +90,8 @@ class Study:
         for name, data in self.files(case).items():
             summary.update(f"{name}\0{len(data)}\0".encode() + data)
         summary.update(json.dumps(self.options).encode())
+        if self.command != "run":
+            summary.update(self.command.encode())
         return summary.hexdigest()
 
 
@@ -174,6 +178,9 @@ class _Reader:
             raise self.fail(
                 f"threads: expected a whole number from 1 to {_MOST_THREADS}, found {shown(threads)}", "threads"
             )
+        command = run.get("command", "run")
+        if command not in _COMMANDS:
+            raise self.fail(f"command: must be one of {', '.join(_COMMANDS)}, found {shown(command)}", "command")
         timeout = run.get("timeout")
         if timeout is not None and not (_is_number(timeout) and timeout > 0):
             raise self.fail(f"timeout: expected seconds above 0, found {shown(timeout)}", "timeout")
@@ -196,6 +203,7 @@ class _Reader:
             parameters=parameters,
             cases=cases,
             quantities=tuple(self.quantities()),
+            command=command,
             threads=threads,
             timeout=float(timeout) if timeout is not None else None,
             options=tuple(options),

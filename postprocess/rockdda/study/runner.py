@@ -52,6 +52,9 @@ _FOR_DASK = (
 #: Exit code of a case that took longer than its timeout.
 TIMED_OUT = 124
 
+#: What a search has answered, in the folder of its case.
+SEARCHED = "out.json"
+
 #: Called to report progress: cases finished in this call, cases to do, the last outcome.
 Progress = Callable[[int, int, "Outcome"], None]
 
@@ -141,7 +144,12 @@ def prepare_case(study: Study, case: Case) -> Path:
                 "quantities": _wanted_quantities(study),
                 "complete": before.get("digest") == digest and before.get("complete", False),
                 "seconds": before.get("seconds", 0.0) if _can_continue(before, digest) else 0.0,
-                "command": {"threads": study.threads, "timeout": study.timeout, "options": list(study.options)},
+                "command": {
+                    "name": study.command,
+                    "threads": study.threads,
+                    "timeout": study.timeout,
+                    "options": list(study.options),
+                },
             },
         )
     except OutputError:
@@ -165,18 +173,26 @@ def finished_case(study: Study, case: Case) -> Outcome | None:
 
 
 def run_case(folder: str, watch: Callable[[subprocess.Popen[str]], None] | None = None) -> Outcome:
-    """Run the case in a folder: lines (where there are statistics), cut, run or resume. Never raises for a bad case."""
+    """Run the case in a folder: lines (where there are statistics), cut, run or resume, or search a factor. Never
+    raises for a bad case.
+
+    A search keeps its trials itself, so that the same command continues it; its answer is in `out.json`.
+    """
     here = Path(folder)
     status = _read_status(here)
     command, start = status["command"], time.monotonic()
     program = find_program()
 
-    def call(*arguments: str) -> tuple[int, str]:
+    def call(*arguments: str, answer: str = os.devnull) -> tuple[int, str]:
         environment = {**os.environ, "OMP_NUM_THREADS": str(command["threads"]), "OPENBLAS_NUM_THREADS": "1"}
-        with subprocess.Popen(
-            [program, *arguments], cwd=here, env=environment, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
-            stderr=subprocess.PIPE, text=True, errors="replace", start_new_session=True, preexec_fn=_end_with_parent,
-        ) as process:  # fmt: skip
+        with (
+            (here / answer).open("wb") as told,  # devnull stays what it is
+            subprocess.Popen(
+                [program, *arguments], cwd=here, env=environment, stdin=subprocess.DEVNULL, stdout=told,
+                stderr=subprocess.PIPE, text=True, errors="replace", start_new_session=True,
+                preexec_fn=_end_with_parent,
+            ) as process,
+        ):  # fmt: skip
             if watch is not None:
                 watch(process)
             try:
@@ -207,7 +223,12 @@ def run_case(folder: str, watch: Callable[[subprocess.Popen[str]], None] | None 
             code, message = 2, str(problem).removeprefix("error: ")
         else:
             _write_status(here, {**status, "status": "running"})
-            code, message = call("run", *files, "-o", "out.h5", "--force", "--quiet", *threads, *command["options"])
+            written = ["-o", "out.h5", "--force", "--quiet", *threads, *command["options"]]
+            if command.get("name", "run") == "fos":
+                code, message = call("fos", *files, *written, "--json", answer=SEARCHED)
+                message = message or _error_of(here / SEARCHED)
+            else:
+                code, message = call("run", *files, *written)
     seconds = time.monotonic() - start + status.get("seconds", 0.0)
     if code == -signal.SIGTERM:  # before the program could listen
         code = 4
@@ -224,6 +245,15 @@ def run_case(folder: str, watch: Callable[[subprocess.Popen[str]], None] | None 
     status |= {"status": ending, "seconds": seconds, "exit_code": code, "message": message[-2000:]}
     _write_status(here, status)
     return Outcome(status["number"], status["name"], ending, seconds, code, message)
+
+
+def _error_of(path: Path) -> str:
+    """The errors in an answer of the program; '' where there are none."""
+    try:
+        messages = json.loads(path.read_text(encoding="utf-8")).get("messages", [])
+        return "\n".join(str(one["message"]) for one in messages if one.get("severity") == "error")
+    except (OSError, ValueError, AttributeError, KeyError, TypeError):
+        return ""
 
 
 def _end_with_parent() -> None:

@@ -1,10 +1,12 @@
 # SPDX-License-Identifier: MIT
-"""The same model at half the time step: whether the results depend on the step."""
+"""The same model at half the time step: one case of convergence, for a run that is there."""
 
 from __future__ import annotations
 
 import tempfile
 import warnings
+from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,18 +15,28 @@ import numpy as np
 from ..errors import ConvergenceError, InputError, InputWarning
 from ..groups import as_list
 from ..namelist import format_groups, parse_groups
-from ..text import input_numbers
-from . import facts
-from .facts import HalfStep
+from ..simulation import run
+from ..study import render
+from .template import read_source
+from .variants import HALF_STEP, ends_with_a_stage, template_of
 
 if TYPE_CHECKING:
     from ..results import Results
 
-__all__ = ["HalfStep", "compare_ends", "run_half_step"]
+__all__ = ["FILES", "HalfStep", "compare_ends", "path_of", "run_half_step"]
 
-MANY = 1_000_000_000  # steps: the time ends the run
-ENDS = ("until", "until_step", "until_time", "duration")  # of a stage
-MOST_STEPS = 5000  # of a stage until equilibrium that names no other number
+#: Options that name files beside the input.
+FILES = ("record", "pressure_file", "base_acceleration")
+
+
+@dataclass(frozen=True)
+class HalfStep:
+    """What the run at half the step shows."""
+
+    words: str
+    displacement: float | None = None  #: largest difference at the end, share of the largest displacement
+    stress: float | None = None  #: largest difference at the end, share of the largest stress
+    failed: bool = False  #: the run at half the step did not come to its end
 
 
 def run_half_step(results: Results) -> HalfStep:
@@ -36,14 +48,12 @@ def run_half_step(results: Results) -> HalfStep:
     refused = _refusal(results)
     if refused:
         return HalfStep(f"not checked: {refused}")
-    from ..simulation import run
-
     with tempfile.TemporaryDirectory(prefix="rockdda-") as folder:
-        inputs = _write_inputs(results, Path(folder))
+        model = _write_half(results, Path(folder))
         try:
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore", InputWarning)  # the first run gave them
-                half = run(**inputs, output=Path(folder) / "half.h5")
+                half = run(model, output=Path(folder) / "half.h5")
         except ConvergenceError as error:
             return HalfStep(f"the run at half the step failed: {error}", failed=True)
         with half:
@@ -61,52 +71,46 @@ def _refusal(results: Results) -> str:
     return ""
 
 
-def _write_inputs(results: Results, folder: Path) -> dict[str, Any]:
-    """The input texts with half the largest time step, as arguments of `run`."""
+def _write_half(results: Results, folder: Path) -> Path:
+    """The model with half the largest time step, from the input texts of its results."""
     geometry, analysis, config = (str(results[f"input/{name}"]) for name in ("geometry", "analysis", "config"))
     groups = {name: as_list(entries) for name, entries in parse_groups(config).items()} if config.strip() else {}
     _find_files(groups, results.path.parent)
-    largest = facts.chosen(groups, "time", "dt_max") or _dt_max(analysis) or float(results["history/dt"][0])
-    groups["time"] = [*groups.get("time", []), {"dt_max": 0.5 * float(largest)}]
-    until_now = float(results["history/time"][-1])
-    stages = groups.get("stage", [])
-    for stage in stages:
-        if "until_step" in stage:
-            stage["until_step"] = 2 * int(stage["until_step"])
-        if stage.get("until") == "equilibrium":
-            stage["max_steps"] = 2 * int(stage.get("max_steps", MOST_STEPS))
-    if not stages or not any(name in stages[-1] for name in ENDS):
-        groups["run"] = [*groups.get("run", []), {"steps": MANY, "t_end": until_now}]
-    for name, text in (("model.dc", geometry), ("model.df", analysis)):
-        (folder / name).write_text(text, encoding="utf-8", errors="surrogateescape")
     if "model" in groups:
         groups["model"] = [{**groups["model"][0], "geometry": "model.dc"}]
         if analysis.strip():
             groups["model"][0]["analysis"] = "model.df"
-    options = folder / "model.nml"
-    options.write_text(format_groups(groups), encoding="utf-8")
-    if "model" in groups:
-        return {"geometry": options}
-    return {"geometry": folder / "model.dc", "analysis": folder / "model.df", "config": options}
+    texts = {"model.dc": geometry, "model.df": analysis, "model.nml": format_groups(groups)}
+    for name, text in texts.items():
+        if text.strip():
+            (folder / name).write_text(text, encoding="utf-8", errors="surrogateescape")
+    model: tuple[Path, Path | None, Path | None] = (folder / "model.nml", None, None)
+    if "model" not in groups:
+        model = (folder / "model.dc", folder / "model.df", folder / "model.nml" if groups else None)
+    with read_source(*model) as source:
+        end = None if ends_with_a_stage(source) else float(results["history/time"][-1])
+        (folder / "half.nml").write_text(template_of(source, end_time=end), encoding="utf-8")
+    (folder / "half.nml").write_bytes(render(folder / "half.nml", HALF_STEP.values(0)))
+    return folder / "half.nml"
 
 
-def _find_files(groups: dict[str, list[dict[str, Any]]], beside: Path) -> None:
+def _find_files(groups: Mapping[str, list[dict[str, Any]]], beside: Path) -> None:
     """Make the paths of files that the options name absolute."""
     for entries in groups.values():
         for group in entries:
-            for name in facts.FILES:
+            for name in FILES:
                 if name in group:
                     named = str(group[name])
-                    found = facts.path_of(named, beside)
+                    found = path_of(named, beside)
                     if found is None:
                         raise InputError(f"{named}, which the input names, lies neither beside the results nor here")
                     group[name] = str(found)
 
 
-def _dt_max(analysis: str) -> float | None:
-    """The largest time step (g1) of an analysis file."""
-    numbers = input_numbers(analysis)  # k01, steps, number of block and joint materials, g2, g1
-    return numbers[5] or None if len(numbers) > 5 else None
+def path_of(named: str, beside: Path) -> Path | None:
+    """A file that the options name, beside the results or in the current folder; None where it is in neither."""
+    places = (folder / named for folder in (beside, Path.cwd()))
+    return next((place.resolve() for place in places if place.is_file()), None)
 
 
 def compare_ends(results: Results, half: Results) -> HalfStep:

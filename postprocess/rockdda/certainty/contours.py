@@ -1,0 +1,74 @@
+# SPDX-License-Identifier: MIT
+"""Pairs of inputs that give a factor: back-analysis of a failure."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from .failure import most_likely, shares_of_variance
+from .random_inputs import RandomInput, values_at
+from .surrogate import Surrogate
+
+__all__ = ["BackAnalysis", "back_analysis"]
+
+FloatArray = npt.NDArray[np.float64]
+PLACES = 41  # of the first input, from its smallest to its largest value in the runs
+FINE = 400  # of the second one
+
+
+@dataclass(frozen=True)
+class BackAnalysis:
+    """The line of pairs of two inputs that give a factor; the others have their means."""
+
+    factor: float
+    names: tuple[str, str]
+    pairs: FloatArray  #: (n, 2)
+    error: float  #: of the factor along the line
+    likely: dict[str, float]  #: of all inputs, the most likely values that give the factor
+
+    def as_json(self) -> dict[str, Any]:
+        """For an answer in JSON."""
+        return {
+            "factor": self.factor, "names": list(self.names), "pairs": self.pairs.tolist(), "error": self.error,
+            "most_likely": self.likely,
+        }  # fmt: skip
+
+
+def back_analysis(
+    surface: Surrogate, inputs: Sequence[RandomInput], correlation: FloatArray, values: FloatArray, factor: float
+) -> BackAnalysis:
+    """The line for the two inputs that matter most, within the values of the runs."""
+    shares = shares_of_variance(surface, inputs, correlation)
+    ranked = sorted(range(len(inputs)), key=lambda i: -shares[inputs[i].name])[:2]
+    first, second = sorted(ranked)
+    likely = most_likely(surface, inputs, correlation, factor)
+    found = (
+        {}
+        if likely is None
+        else dict(
+            zip([one.name for one in inputs], values_at(likely[None, :], inputs, correlation)[0].tolist(), strict=True)
+        )
+    )
+    pairs = line_of(surface, values, first, second, factor)
+    return BackAnalysis(factor, (inputs[first].name, inputs[second].name), pairs, surface.error, found)
+
+
+def line_of(surface: Surrogate, values: FloatArray, first: int, second: int, factor: float) -> FloatArray:
+    """Pairs (n, 2) where the surface has the factor, within the range of the runs."""
+    low, high = values.min(axis=0), values.max(axis=0)
+    along, across = np.linspace(low[first], high[first], PLACES), np.linspace(low[second], high[second], FINE)
+    pairs = []
+    for place in along:
+        points = np.tile(surface.mean, (FINE, 1))
+        points[:, first], points[:, second] = place, across
+        over = surface(points) - factor
+        for k in np.flatnonzero(over[:-1] * over[1:] <= 0):
+            step = over[k] - over[k + 1]
+            share = over[k] / step if step else 0.0
+            pairs.append((float(place), float(across[k] + share * (across[k + 1] - across[k]))))
+    return np.array(pairs).reshape(-1, 2)

@@ -1,0 +1,145 @@
+# SPDX-License-Identifier: MIT
+"""Probability of failure by a surface: from many points of it, its nearest failing point, and what it depends on."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from ..errors import need
+from .random_inputs import RandomInput, values_at
+from .surrogate import Surrogate, drawn_coefficients
+
+__all__ = ["Failure", "failure_of", "index_of", "most_likely", "points_of", "shares_of_variance", "wilson"]
+
+FloatArray = npt.NDArray[np.float64]
+POINTS = 17  # 2^17 of the surface
+SOME = 2**14  # of these, the first ones: for each surface as it might be
+FEW = 500  # failing ones below which points are drawn round the most likely failure instead
+DRAWS = 400  # surfaces as they might be
+BINS = 64  # of an input, in which the mean of the factor is taken
+FARTHEST = 8.0  # standard deviations of the nearest failing point that is looked for
+CONFIDENCE = 0.95
+SEED = 20_240_229  # of everything that is drawn here: answers are the same each time
+
+
+@dataclass(frozen=True)
+class Failure:
+    """What the surface says of failure."""
+
+    probability: float
+    interval: tuple[float, float]  #: 95 %, by what the surface misses
+    design_point: FloatArray | None  #: the most likely values at which the model fails; None: beyond 8 σ
+    distance: float | None  #: of it from the middle, in standard deviations
+
+
+def index_of(probability: float) -> float:
+    """The reliability index that belongs to a probability."""
+    stats = need("scipy.stats", "reliability", "a reliability index")
+    return float(-stats.norm.ppf(probability))
+
+
+def wilson(failed: float, runs: int) -> tuple[float, float]:
+    """The 95 % interval of a share that was counted (Wilson 1927)."""
+    stats = need("scipy.stats", "reliability", "an interval")
+    found = stats.binomtest(round(failed), runs).proportion_ci(CONFIDENCE, method="wilson")
+    return float(found.low), float(found.high)
+
+
+def failure_of(
+    surrogate: Surrogate, inputs: Sequence[RandomInput], correlation: FloatArray, limit: float, noise: float
+) -> Failure:
+    """The probability that the factor is below a limit. noise: least error of a factor, of its search."""
+    scores = _scores(len(inputs))
+    point = most_likely(surrogate, inputs, correlation, limit)
+    weights = np.ones(len(scores))
+    values = values_at(scores, inputs, correlation)
+    if point is not None and np.count_nonzero(surrogate(values) < limit) < FEW:
+        # points round the most likely failure, each as heavy as it is there by chance over how often it is drawn
+        weights = np.exp(-scores @ point - 0.5 * point @ point)
+        values = values_at(scores + point, inputs, correlation)
+    terms = surrogate.terms(values)
+    probability = _share(terms @ surrogate.coefficients < limit, weights)
+    some = drawn_coefficients(surrogate, noise, DRAWS, np.random.default_rng(SEED))
+    terms, weights = terms[:SOME], weights[:SOME]
+    shares = [_share(terms @ column < limit, weights) for column in some.T]
+    moved = np.quantile(shares, [0.5 * (1 - CONFIDENCE), 0.5 * (1 + CONFIDENCE)])
+    low, high = moved + (probability - _share(terms @ surrogate.coefficients < limit, weights))
+    return Failure(
+        probability,
+        (min(max(float(low), 0.0), probability), max(min(float(high), 1.0), probability)),
+        None if point is None else values_at(point[None, :], inputs, correlation)[0],
+        None if point is None else float(np.linalg.norm(point)),
+    )
+
+
+def _share(fails: npt.NDArray[np.bool_], weights: FloatArray) -> float:
+    return float(min(np.sum(weights[fails]) / len(weights), 1.0))
+
+
+def _scores(d: int) -> FloatArray:
+    """Normal scores of points that fill the space evenly (Sobol's sequence, scrambled from one seed)."""
+    stats, qmc = (need(name, "reliability", "a sample") for name in ("scipy.stats", "scipy.stats.qmc"))
+    drawn = qmc.Sobol(d, scramble=True, seed=np.random.default_rng(SEED)).random_base2(POINTS)
+    return np.asarray(stats.norm.ppf(np.clip(drawn, 1e-12, 1 - 1e-12)))
+
+
+def points_of(inputs: Sequence[RandomInput], correlation: FloatArray) -> FloatArray:
+    """Values (n, d) that fill the distributions evenly."""
+    return values_at(_scores(len(inputs)), inputs, correlation)
+
+
+def most_likely(
+    surrogate: Callable[[FloatArray], FloatArray], inputs: Sequence[RandomInput], correlation: FloatArray, limit: float
+) -> FloatArray | None:
+    """The normal scores nearest to the middle at which the factor is the limit (the design point of FORM).
+
+    Several directions are tried: those of the nearest points of either side among some thousand. None: beyond 8
+    standard deviations.
+    """
+    optimize = need("scipy.optimize", "reliability", "a design point")
+
+    def over(u: FloatArray) -> float:
+        return float(surrogate(values_at(np.atleast_2d(u), inputs, correlation))[0] - limit)
+
+    d = len(inputs)
+    rng = np.random.default_rng(SEED)
+    directions = rng.standard_normal((1000, d))
+    directions /= np.linalg.norm(directions, axis=1)[:, None]
+    middle = over(np.zeros(d)) >= 0
+    radii = np.linspace(0.25, FARTHEST, 32)
+    starts: list[FloatArray] = []
+    for radius in radii:
+        values = surrogate(values_at(radius * directions, inputs, correlation))
+        crossed = np.flatnonzero((values >= limit) != middle)
+        if len(crossed):
+            starts = [radius * directions[i] for i in crossed[:5]]
+            break
+    found = []
+    for start in starts:
+        answer = optimize.minimize(
+            lambda u: float(u @ u), start, jac=lambda u: 2 * u, method="SLSQP",
+            constraints=[{"type": "eq", "fun": over}], options={"maxiter": 200, "ftol": 1e-12},
+        )  # fmt: skip
+        if abs(over(answer.x)) < 1e-6 * max(1.0, abs(limit)) and np.linalg.norm(answer.x) <= FARTHEST:
+            found.append(np.asarray(answer.x))
+    return min(found, key=lambda u: float(u @ u)) if found else None
+
+
+def shares_of_variance(
+    surrogate: Surrogate, inputs: Sequence[RandomInput], correlation: FloatArray
+) -> dict[str, float]:
+    """By how much the variance of the factor falls when one input is known, as shares that add up to 1."""
+    values = points_of(inputs, correlation)
+    factors = surrogate(values)
+    fallen = []
+    for column in values.T:
+        order = np.argsort(column, kind="stable")
+        means = [float(part.mean()) for part in np.array_split(factors[order], BINS)]
+        fallen.append(float(np.var(means)))
+    total = math.fsum(fallen)
+    return {one.name: part / total if total > 0 else 0.0 for one, part in zip(inputs, fallen, strict=True)}

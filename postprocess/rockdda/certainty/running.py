@@ -1,0 +1,83 @@
+# SPDX-License-Identifier: MIT
+"""Doing the runs of studies whose answers are judged: here, through Dask, or as job arrays of Slurm."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..errors import InputError
+from ..study import Outcome, Study, pending, run_study, write_job_array
+from ..text import csv_text
+from ..writing import complete_file, write_file
+from .template import remove_others
+
+__all__ = ["Progress", "case_folder", "output_folder", "run_studies", "write_answer", "write_arrays"]
+
+PathLike = str | os.PathLike[str]
+Progress = Callable[[int, int, Outcome], None]
+
+
+def output_folder(output: PathLike | None, name: str, kind: str) -> Path:
+    """The folder of a study: that which is named, or NAME_KIND in the current one."""
+    return Path(output) if output is not None else Path(f"{name}_{kind}")
+
+
+def case_folder(study: Study, case: int) -> Path:
+    """The folder of a case, from 1."""
+    return study.output / "cases" / study.cases[case - 1].name
+
+
+def run_studies(
+    studies: Sequence[Study], jobs: int | None, dask: str | None, retry: bool, progress: Progress | None
+) -> None:
+    """Run what is left of studies, one after the other; Ctrl-C stops the runs, and the next call continues."""
+    for study in studies:
+        remove_others(study)
+    left = [len(pending(study, retry=retry)) for study in studies]
+    before = 0
+    for study, count in zip(studies, left, strict=True):
+
+        def report(done: int, total: int, outcome: Outcome, before: int = before) -> None:
+            if progress is not None:
+                progress(before + done, sum(left), outcome)
+
+        run_study(study, workers=jobs, retry=retry, dask=dask, progress=report)
+        before += count
+
+
+def write_arrays(studies: Sequence[Study], retry: bool) -> list[Path]:
+    """A Slurm job array for each study that is not done."""
+    found = [write_job_array(study, retry=retry) for study in studies if pending(study, retry=retry)]
+    if not found:
+        raise InputError("all runs are done: there is nothing to submit")
+    return found
+
+
+def write_answer(found: Any, folder: Path, name: str) -> list[Path]:
+    """Write an answer into its folder: NAME.json (numbers that are not finite are null), table.csv and NAME.png."""
+    import matplotlib.pyplot as plt
+
+    written = [folder / f"{name}.json", folder / "table.csv", folder / f"{name}.png"]
+    write_file(written[0], json.dumps(_finite(found.as_json()), indent=1, ensure_ascii=False) + "\n")
+    write_file(written[1], csv_text(found.table))
+    figure = np.ravel(np.asarray(found.plot(), dtype=object))[0].get_figure()
+    try:
+        with complete_file(written[2]) as part:
+            figure.savefig(part, dpi=200)
+    finally:
+        plt.close(figure)
+    return written
+
+
+def _finite(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {key: _finite(entry) for key, entry in value.items()}
+    if isinstance(value, list | tuple):
+        return [_finite(entry) for entry in value]
+    return None if isinstance(value, float) and value - value != 0 else value

@@ -1,0 +1,178 @@
+# SPDX-License-Identifier: MIT
+"""A model with other numbers: of the method (step, corners, cells, solver) and stiffness of its joints."""
+
+from __future__ import annotations
+
+import copy
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from ..errors import InputError
+from ..namelist import short_real
+from .template import Groups, Placeholders, Source
+
+__all__ = ["METHOD", "PROPERTY", "Variant", "template_of", "variants_of"]
+
+#: Kinds of variants: numbers of the method, which must not matter, and the one property, which is to be measured.
+METHOD, PROPERTY = ("step", "corners", "cells", "solver"), "joint stiffness"
+MOST_STEPS = 5000  # of a stage until equilibrium that names no other number
+ENDS = ("until", "until_step", "until_time", "duration")  # of a stage
+CORNER_RADIUS = 0.01  # where none is given
+MANY = 1_000_000_000  # steps: the time ends the run
+DIRECT = 300  # blocks up to which the automatic solver is a direct one
+
+
+@dataclass(frozen=True)
+class Variant:
+    """The model with one number changed."""
+
+    name: str  #: "step ÷ 2"
+    kind: str  #: "" as it is; one of METHOD, or PROPERTY
+    step: float = 1.0  #: factor of the largest time step
+    corner: float = 1.0  #: of the radius of corners
+    cells: float = 1.0  #: of the size of cells
+    stiffness: float = 1.0  #: of the normal and shear stiffness that joints are given
+    contact: str = ""  #: further groups
+    solver: str = ""
+
+    def values(self, steps: int) -> dict[str, Any]:
+        """Parameters of the study. steps: of a run that ends after so many; a variant goes on to the same time."""
+        names = ("name", "step", "corner", "cells", "stiffness", "contact", "solver")
+        return {**{name: getattr(self, name) for name in names}, "steps": MANY if self.kind else steps}
+
+
+AS_IT_IS = Variant("as it is", "")
+HALF_STEP = Variant("step ÷ 2", "step", step=0.5)
+
+
+def variants_of(source: Source) -> list[Variant]:
+    """The model as it is and its variants, of those numbers that it has."""
+    found = [AS_IT_IS, HALF_STEP, Variant("step ÷ 4", "step", step=0.25)]
+    if by_length(source):
+        found.append(Variant("corner radius ÷ 2", "corners", corner=0.5))
+    if source.groups.get("subdivide"):
+        found.append(Variant("cells ÷ 2", "cells", cells=0.5))
+    other = other_solver(source)
+    found.append(Variant(f"solver {other}", "solver", solver=f"&solver method = '{other}' /"))
+    stiffness = stiffness_of(source)
+    for factor, sign in ((2.0, "× 2"), (0.5, "÷ 2")):
+        contact = "" if stiffness is None else f"&contact stiffness = {short_real(factor * stiffness)} /"
+        found.append(Variant(f"joints {sign} as stiff", PROPERTY, stiffness=factor, contact=contact))
+    return found
+
+
+def steps_of(source: Source) -> int:
+    """The number of steps after which a run ends; 0 where its last stage or a time ends it."""
+    return 0 if ends_with_a_stage(source) else int(chosen(source.groups, "run", "steps") or 0)
+
+
+def ends_with_a_stage(source: Source) -> bool:
+    """Does the run end where its last stage ends?"""
+    stages = source.groups.get("stage", [])
+    return bool(stages) and any(name in stages[-1] for name in ENDS)
+
+
+def refined_once_more(source: Source) -> Variant:
+    """All numbers of the method finer than in any variant."""
+    cells = 0.25 if source.groups.get("subdivide") else 1.0
+    return Variant("all refined", "", step=0.125, corner=0.25 if by_length(source) else 1.0, cells=cells)
+
+
+def by_length(source: Source) -> bool:
+    """Are contacts by length of the joints?"""
+    return str(source.facts.get("formulation", "length")) == "length"
+
+
+def other_solver(source: Source) -> str:
+    """A linear solver that the model does not use as it is."""
+    method = str(chosen(source.groups, "solver", "method") or "auto").lower()
+    direct = method in ("cholmod", "dense") or (method == "auto" and int(source.facts.get("blocks", 0)) <= DIRECT)
+    return "pcg" if direct else "cholmod"
+
+
+def stiffness_of(source: Source) -> float | None:
+    """The contact stiffness (g0) to be multiplied; None where all joints have a stiffness of their own.
+
+    Automatic stiffness goes by the blocks that meet; what stands for all is its geometric mean over the model.
+    """
+    if by_length(source) and all("normal_stiffness" in joint or joint.get("tie") for joint in _joints(source)):
+        return None
+    given = chosen(source.groups, "contact", "stiffness")
+    facts = source.facts
+    if given is None and by_length(source) and "least_joint_stiffness" in facts:
+        mean = math.sqrt(float(facts["least_joint_stiffness"]) * float(facts["largest_joint_stiffness"]))
+        return mean * float(facts["mean_edge"])
+    return float(given) if given else float(facts["contact_stiffness"])
+
+
+def has_chosen_stiffness(source: Source) -> bool:
+    """Are some joints as stiff as the program has chosen?"""
+    return stiffness_of(source) is not None and not chosen(source.groups, "contact", "stiffness")
+
+
+def _joints(source: Source) -> list[dict[str, Any]]:
+    """Joint materials with what &joint_law gives them."""
+    found = [dict(joint) for joint in source.groups.get("joint_material", [])]
+    for law in source.groups.get("joint_law", []):
+        for joint in found:
+            if law.get("material") in (joint.get("number"), joint.get("name")):
+                joint.update(law)
+    return found
+
+
+def template_of(source: Source, *, end_time: float | None = None) -> str:
+    """The labelled file with placeholders for the parameters of `Variant.values`.
+
+    A run that ends after some steps, and not with a stage, has an end time, too: that of its steps at their largest.
+    end_time: one that is known.
+    """
+    groups, marks = copy.deepcopy(source.groups), Placeholders()
+    ties = [joint for joint in _joints(source) if joint.get("tie")]
+    for name in ("joint_material", "joint_law", "change"):
+        for group in groups.get(name, []):
+            named = {key for key in _names(name, group) if key is not None}
+            if not any(named & {tie.get("number"), tie.get("name")} for tie in ties):
+                for option in ("normal_stiffness", "shear_stiffness"):
+                    if option in group:
+                        group[option] = marks.mark(f"{float(group[option])!r}*stiffness")
+    for group in groups.get("subdivide", []):
+        group["size"] = marks.mark(f"{float(group['size'])!r}*cells")
+    for stage in groups.get("stage", []):
+        if "until_step" in stage:
+            stage["until_step"] = marks.mark(f"round({int(stage['until_step'])}/step)")
+        if stage.get("until") == "equilibrium":
+            stage["max_steps"] = marks.mark(f"round({int(stage.get('max_steps', MOST_STEPS))}/step)")
+    largest = chosen(groups, "time", "dt_max") or source.facts.get("time_step")
+    if largest is None:
+        raise InputError("the largest time step of the model is not known")
+    if end_time is not None:
+        groups["run"] = [*groups.get("run", []), {"steps": MANY, "t_end": end_time}]
+    elif steps := steps_of(source):
+        end = min(chosen(groups, "run", "t_end") or math.inf, steps * float(largest))
+        groups["run"] = [*groups.get("run", []), {"steps": marks.mark("steps"), "t_end": end}]
+    more = ["", "! what the study varies: {{name}}", f"&time dt_max = {{{{{float(largest)!r}*step}}}} /"]
+    if by_length(source):
+        radius = float(chosen(groups, "contact", "corner_radius") or CORNER_RADIUS)
+        more.append(f"&contact corner_radius = {{{{{radius!r}*corner}}}} /")
+    else:
+        more.append("! corner_radius {{corner}} has no effect")
+    more += ["{{contact}}", "{{solver}}", ""]
+    text = marks.text(groups)
+    # a parameter that no placeholder names would be an error of the study
+    unused = [name for name in ("cells", "stiffness", "steps") if f"{name}}}}}" not in text]
+    more += [f"! {name} {{{{{name}}}}}: the model has none" for name in unused]
+    return text + "\n".join(more) + "\n"
+
+
+def _names(kind: str, group: dict[str, Any]) -> Sequence[Any]:
+    """What names the joint material of a group."""
+    if kind == "joint_material":
+        return [group.get("number"), group.get("name")]
+    return [group.get("material") if kind == "joint_law" else group.get("joint_material")]
+
+
+def chosen(groups: Groups, group: str, name: str) -> Any:
+    """The last value of an option, None where it is not given."""
+    return next((entry[name] for entry in reversed(groups.get(group, [])) if name in entry), None)

@@ -1,0 +1,316 @@
+# SPDX-License-Identifier: MIT
+"""The commands of `rockdda-post` that say how sure a number is: convergence, reliability."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from ..errors import InputError
+from .common import NO_CONVERGENCE, progress_bar
+
+if TYPE_CHECKING:
+    from ..study import Outcome
+
+__all__ = ["register"]
+
+ModelFiles = Annotated[
+    list[Path],
+    typer.Argument(
+        metavar="MODEL...",
+        help="A labelled file, a folder, or a geometry or block file and its analysis file.",
+        show_default=False,
+    ),
+]
+Config = Annotated[
+    Path | None,
+    typer.Option("-c", "--config", help="Options beside a geometry and an analysis file.", show_default=False),
+]
+Folder = Annotated[
+    Path | None,
+    typer.Option(
+        "-o",
+        "--output",
+        metavar="FOLDER",
+        help="Folder of the study; default: NAME_ and the command.",
+        show_default=False,
+    ),
+]
+Jobs = Annotated[
+    int | None, typer.Option("--jobs", "-j", min=1, help="Runs at a time; default: one a core.", show_default=False)
+]
+Slurm = Annotated[bool, typer.Option("--slurm", help="Only write a Slurm job array of the runs that are left.")]
+Dask = Annotated[
+    str | None,
+    typer.Option(
+        "--dask", metavar="WHERE", help="Run through Dask: tcp://HOST:PORT, local, or slurm, pbs, lsf …",
+        show_default=False,
+    ),
+]  # fmt: skip
+Retry = Annotated[bool, typer.Option("--retry", help="Run failed cases again, too.")]
+Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="No progress, no summary.")]
+AsJson = Annotated[bool, typer.Option("--json", help="The answer on standard output as JSON.")]
+Search = Annotated[
+    str | None,
+    typer.Option("--search", metavar="KIND", help="As of `rockdda fos`: strength, load, tilt …", show_default=False),
+]
+Joints = Annotated[
+    str | None, typer.Option("--joints", metavar="NAMES", help="Joints whose strength is searched.", show_default=False)
+]
+Loads = Annotated[
+    str | None, typer.Option("--loads", metavar="NAMES", help="Loads of --search load.", show_default=False)
+]
+Factors = Annotated[
+    str | None, typer.Option("--factors", help="Partial factors, as of `rockdda fos`.", show_default=False)
+]
+Stage = Annotated[
+    str | None, typer.Option("--stage", metavar="NAME", help="Stage after which the search begins.", show_default=False)
+]
+From = Annotated[float | None, typer.Option("--from", help="A value that stands.", show_default=False)]
+To = Annotated[float | None, typer.Option("--to", help="A value that fails.", show_default=False)]
+Tolerance = Annotated[
+    float | None, typer.Option("--tolerance", help="Interval of a factor; default: 0.01.", show_default=False)
+]
+MaxSteps = Annotated[int | None, typer.Option("--max-steps", min=1, help="Steps of a trial.", show_default=False)]
+
+
+def register(app: typer.Typer) -> None:
+    """Add the commands."""
+    app.command(name="convergence")(convergence_command)
+    app.command(name="reliability")(reliability_command)
+
+
+def convergence_command(
+    model: ModelFiles,
+    quantity: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--quantity",
+            metavar="NAME",
+            show_default=False,
+            help="A number to judge: 'point 1 y', 'factor', 'max(history/energy[0])'; may be repeated. Default: all "
+            "measured points at the end of every stage.",
+        ),
+    ] = None,
+    fos: Annotated[bool, typer.Option("--fos", help="Judge the critical factor, too, with the options below.")] = False,
+    search: Search = None,
+    joints: Joints = None,
+    loads: Loads = None,
+    factors: Factors = None,
+    stage: Stage = None,
+    from_: From = None,
+    to: To = None,
+    tolerance: Tolerance = None,
+    max_steps: MaxSteps = None,
+    limit: Annotated[
+        str, typer.Option("--limit", help="Share of a number by which it may change: 0.05 or 5%.")
+    ] = "0.05",
+    config: Config = None,
+    output: Folder = None,
+    jobs: Jobs = None,
+    slurm: Slurm = False,
+    dask: Dask = None,
+    retry: Retry = False,
+    quiet: Quiet = False,
+    as_json: AsJson = False,
+) -> None:
+    """Does a number depend on numbers of the method, and how far on the stiffness of the joints?
+
+    The model runs as it is, with half and a quarter of the time step, half the corner radius, half the size of cells
+    (where there are some), another linear solver, and joints twice and half as stiff. Each number is judged in words:
+    what is a number of the method, and must not matter, and what is a property, and is to be measured. The exit code is
+    3 when a change exceeds --limit or a run has failed. Runs that are done are not run again.
+
+    Examples:
+
+        rockdda-post convergence slope.nml
+
+        rockdda-post convergence slope.nml --fos --joints bedding --jobs 4
+
+        rockdda-post convergence tunnel.dc tunnel.df --quantity 'point 1 y' --limit 2%
+
+        rockdda-post convergence slope.nml --slurm && sbatch slope_convergence/model/runs/job-array.sh
+    """
+    import matplotlib as mpl
+
+    mpl.use("Agg")
+    from ..certainty.convergence_study import convergence, prepare_convergence
+    from ..certainty.running import write_arrays
+    from ..certainty.template import read_source
+
+    options = _options(search, joints, loads, factors, stage, from_, to, tolerance, max_steps)
+    share = _share(limit)
+    files = _files(model)
+    if slurm:
+        with read_source(*files, config) as source:
+            studies = prepare_convergence(source, output, fos, options)
+            _tell_arrays(write_arrays(studies, retry), quiet, as_json)
+        return
+    with _progress(quiet or as_json) as report:
+        found = convergence(
+            *files, quantities=quantity or (), fos=fos, limit=share, config=config, output=output, jobs=jobs, dask=dask,
+            retry=retry, progress=report, **options,
+        )  # fmt: skip
+    _tell(found, NO_CONVERGENCE if found.exceeded else 0, "convergence", quiet, as_json)
+
+
+def reliability_command(
+    model: ModelFiles,
+    vary: Annotated[
+        str,
+        typer.Option(
+            "--vary", metavar="INPUTS", show_default=False,
+            help="'NAME.OPTION = LAW(…); …': normal(mean, sd[, low, high]), lognormal(mean, sd), uniform(low, high), "
+            "triangular(low, mode, high); tan(NAME.friction) is the tangent, NAME.table[4] one number of a list.",
+        ),
+    ] = "",
+    runs: Annotated[int, typer.Option("--runs", min=1, help="Values of a Latin hypercube.")] = 30,
+    seed: Annotated[int, typer.Option("--seed", min=0, help="Of the values, and of the first network.")] = 1,
+    correlate: Annotated[
+        str, typer.Option("--correlate", metavar="PAIRS", help="'A, B = -0.5; …'", show_default=False)
+    ] = "",
+    seeds: Annotated[
+        int | None,
+        typer.Option(
+            "--seeds", metavar="N", min=1, show_default=False,
+            help="Draw up to N joint networks anew, from the statistics file beside the geometry.",
+        ),
+    ] = None,
+    precision: Annotated[
+        float, typer.Option("--precision", help="Half of the interval at which no more networks are drawn; 0: all.")
+    ] = 0.05,
+    below: Annotated[
+        float | None,
+        typer.Option("--below", help="Factor below which the model counts as failing; default: 1.", show_default=False),
+    ] = None,
+    back_analysis: Annotated[
+        float | None,
+        typer.Option("--back-analysis", metavar="F", help="Find the pairs of inputs that give this factor.",
+                     show_default=False),
+    ] = None,
+    search: Search = None,
+    joints: Joints = None,
+    loads: Loads = None,
+    factors: Factors = None,
+    stage: Stage = None,
+    from_: From = None,
+    to: To = None,
+    tolerance: Tolerance = None,
+    max_steps: MaxSteps = None,
+    config: Config = None,
+    output: Folder = None,
+    jobs: Jobs = None,
+    slurm: Slurm = False,
+    dask: Dask = None,
+    retry: Retry = False,
+    quiet: Quiet = False,
+    as_json: AsJson = False,
+) -> None:  # fmt: skip
+    """How likely does a model fail, where its inputs scatter or its joints are drawn anew?
+
+    A critical factor is searched for each of some runs. A surface through the factors gives the probability of failure
+    with its interval, the reliability index, the most likely failure, and which input makes the factor scatter. The
+    exit code is 3 when no surface fits the factors: the probability is then the share of runs that fail. Runs that are
+    done are not run again.
+
+    Examples:
+
+        rockdda-post reliability slope.nml --vary 'bedding.friction = normal(35, 5)'
+
+        rockdda-post reliability slope.nml --vary 'seam.friction = normal(35, 5); seam.cohesion = lognormal(1e5, 2e4)'
+        --correlate 'seam.friction, seam.cohesion = -0.5' --runs 40 --back-analysis 1.0
+
+        rockdda-post reliability slope.nml --seeds 100 --jobs 4
+    """
+    import matplotlib as mpl
+
+    mpl.use("Agg")
+    from ..certainty.reliability_study import make_plan, prepare_reliability, reliability
+    from ..certainty.running import write_arrays
+    from ..certainty.template import read_source
+
+    options = _options(search, joints, loads, factors, stage, from_, to, tolerance, max_steps)
+    files = _files(model)
+    if slurm:
+        with read_source(*files, config) as source:
+            plan = make_plan(source, vary, runs, seed, seeds, precision, correlate, below, back_analysis, options)
+            _tell_arrays(write_arrays([prepare_reliability(source, plan, output, options)], retry), quiet, as_json)
+        return
+    with _progress(quiet or as_json) as report:
+        found = reliability(
+            files[0], vary, files[1], runs=runs, seed=seed, seeds=seeds, precision=precision, correlate=correlate,
+            below=below, back_analysis=back_analysis, config=config, output=output, jobs=jobs, dask=dask, retry=retry,
+            progress=report, **options,
+        )  # fmt: skip
+    _tell(found, NO_CONVERGENCE if found.refusal else 0, "reliability", quiet, as_json)
+
+
+def _options(
+    search: str | None, joints: str | None, loads: str | None, factors: str | None, stage: str | None,
+    from_: float | None, to: float | None, tolerance: float | None, max_steps: int | None,
+) -> dict[str, Any]:  # fmt: skip
+    """Options of a search by their names in Python."""
+    return {"search": search, "joints": joints, "loads": loads, "factors": factors, "stage": stage, "from_": from_,
+            "to": to, "tolerance": tolerance, "max_steps": max_steps}  # fmt: skip
+
+
+def _files(model: list[Path]) -> tuple[Path, Path | None]:
+    if len(model) > 2:
+        raise InputError(f"expected a model, or a geometry and an analysis file, found {len(model)} files")
+    return model[0], model[1] if len(model) == 2 else None
+
+
+def _share(text: str) -> float:
+    """0.05 or 5%."""
+    try:
+        value = float(text.removesuffix("%")) * (0.01 if text.endswith("%") else 1)
+    except ValueError:
+        value = 0.0
+    if not 0 < value < 1:
+        raise InputError(f"--limit: expected a share such as 0.05 or 5%, found {text!r}")
+    return value
+
+
+@contextmanager
+def _progress(quiet: bool) -> Iterator[Callable[[int, int, Outcome], None]]:
+    """Reports runs as they end; says how to go on when they are stopped."""
+    with progress_bar("runs", quiet) as bar:
+
+        def report(done: int, total: int, outcome: Outcome) -> None:
+            if bar is not None:
+                bar(done, total)
+            elif not quiet:
+                typer.echo(f"{done}/{total} {outcome.name}: {outcome.status}, {outcome.seconds:.1f} s", err=True)
+
+        try:
+            yield report
+        except KeyboardInterrupt:
+            if not quiet:
+                typer.echo("stopped; the same command continues", err=True)
+            raise
+
+
+def _tell_arrays(paths: list[Path], quiet: bool, as_json: bool) -> None:
+    if as_json:
+        typer.echo(json.dumps({"status": "done", "exit_code": 0, "scripts": list(map(str, paths))}))
+    elif not quiet:
+        typer.echo(
+            "\n".join(f"{path}: submit it with sbatch; then give this command again without --slurm" for path in paths)
+        )
+
+
+def _tell(found: Any, code: int, name: str, quiet: bool, as_json: bool) -> None:
+    """The answer; the exit code."""
+    files = [str(found.folder / file) for file in (f"{name}.json", "table.csv", f"{name}.png")]
+    if as_json:
+        answer = json.loads((found.folder / f"{name}.json").read_text(encoding="utf-8"))
+        typer.echo(json.dumps({"status": "done", "exit_code": code} | answer | {"files": files}, ensure_ascii=False))
+    elif not quiet:
+        typer.echo("\n".join([found.verdict, *files]))
+    if code:
+        raise typer.Exit(code)
