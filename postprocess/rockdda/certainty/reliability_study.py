@@ -289,7 +289,7 @@ def make_plan(
         raise InputError("correlate: nothing varies")
     if not 0 <= precision < 1:
         raise InputError(f"precision: expected a share from 0 to 1, found {precision:g}")
-    matrix = correlation_of(correlate, inputs)
+    matrix = correlation_of(correlate, inputs) if inputs else np.eye(0)
     values = sample(inputs, matrix, count, seed, independent=bool(seeds)) if inputs else np.zeros((count, 0))
     check_values(inputs, values)
     drawn = tuple(range(seed, seed + seeds)) if seeds else ()

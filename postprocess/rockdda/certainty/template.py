@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from ..errors import InputError, OutputError
+from ..errors import InputError
 from ..groups import as_list
 from ..labelled import labelled_text
 from ..model import Model
@@ -174,11 +174,7 @@ def write_study(
     for path, name in names.items():
         if statistics is not None and path == source.files[0]:
             continue  # it is drawn
-        try:
-            if not (place / name).exists() or (place / name).read_bytes() != path.read_bytes():
-                shutil.copyfile(path, place / name)
-        except OSError as problem:
-            raise OutputError(f"{place / name}: cannot be written: {problem.strerror or problem}") from None
+        write_file(place / name, path.read_bytes())
     for path, name in names.items():
         template = template.replace(f"'{path}'", f"'{name}'")
     write_file(place / f"{source.name}.nml", template)

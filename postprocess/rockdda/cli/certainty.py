@@ -285,7 +285,10 @@ def _progress(quiet: bool) -> Iterator[Callable[[int, int, Outcome], None]]:
             if bar is not None:
                 bar(done, total)
             elif not quiet:
-                typer.echo(f"{done}/{total} {outcome.name}: {outcome.status}, {outcome.seconds:.1f} s", err=True)
+                ended = outcome.status
+                if ended == "failed":  # a search without a factor may be an answer
+                    ended = f"no answer ({outcome.message.splitlines()[0].removeprefix('rockdda: error: ')[:70]})"
+                typer.echo(f"{done}/{total} {outcome.name}: {ended}, {outcome.seconds:.1f} s", err=True)
 
         try:
             yield report

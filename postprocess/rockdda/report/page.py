@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .. import plot
+from ..certainty.answers import Answer, answers_beside
 from ..certainty.half_step import compare_ends, run_half_step
 from ..critical import read_search
 from ..errors import InputError
@@ -125,6 +126,7 @@ def _page(results: Results, units: Units, title: str, half: HalfStep | None, pro
         *_stages_part(results, units, drawn),
         *_end_part(results, units, drawn),
         *_search_part(results, units, drawn),
+        *_certainty_part(results),
         *_checks_part(checked, half, drawn),
         *_input_part(results),
     ]
@@ -300,6 +302,44 @@ def _search_part(results: Results, units: Units, drawn: dict[str, str]) -> list[
             _table(columns, rows)]  # fmt: skip
 
 
+def _certainty_part(results: Results) -> list[str]:
+    """Convergence and reliability of this model, where they are there."""
+    parts = []
+    for answer in answers_beside(results):
+        parts.append(f"<h2>{'How sure the numbers are' if answer.kind == 'convergence' else 'Reliability'}</h2>")
+        if not answer.found:
+            words = f"The {answer.kind} in {answer.folder.name} is that of another version of the model: not shown."
+            parts.append(f"<p>{_text(words)}</p>")
+        elif answer.kind == "convergence":
+            parts += _convergence(answer)
+        else:
+            parts += [f"<p>{_text(line)}</p>" for line in str(answer.found.get("verdict", "")).splitlines()]
+            laws, shares = answer.found.get("inputs", {}), answer.found.get("sensitivity", {})
+            point = answer.found.get("design_point", {})
+            rows = [
+                [name, str(law), f"{100 * shares[name]:.0f} %" if name in shares else "–",
+                 facts.number(point[name]) if name in point else "–"]
+                for name, law in laws.items()
+            ]  # fmt: skip
+            parts.append(_table(["input", "distribution", "share of the variance", "most likely failure"], rows))
+            parts.append(_image(answer.picture, "Factors of the runs, what they depend on, and the surface."))
+    return parts
+
+
+def _convergence(answer: Answer) -> list[str]:
+    """The verdicts on numbers, and their changes."""
+    rows = []
+    for one in answer.found.get("quantities", []):
+        title = ", ".join(text for text in (str(one.get("name", "")), str(one.get("stage", ""))) if text)
+        rows.append([title, str(one.get("verdict", "")).removeprefix(f"{title}: ")])
+    caption = "Change of each number by other numbers of the method, and by joints twice and half as stiff."
+    return [
+        _lead(str(answer.found.get("summary", ""))),
+        _table(["number", "how sure"], rows),
+        _image(answer.picture, caption),
+    ]
+
+
 def _checks_part(rows: list[tuple[str, str, str, str]], half: HalfStep | None, drawn: dict[str, str]) -> list[str]:
     body = _table(["check", "found", "bound", ""], rows)
     body = body.replace("<td>not kept</td>", '<td class="bad">not kept</td>').replace(
@@ -383,6 +423,13 @@ def _figure(axes: Any, caption: str) -> str:
     with style():
         figure.savefig(data, format="png", dpi=170, bbox_inches="tight", pad_inches=0.03)
     plt.close(figure)
-    image = base64.b64encode(data.getvalue()).decode()
+    return _image(data.getvalue(), caption)
+
+
+def _image(data: bytes, caption: str) -> str:
+    """A picture, as PNG, within the page; nothing where there is none."""
+    if not data:
+        return ""
+    image = base64.b64encode(data).decode()
     words = _text(caption)
     return f'<figure><img alt="{words}" src="data:image/png;base64,{image}"><figcaption>{words}</figcaption></figure>'

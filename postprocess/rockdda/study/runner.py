@@ -183,20 +183,17 @@ def run_case(folder: str, watch: Callable[[subprocess.Popen[str]], None] | None 
     command, start = status["command"], time.monotonic()
     program = find_program()
 
-    def call(*arguments: str, answer: str = os.devnull) -> tuple[int, str]:
+    def call(*arguments: str, answer: str = "") -> tuple[int, str]:
         environment = {**os.environ, "OMP_NUM_THREADS": str(command["threads"]), "OPENBLAS_NUM_THREADS": "1"}
-        with (
-            (here / answer).open("wb") as told,  # devnull stays what it is
-            subprocess.Popen(
-                [program, *arguments], cwd=here, env=environment, stdin=subprocess.DEVNULL, stdout=told,
-                stderr=subprocess.PIPE, text=True, errors="replace", start_new_session=True,
-                preexec_fn=_end_with_parent,
-            ) as process,
-        ):  # fmt: skip
+        with subprocess.Popen(
+            [program, *arguments], cwd=here, env=environment, stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE if answer else subprocess.DEVNULL, stderr=subprocess.PIPE, text=True,
+            errors="replace", start_new_session=True, preexec_fn=_end_with_parent,
+        ) as process:  # fmt: skip
             if watch is not None:
                 watch(process)
             try:
-                _, problems = process.communicate(timeout=command["timeout"])
+                told, problems = process.communicate(timeout=command["timeout"])
             except subprocess.TimeoutExpired:
                 process.terminate()  # it writes a checkpoint
                 try:
@@ -205,6 +202,8 @@ def run_case(folder: str, watch: Callable[[subprocess.Popen[str]], None] | None 
                     process.kill()
                     process.communicate()
                 return TIMED_OUT, f"stopped after {command['timeout']:g} s (timeout)"
+        if answer:
+            write_file(here / answer, told)
         return process.returncode, problems.strip()
 
     code, message = 0, ""
