@@ -37,7 +37,7 @@ def draw_convergence(found: Any, axes: Axes | None = None) -> Axes:
         kept = {id(one) for one in most[:MOST]}
         rows = [one for one in rows if id(one) in kept]
     with style():
-        _, axes = new_axes(axes, (PAPER_WIDTH, 1.6 + 0.24 * max(len(rows), 2)))
+        _, axes = new_axes(axes, (PAPER_WIDTH, 1.6 + 0.3 * max(len(rows), 2)))
         limit = 100 * found.limit
         axes.axvspan(-limit, limit, color="#E8EEF2", lw=0, zorder=0)
         axes.axvline(0, color="#8A8A8A", lw=0.6, zorder=1)
@@ -45,7 +45,8 @@ def draw_convergence(found: Any, axes: Axes | None = None) -> Axes:
         for variant in found.variants[1:]:
             colour, marker = KINDS[variant.kind]
             hollow = variant.step == 0.5 or variant.stiffness == 0.5
-            shown = [(k, one.changes.get(variant.name), one.scale) for k, one in enumerate(rows)]
+            lower = 0.13 * (list(KINDS).index(variant.kind) - 2)  # so that signs do not hide each other
+            shown = [(k + lower, one.changes.get(variant.name), one.scale) for k, one in enumerate(rows)]
             points = [(k, 100 * change / scale) for k, change, scale in shown if change is not None and scale > 0]
             largest = max([largest, *(abs(x) for _, x in points)])
             axes.plot(
@@ -112,15 +113,16 @@ def _histogram(found: Any, axes: Axes) -> None:
     limit = found.plan.limit
     axes.set(xlabel=_name(found), ylabel="runs")
     if len(known):
-        span = float(np.ptp(known)) or 0.1 * abs(float(known[0])) or 1.0
-        count = max(5, int(np.sqrt(2 * len(known))))
         low, high = float(known.min()), float(known.max())
+        least = 0.25 * max(abs(high), abs(low), abs(limit - low), abs(limit - high)) or 1.0  # of the width of all bars
+        if high - low < least:
+            low, high = 0.5 * (low + high - least), 0.5 * (low + high + least)
+        count = max(5, int(np.sqrt(2 * len(known))))
+        edges = np.linspace(low, high, count + 1)
         if found.surface is None and low < limit < high:  # a bar is on one side
-            width = span / count
+            width = (high - low) / count
             edges = limit + width * np.arange(-np.ceil((limit - low) / width), np.ceil((high - limit) / width) + 1)
-        else:
-            edges = np.linspace(low - 0.01 * span, high + 0.01 * span, count + 1)
-        bars: Any = axes.hist(known, edges, color="#B8C4CE", edgecolor="white", lw=0.6)[2]
+        bars: Any = axes.hist(known, edges.tolist(), color="#B8C4CE", edgecolor="white", lw=0.6)[2]
         if found.surface is not None:
             values = found.surface(points_of(found.plan.inputs, found.plan.correlation))
             first, last = np.quantile(values, [0.0005, 0.9995]).tolist()

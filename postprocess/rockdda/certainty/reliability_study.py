@@ -396,6 +396,9 @@ def _surface(plan: Plan, found: Sequence[Found]) -> tuple[Surrogate | None, str]
     if unknown > MOST_UNKNOWN * len(found):
         return None, f"{unknown} of {len(found)} runs have no factor, and it is not known whether they stand"
     factors = np.array([found[i].factor for i in known], dtype=float)
+    widest = 2 * max((one.half_width for one in found), default=0.0)
+    if len(known) and float(np.ptp(factors)) <= widest:
+        return None, f"what varies moves the factor by no more than the interval of its search, {widest:.2g}"
     laws = [one.distribution for one in plan.inputs]
     mean, deviation = (np.array([float(getattr(law, name)()) for law in laws]) for name in ("mean", "std"))
     surface = fit(plan.values[known], factors, mean, deviation) if len(known) else None

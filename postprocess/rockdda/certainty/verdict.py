@@ -153,14 +153,12 @@ def rounded(error: float) -> str:
 
 
 def number_with_error(value: float, errors: Sequence[float]) -> str:
-    """A value with as many digits as its smallest error has, at least three."""
+    """A value with as many digits as its smallest error has, two to six; with three where it has none."""
     least = min((error for error in errors if error > 0), default=0.0)
     if value == 0 or not math.isfinite(value):
         return f"{value:g}"
-    place = math.floor(math.log10(abs(value))) - 2
-    if least > 0:
-        place = min(place, math.floor(math.log10(least)))
-    place = max(place, math.floor(math.log10(abs(value))) - 5)
+    first = math.floor(math.log10(abs(value)))
+    place = min(max(math.floor(math.log10(least)), first - 5), first - 1) if least > 0 else first - 2
     return _plain(value, place)
 
 
