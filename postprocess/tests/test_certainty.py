@@ -226,7 +226,7 @@ def test_the_line_of_a_back_analysis_gives_the_factor():
     pytest.importorskip("scipy")
     inputs = [random_input("c", "normal", 1e5, 2e4), random_input("t", "normal", 0.70021, 0.1)]
     values, surface = surface_of(inputs, lambda c, t: sau_mau_ping(c, t, 1.0), 30, 1)
-    pairs = line_of(surface, values, 0, 1, 1.0)
+    pairs = line_of(surface, values, 0, 1, 1.0, surface.mean)
     assert len(pairs) > 10
     assert [sau_mau_ping(c, t, 1.0) for c, t in pairs] == pytest.approx(np.ones(len(pairs)), abs=0.01)
 

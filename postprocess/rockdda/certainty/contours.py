@@ -23,20 +23,25 @@ FINE = 400  # of the second one
 
 @dataclass(frozen=True)
 class BackAnalysis:
-    """The line of pairs of two inputs that give a factor; the others have their means."""
+    """The line of pairs of two inputs that give a factor."""
 
     factor: float
     names: tuple[str, str]
-    pairs: FloatArray  #: (n, 2)
+    pairs: FloatArray  #: (n, 2) where the others have their means
+    pairs_at_likely: FloatArray  #: (n, 2) where they have their most likely values; none with two inputs
     error: float  #: of the factor along the line
     likely: dict[str, float]  #: of all inputs, the most likely values that give the factor
 
     def as_json(self) -> dict[str, Any]:
         """For an answer in JSON."""
         return {
-            "factor": self.factor, "names": list(self.names), "pairs": self.pairs.tolist(), "error": self.error,
+            "factor": self.factor,
+            "names": list(self.names),
+            "pairs": self.pairs.tolist(),
+            "pairs_at_likely": self.pairs_at_likely.tolist(),
+            "error": self.error,
             "most_likely": self.likely,
-        }  # fmt: skip
+        }
 
 
 def back_analysis(
@@ -46,25 +51,26 @@ def back_analysis(
     shares = shares_of_variance(surface, inputs, correlation)
     ranked = sorted(range(len(inputs)), key=lambda i: -shares[inputs[i].name])[:2]
     first, second = sorted(ranked)
-    likely = most_likely(surface, inputs, correlation, factor)
-    found = (
-        {}
-        if likely is None
-        else dict(
-            zip([one.name for one in inputs], values_at(likely[None, :], inputs, correlation)[0].tolist(), strict=True)
-        )
-    )
-    pairs = line_of(surface, values, first, second, factor)
-    return BackAnalysis(factor, (inputs[first].name, inputs[second].name), pairs, surface.error, found)
+    scores = most_likely(surface, inputs, correlation, factor)
+    names, likely, moved = [one.name for one in inputs], {}, np.zeros((0, 2))
+    if scores is not None:
+        point = values_at(scores[None, :], inputs, correlation)[0]
+        likely = dict(zip(names, point.tolist(), strict=True))
+        if len(inputs) > 2:
+            moved = line_of(surface, values, first, second, factor, point)
+    pairs = line_of(surface, values, first, second, factor, surface.mean)
+    return BackAnalysis(factor, (names[first], names[second]), pairs, moved, surface.error, likely)
 
 
-def line_of(surface: Surrogate, values: FloatArray, first: int, second: int, factor: float) -> FloatArray:
-    """Pairs (n, 2) where the surface has the factor, within the range of the runs."""
+def line_of(
+    surface: Surrogate, values: FloatArray, first: int, second: int, factor: float, others: FloatArray
+) -> FloatArray:
+    """Pairs (n, 2) where the surface has the factor, within the range of the runs; the other inputs are fixed."""
     low, high = values.min(axis=0), values.max(axis=0)
     along, across = np.linspace(low[first], high[first], PLACES), np.linspace(low[second], high[second], FINE)
     pairs = []
     for place in along:
-        points = np.tile(surface.mean, (FINE, 1))
+        points = np.tile(others, (FINE, 1))
         points[:, first], points[:, second] = place, across
         over = surface(points) - factor
         for k in np.flatnonzero(over[:-1] * over[1:] <= 0):

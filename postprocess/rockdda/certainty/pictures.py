@@ -204,10 +204,18 @@ def _back_analysis(found: Any, axes: Axes) -> None:
     colours = [SIDES.get(one.side, "#9A9A9A") for one in found.found]
     axes.scatter(values[:, 0], values[:, 1], s=9, c=colours, alpha=0.6, lw=0, zorder=2)
     if len(line.pairs):
-        axes.plot(*line.pairs.T, color="black", lw=1.4, zorder=3, label=f"factor {line.factor:g}")
+        axes.plot(
+            *line.pairs.T,
+            color="black",
+            lw=1.4,
+            zorder=3,
+            label=f"factor {line.factor:g}" + ("" if len(names) == 2 else ", the others at their means"),
+        )
+    if len(line.pairs_at_likely):
+        axes.plot(*line.pairs_at_likely.T, "--", color="black", lw=1.2, zorder=3, label="the others as is most likely")
     if line.likely:
         place = [line.likely[name] for name in line.names]
-        axes.plot(*place, "*", ms=10, color=PALETTE[4], mec="black", mew=0.6, zorder=4, label="most likely pair")
+        axes.plot(*place, "*", ms=10, color=PALETTE[4], mec="black", mew=0.6, zorder=4, label="most likely")
     axes.set(xlabel=plain_text(line.names[0]), ylabel=plain_text(line.names[1]))
     axes.ticklabel_format(style="sci", scilimits=(-3, 4), useMathText=True)
     axes.legend(loc="best")

@@ -16,10 +16,14 @@ __all__ = ["Finding", "judge", "listed", "number_with_error", "rounded"]
 LEAST_ORDER, MOST_ORDER = 0.3, 2.0
 #: The error of an extrapolated value, and of one that has no order, over what was measured.
 SAFETY, NO_ORDER = 1.25, 2.0
+#: Changes that grow with each refinement are taken to grow on, at most by this factor.
+MOST_GROWTH = 4.0
 #: Error over the value below which a cause is not named.
 UNNAMED = 5e-4
 #: Changes over the value below which there is no order: what equilibrium and rounding leave.
 ROUNDING = 1e-6
+#: Error over the value that an equilibrium leaves: its tolerance.
+EQUILIBRIUM = 1e-5
 WORDS = {
     "step": "the step", "corners": "the corners", "cells": "the cells", "solver": "the solver",
     "search": "the search", PROPERTY: "the joint stiffness",
@@ -40,11 +44,13 @@ class Finding:
     extrapolated: float | None = None  #: value at a step of no length
     plus_minus: Mapping[str, float] = field(default_factory=dict)  #: by each kind of numbers; without those that failed
     missing: tuple[str, ...] = ()  #: kinds whose variants have no such number
+    grows: bool = False  #: does the change grow as the step is refined?
 
     @property
     def method(self) -> float:
-        """Error by the numbers of the method together."""
-        return sum(error for kind, error in self.plus_minus.items() if kind != PROPERTY)
+        """Error by the numbers of the method together, and by what is left of an equilibrium."""
+        errors = sum(error for kind, error in self.plus_minus.items() if kind != PROPERTY)
+        return errors + EQUILIBRIUM * self.scale
 
     @property
     def joints(self) -> float:
@@ -78,6 +84,8 @@ class Finding:
                     remark = f" (a property{', here chosen by the program' if chosen else ''}: measure it)"
                 elif self.share(error) > limit:
                     remark = " (a number of the method: refine it)"
+                    if kind == "step" and self.grows:
+                        remark = " (a number of the method, whose refinement changes ever more: there is no answer yet)"
                 named.append(f"± {rounded(factor * error)} by {WORDS[kind]}{remark}")
         quiet = [WORDS[kind] for kind in self.plus_minus if self.share(self.plus_minus[kind]) < UNNAMED]
         if quiet:
@@ -109,6 +117,7 @@ def judge(
     errors: dict[str, float] = {}
     failed: list[str] = []
     order = extrapolated = None
+    grows = False
     for kind in dict.fromkeys(variant.kind for variant in variants if variant.kind):
         of_kind = [changes[variant.name] for variant in variants if variant.kind == kind]
         known = [change for change in of_kind if change is not None]
@@ -119,8 +128,12 @@ def judge(
         largest = max(map(abs, known))
         if kind == "step" and len(known) == 2 == len(of_kind):
             half, quarter = known
-            order = _order(half, quarter, max(2 * noise, ROUNDING * scale))
-            errors[kind] = NO_ORDER * max(largest, abs(quarter - half))
+            floor = max(2 * noise, ROUNDING * scale)
+            order = _order(half, quarter, floor)
+            last = abs(quarter - half)
+            grows = last > max(abs(half), floor)
+            growth = min(last / abs(half), MOST_GROWTH) if half else MOST_GROWTH
+            errors[kind] = max(NO_ORDER * max(largest, last), grows * (abs(quarter) + growth * last))
             if order is not None:
                 extrapolated = value + quarter + (quarter - half) / (2 ** min(order, MOST_ORDER) - 1)
                 errors[kind] = SAFETY * abs(extrapolated - value)
@@ -131,7 +144,7 @@ def judge(
             errors[kind] = largest
     if noise:
         errors["search"] = noise
-    return Finding(name, stage, value, scale, dimension, changes, order, extrapolated, errors, tuple(failed))
+    return Finding(name, stage, value, scale, dimension, changes, order, extrapolated, errors, tuple(failed), grows)
 
 
 def _order(half: float, quarter: float, noise: float) -> float | None:
