@@ -36,7 +36,7 @@ FACE_MODEL = """\
 &joint_material  number = 1, name = 'plane', friction = 20 /
 &joint_material  number = 2, name = 'firm', friction = 60, cohesion = 50e6, tension = 50e6 /
 &load            gravity = 9.81 /
-&boundary        along = 0,-1, 27,-1, kind = 'fixed' /
+&boundary        along = 0,0, 0,-1, 27,-1, kind = 'fixed' /
 &boundary        along = 27,-1, 27,10, kind = 'fixed' /
 &stage           name = 'weight', until = 'equilibrium' /
 """

@@ -66,6 +66,9 @@ QUICK = (
     (r"^rockdda run slope.dc slope.df .*$", "rockdda run incline.dc incline.df -o slope.h5 --steps 5 --force"),
     (r"--max-wall 82800", "--max-wall 60"),
     (r"^(rockdda-post convert .*)$", r"\1 --force"),
+    (r"^(rockdda-post convergence .*)$", r"\1 --limit 99%"),  # all is as sure as that
+    (r"^(rockdda-post reliability .*--search push.*)$", "true"),  # refused, as the page has it
+    (r"^(rockdda-post reliability .*)$", r"\1 --runs 12"),
     (r"\$OMP_NUM_THREADS", "1"),
     (r"\$SLURM_ARRAY_TASK_ID", "1"),
     (r" --port 8000 --no-browser$", " --port 0 --no-browser"),
@@ -122,7 +125,7 @@ def as_run(command: str) -> str:
     """Without comments, with what stands in brackets, in the quick form."""
     if "\n" not in command:
         command = re.sub(r"\s+#.*|\s{3,}[a-zA-Z].*", "", command)
-        command = re.sub(r"\[([^\]]*)\]", r"\1", command)
+        command = re.sub(r"(?<!\w)\[([^\]]*)\]", r"\1", command)
     for pattern, form in QUICK:
         command = re.sub(pattern, form, command)
     if find_spec("weasyprint") is None:  # without it reports are pages

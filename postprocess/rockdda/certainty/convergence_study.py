@@ -22,7 +22,17 @@ from .quantities import measure, quantities_of
 from .running import Progress, case_folder, output_folder, run_studies, write_answer
 from .searching import Found, found_in, search_name, search_options
 from .template import Source, read_source, write_study
-from .variants import METHOD, PROPERTY, Variant, has_chosen_stiffness, steps_of, template_of, variants_of
+from .variants import (
+    AS_IT_IS,
+    MANY,
+    METHOD,
+    PROPERTY,
+    Variant,
+    has_chosen_stiffness,
+    steps_of,
+    template_of,
+    variants_of,
+)
 from .verdict import UNNAMED, WORDS, Finding, judge, listed
 
 if TYPE_CHECKING:
@@ -195,11 +205,11 @@ def prepare_convergence(source: Source, output: PathLike | None, fos: bool, sear
     words = search_options(search)
     if words and not fos:
         raise InputError(f"{words[0]}: options of a search need --fos")
-    template, cases = template_of(source), [one.values(steps_of(source)) for one in variants_of(source)]
+    template, cases = template_of(source), [one.changes(steps_of(source)) for one in variants_of(source)]
     kinds: list[tuple[str, str, list[str]]] = [("model", "run", []), ("factor", "fos", words)]
     return [
         read_study(write_study(source, folder / part, template, cases, title=f"{source.title}: {part}",
-                               command=command, options=options))
+                               command=command, options=options, constants=AS_IT_IS.values(0) | {"steps": MANY}))
         for part, command, options in (kinds if fos else kinds[:1])
     ]  # fmt: skip
 

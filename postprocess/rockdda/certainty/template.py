@@ -156,11 +156,13 @@ def write_study(
     title: str,
     command: str = "run",
     options: Sequence[str] = (),
+    constants: Mapping[str, Any] | None = None,
     statistics: str | None = None,
 ) -> Path:
     """Write a study into a folder: `study.toml`, and `template` with a labelled file and what that names.
 
-    statistics: the text of a statistics file from which each case draws its lines. Returns the path of the study.
+    constants: values that cases need not give. statistics: the text of a statistics file from which each case draws its
+    lines. Returns the path of the study.
     """
     make_folder(folder)
     place = folder / "template"
@@ -182,6 +184,8 @@ def write_study(
         write_file(place / Path(names[source.files[0]]).with_suffix(".dl"), statistics)
     lines = [f"title = {_toml(title)}", 'template = "template"', 'output = "runs"', ""]
     lines += ["[run]", f"command = {_toml(command)}", f"options = {_toml(list(options))}"]
+    if constants:
+        lines += ["", "[constants]", *(f"{_toml(name)} = {_toml(value)}" for name, value in constants.items())]
     for case in cases:
         lines += ["", "[[cases]]", *(f"{_toml(name)} = {_toml(value)}" for name, value in case.items())]
     write_file(folder / "study.toml", "\n".join(lines) + "\n")

@@ -42,6 +42,11 @@ class Variant:
         names = ("name", "step", "corner", "cells", "stiffness", "contact", "solver")
         return {**{name: getattr(self, name) for name in names}, "steps": MANY if self.kind else steps}
 
+    def changes(self, steps: int) -> dict[str, Any]:
+        """Parameters that are not those of the model as it is."""
+        usual = AS_IT_IS.values(0) | {"steps": MANY, "name": ""}
+        return {name: value for name, value in self.values(steps).items() if value != usual[name]}
+
 
 AS_IT_IS = Variant("as it is", "")
 HALF_STEP = Variant("step ÷ 2", "step", step=0.5)
