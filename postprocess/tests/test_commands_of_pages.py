@@ -69,6 +69,7 @@ QUICK = (
     (r"^(rockdda-post convergence .*)$", r"\1 --limit 99%"),  # all is as sure as that
     (r"^(rockdda-post reliability .*--search push.*)$", "true"),  # refused, as the page has it
     (r"^(rockdda-post reliability .*)$", r"\1 --runs 12"),
+    (r"--seeds 60", "--seeds 10"),
     (r"\$OMP_NUM_THREADS", "1"),
     (r"\$SLURM_ARRAY_TASK_ID", "1"),
     (r" --port 8000 --no-browser$", " --port 0 --no-browser"),

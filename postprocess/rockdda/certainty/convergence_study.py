@@ -12,13 +12,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..critical import UNITS as SEARCH_UNITS
-from ..errors import InputError
+from ..errors import ConvergenceError, InputError
 from ..model import Model
 from ..results import Results
 from ..study import Study, read_study
 from ..units import Units
 from .pictures import draw_convergence
-from .quantities import measure, quantities_of
+from .quantities import check_names, measure, quantities_of
 from .running import Progress, case_folder, output_folder, run_studies, write_answer
 from .searching import Found, found_in, search_name, search_options
 from .template import Source, read_source, write_study
@@ -45,7 +45,7 @@ LIMIT = 0.05  #: share of a number by which it may change
 FACTOR = "factor"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Convergence:
     """Numbers of a model, and how sure each is."""
 
@@ -125,6 +125,9 @@ class Convergence:
     def __str__(self) -> str:
         return self.verdict
 
+    def __repr__(self) -> str:
+        return f"<rockdda.Convergence: {len(self.findings)} numbers; {self.summary}>"
+
     def _repr_html_(self) -> str:
         """For notebooks: the table and the verdict."""
         words = "<br>".join(html.escape(line) for line in self.verdict.splitlines())
@@ -191,12 +194,24 @@ def convergence(
     may change. output: the folder of the study, NAME_convergence by default; what is done in it is not run again.
     jobs: runs at a time; dask: as of `rockdda.study.run_study`. The answer does not depend on either.
     """
+    wanted = _checked(quantities, fos, limit)
     with read_source(model, analysis, config) as source:
         studies = prepare_convergence(source, output, fos, search)
         run_studies(studies, jobs, dask, retry, progress)
-        found = judge_convergence(source, studies, quantities, limit, search)
+        found = judge_convergence(source, studies, wanted, bool(quantities) and not wanted, limit, search)
     write_answer(found, found.folder, "convergence")
     return found
+
+
+def _checked(quantities: Sequence[str], fos: bool, limit: float) -> list[str]:
+    """Names of quantities but the factor; InputError for what is wrong before any run."""
+    if not limit > 0:
+        raise InputError(f"limit: expected a share above 0, found {limit:g}")
+    wanted = [name for name in quantities if name.lower() != FACTOR]
+    if len(wanted) < len(quantities) and not fos:
+        raise InputError("quantity: the factor needs --fos")
+    check_names(wanted)
+    return wanted
 
 
 def prepare_convergence(source: Source, output: PathLike | None, fos: bool, search: dict[str, Any]) -> list[Study]:
@@ -215,17 +230,13 @@ def prepare_convergence(source: Source, output: PathLike | None, fos: bool, sear
 
 
 def judge_convergence(
-    source: Source, studies: Sequence[Study], quantities: Sequence[str], limit: float, search: dict[str, Any]
-) -> Convergence:
+    source: Source, studies: Sequence[Study], quantities: Sequence[str], only_factor: bool, limit: float,
+    search: dict[str, Any],
+) -> Convergence:  # fmt: skip
     """Judge the numbers of studies that are done."""
-    if not limit > 0:
-        raise InputError(f"limit: expected a share above 0, found {limit:g}")
     variants = variants_of(source)
-    wanted = [name for name in quantities if name.lower() != FACTOR]
-    if len(wanted) < len(quantities) and len(studies) == 1:
-        raise InputError("quantity: the factor needs --fos")
-    findings, failed, units = _of_runs(studies[0], variants, wanted, steps_of(source) > 0)
-    if quantities and not wanted:
+    findings, failed, units = _of_runs(studies[0], variants, quantities, steps_of(source) > 0)
+    if only_factor:
         findings = []
     if len(studies) == 2:
         factor, messages = _of_searches(studies[1], variants, search)
@@ -257,7 +268,7 @@ def _of_runs(
                 opened[variant.name] = Results(case_folder(study, number) / "out.h5")
         base = opened.get(variants[0].name)
         if base is None:
-            raise InputError(f"the model as it is has no results: {failed[variants[0].name]}")
+            raise ConvergenceError(f"the model as it is has no results: {failed[variants[0].name]}")
         end = float(base["history/time"][-1]) if by_steps and base.n_steps else math.inf
         found = [
             judge(

@@ -14,12 +14,13 @@ from ..errors import InputError
 from ..results import Results
 from ..text import shown
 
-__all__ = ["Quantity", "measure", "quantities_of"]
+__all__ = ["Quantity", "check_names", "measure", "quantities_of"]
 
 #: Component of a point's displacement, over its length, below which it is no quantity of its own.
 SMALL = 0.1
 AT_REST = 1e-10  #: displacement over the extent of the model
 _DATASET = re.compile(r"(?:(\w+)\()?([\w/]+)(?:\[([\d, ]+)\])?\)?")
+_POINT = re.compile(r"(point \d+ [xy]|largest displacement)(, .+)?$")
 _TAKE: dict[str, Callable[[Any], Any]] = {
     "last": lambda x: x[-1], "first": lambda x: x[0], "min": np.min, "max": np.max, "mean": np.mean,
     "absmax": lambda x: np.max(np.abs(x)),
@@ -35,6 +36,13 @@ class Quantity:
     dimension: str  #: of its unit
     #: at a time of the end: value, and what changes are shares of
     read: Callable[[Results, float], tuple[float, float]]
+
+
+def check_names(names: Sequence[str]) -> None:
+    """InputError for what can be no quantity of any run."""
+    for name in names:
+        if not _POINT.match(name.lower()):
+            _parsed(name)
 
 
 def quantities_of(results: Results, names: Sequence[str] = ()) -> list[Quantity]:
@@ -101,13 +109,7 @@ def _at_end(results: Results, stage: int, end: float, values: Any) -> Any:
 
 def _dataset(name: str, results: Results) -> Quantity:
     """A quantity such as max(history/energy[0]): an array with a row a step, indices behind the step, how to reduce."""
-    found = _DATASET.fullmatch(name.strip())
-    take, path, places = found.groups() if found else (None, "", None)
-    take = take or "last"
-    if not found or take not in _TAKE or "/" not in path:
-        known = "point 1 y, factor, or TAKE(DATASET[I, J]) with TAKE of " + ", ".join(_TAKE)
-        raise InputError(f"quantity: expected a name such as {known}; found {shown(name)}")
-    at = tuple(int(place) for place in places.split(",")) if places else ()
+    take, path, at = _parsed(name)
 
     def read(results: Results, end: float) -> tuple[float, float]:
         try:
@@ -122,6 +124,17 @@ def _dataset(name: str, results: Results) -> Quantity:
 
     read(results, float("inf"))
     return Quantity(name.strip(), "", "", read)
+
+
+def _parsed(name: str) -> tuple[str, str, tuple[int, ...]]:
+    """How to reduce, the array, and indices behind the step."""
+    found = _DATASET.fullmatch(name.strip())
+    take, path, places = found.groups() if found else (None, "", None)
+    take = take or "last"
+    if not found or take not in _TAKE or "/" not in path:
+        known = "point 1 y, factor, or TAKE(DATASET[I, J]) with TAKE of " + ", ".join(_TAKE)
+        raise InputError(f"quantity: expected a name such as {known}; found {shown(name)}")
+    return take, path, tuple(int(place) for place in places.split(",")) if places else ()
 
 
 def _is_small(quantity: Quantity, results: Results) -> bool:

@@ -16,7 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..critical import UNITS as SEARCH_UNITS
-from ..errors import InputError
+from ..errors import ConvergenceError, InputError
 from ..groups import as_list
 from ..labelled import labelled_text
 from ..model import Model
@@ -63,7 +63,7 @@ class Plan:
     given_correlation: str = ""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Reliability:
     """How likely a model fails."""
 
@@ -168,6 +168,12 @@ class Reliability:
 
     def __str__(self) -> str:
         return self.verdict
+
+    def __repr__(self) -> str:
+        low, high = map(_percent, self.interval)
+        return (
+            f"<rockdda.Reliability: failure {_percent(self.probability)}, between {low} and {high}; {self.runs} runs>"
+        )
 
     def _repr_html_(self) -> str:
         """For notebooks: the verdict and the runs."""
@@ -376,7 +382,7 @@ def judge_reliability(source: Source, plan: Plan, study: Study) -> Reliability:
         surface, refusal = _surface(plan, found)
     share, interval = _counted(found)
     if math.isnan(share):
-        raise InputError(f"no run has a factor: {found[0].message}")
+        raise ConvergenceError(f"no run has a factor: {found[0].message}")
     answer: dict[str, Any] = {
         "probability": share, "interval": interval, "method": COUNTED, "design_point": {}, "distance": None,
         "sensitivity": {}, "line": None,

@@ -58,7 +58,11 @@ def found_in(study: Study, folder: Path, case: int, limit: float = 1.0) -> Found
     except (OSError, ValueError):
         answer = {}
     status = _status(folder)
-    if status.get("digest") != study.digest(study.cases[case - 1]) or status.get("status") in ("waiting", "running"):
+    if status.get("digest") != study.digest(study.cases[case - 1]) or status.get("status") in (
+        "waiting",
+        "running",
+        "stopped",
+    ):
         return Found(case, None, 0.0, "", UNKNOWN, "not run yet")
     if status.get("status") == "done" and "factor" in answer:
         factor = float(answer["factor"])
