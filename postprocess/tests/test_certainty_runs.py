@@ -16,10 +16,12 @@ import rockdda
 from places import EXTENSION, INPUTS, ROOT
 from rockdda.certainty import convergence, reliability
 from rockdda.certainty.failure import wilson
+from rockdda.certainty.quantities import quantities_of
+from rockdda.certainty.variants import PROPERTY, Variant
 from rockdda.cli import main
 from rockdda.errors import InputError
 from rockdda.report import report
-from rockdda.study import collect, read_study, run_study
+from rockdda.study import collect, read_study, render, run_study
 
 SLAB = "inputs/sau_mau_ping/full.nml"
 VARY = "plane.cohesion = normal(1e5, 2e4); tan(plane.friction) = normal(0.70021, 0.10)"
@@ -205,6 +207,26 @@ def test_convergence_of_a_model_in_stages(folder, capsys):
     other = rockdda.run(model, output="arch_on_centring.h5")
     text = report(other, folder / "other.html").read_text()
     assert "is that of another version of the model: not shown" in text
+
+
+@pytest.mark.parametrize("name", ["cantilever", "rocking_wall", "tunnel"])
+def test_what_the_verdict_calls_safe_changes_by_less_when_all_is_refined_once_more(folder, name):
+    """An eighth of the step, a quarter of the radius of corners and of the cells: docs/how-sure.md has more models."""
+    shutil.copytree(INPUTS / name, folder / "inputs" / name)
+    found = convergence(folder / "inputs" / name, jobs=2)
+    finer = Variant("all refined", "step", step=0.125, corner=0.25, cells=0.25)
+    for path in (found.folder / "model/template").iterdir():
+        (folder / path.name).write_bytes(render(path, finer.values(0)))
+    with (
+        rockdda.run(folder / f"{name}.nml", output="finer.h5") as refined,
+        rockdda.open(next((found.folder / "model/runs/cases").glob("0001_*")) / "out.h5") as base,
+    ):
+        by_name = {(one.name, one.stage): one for one in quantities_of(base)}
+        end = float(base["history/time"][-1])
+        for one in found.findings:
+            value, _ = by_name[one.name, one.stage].read(refined, end)
+            assert set(one.exceeds(found.limit)) <= {PROPERTY}
+            assert abs(value - one.value) <= one.method
 
 
 def test_convergence_of_a_run_that_ends_after_some_steps(folder):

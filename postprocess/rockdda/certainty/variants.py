@@ -79,12 +79,6 @@ def ends_with_a_stage(source: Source) -> bool:
     return bool(stages) and any(name in stages[-1] for name in ENDS)
 
 
-def refined_once_more(source: Source) -> Variant:
-    """All numbers of the method finer than in any variant."""
-    cells = 0.25 if source.groups.get("subdivide") else 1.0
-    return Variant("all refined", "", step=0.125, corner=0.25 if by_length(source) else 1.0, cells=cells)
-
-
 def by_length(source: Source) -> bool:
     """Are contacts by length of the joints?"""
     return str(source.facts.get("formulation", "length")) == "length"
