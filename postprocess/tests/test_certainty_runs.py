@@ -163,6 +163,9 @@ def test_what_cannot_be_is_refused_before_any_run(folder, capsys):
         assert main(["reliability", SLAB, *arguments]) == 2
         assert re.search(message.replace("run 3", r"run \d+"), capsys.readouterr().err), message
     assert not Path("full_reliability").exists()
+    arguments = ["reliability", SLAB, "--vary", VARY, "--runs", "5"]
+    assert main([*arguments, "--joints", "plain"]) == 2  # the program knows its names
+    assert "there is no joint material 'plain'; did you mean 'plane'?" in capsys.readouterr().err
 
 
 def test_a_surface_that_does_not_fit_is_refused_in_words(folder, capsys):

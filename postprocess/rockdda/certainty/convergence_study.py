@@ -20,7 +20,7 @@ from ..units import Units
 from .pictures import draw_convergence
 from .quantities import check_names, measure, quantities_of
 from .running import Progress, case_folder, output_folder, run_studies, write_answer
-from .searching import Found, found_in, search_name, search_options
+from .searching import WRONG_INPUT, Found, found_in, search_name, search_options
 from .template import Source, read_source, write_study
 from .variants import (
     AS_IT_IS,
@@ -298,6 +298,8 @@ def _of_searches(study: Study, variants: Sequence[Variant], search: dict[str, An
     """The finding of the factor, and messages of the searches without one."""
     found: list[Found] = [found_in(study, case_folder(study, i), i) for i in range(1, len(variants) + 1)]
     base, kind = found[0], str(search.get("search") or "strength")
+    if base.exit_code == WRONG_INPUT:
+        raise InputError(base.message)
     values = {variant.name: one.factor for variant, one in zip(variants[1:], found[1:], strict=True)}
     title = search_name(kind) + (f" [{SEARCH_UNITS[kind]}]" if kind in SEARCH_UNITS else "")
     finding = judge(

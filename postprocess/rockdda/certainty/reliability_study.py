@@ -28,7 +28,7 @@ from .failure import failure_of, index_of, shares_of_variance, wilson
 from .pictures import draw_reliability
 from .random_inputs import RandomInput, check_values, correlation_of, lay_out, parse_inputs, sample
 from .running import Progress, case_folder, output_folder, run_studies, write_answer
-from .searching import FAILS, STANDS, UNKNOWN, Found, found_in, search_name, search_options
+from .searching import FAILS, STANDS, UNKNOWN, WRONG_INPUT, Found, found_in, search_name, search_options
 from .surrogate import Surrogate, fit, least_runs, mechanisms
 from .template import Placeholders, Source, read_source, write_study
 from .verdict import rounded
@@ -382,6 +382,8 @@ def judge_reliability(source: Source, plan: Plan, study: Study) -> Reliability:
         surface, refusal = _surface(plan, found)
     share, interval = _counted(found)
     if math.isnan(share):
+        if all(one.exit_code == WRONG_INPUT for one in found):
+            raise InputError(found[0].message)
         raise ConvergenceError(f"no run has a factor: {found[0].message}")
     answer: dict[str, Any] = {
         "probability": share, "interval": interval, "method": COUNTED, "design_point": {}, "distance": None,

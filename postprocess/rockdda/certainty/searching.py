@@ -14,10 +14,11 @@ from ..errors import InputError
 from ..study import Study
 from ..study.runner import SEARCHED
 
-__all__ = ["FAILS", "STANDS", "UNKNOWN", "Found", "found_in", "search_options"]
+__all__ = ["FAILS", "STANDS", "UNKNOWN", "WRONG_INPUT", "Found", "found_in", "search_options"]
 
 #: What a model without a factor does at the value that counts.
 STANDS, FAILS, UNKNOWN = "stands", "fails", "unknown"
+WRONG_INPUT = 2  #: exit code of the program
 #: Options of `rockdda fos` that a study may choose.
 OPTIONS = ("search", "joints", "loads", "factors", "from", "to", "tolerance", "stage", "max-steps", "solver")
 
@@ -32,6 +33,7 @@ class Found:
     mechanism: str  #: "sliding", "toppling", "fall", "mixed"; '' without a factor
     side: str  #: STANDS, FAILS or UNKNOWN at the value that counts; of a factor at or above it: STANDS
     message: str  #: why there is no factor
+    exit_code: int = 0  #: of the program
 
 
 def search_options(options: Mapping[str, Any]) -> list[str]:
@@ -42,8 +44,17 @@ def search_options(options: Mapping[str, Any]) -> list[str]:
         if option not in OPTIONS:
             raise InputError(f"{name}: no option of a search; there are {', '.join(OPTIONS)}")
         if value is not None:
-            words += [f"--{option}", repr(float(value)) if isinstance(value, float) else str(value)]
+            words += [f"--{option}", _word(value)]
     return words
+
+
+def _word(value: Any) -> str:
+    """A value on the command line: names and factors with commas between them."""
+    if isinstance(value, Mapping):
+        return ", ".join(f"{name} = {_word(one)}" for name, one in value.items())
+    if isinstance(value, list | tuple):
+        return ", ".join(map(_word, value))
+    return repr(float(value)) if isinstance(value, float) else str(value)
 
 
 def search_name(kind: str | None) -> str:
@@ -64,13 +75,16 @@ def found_in(study: Study, folder: Path, case: int, limit: float = 1.0) -> Found
         "stopped",
     ):
         return Found(case, None, 0.0, "", UNKNOWN, "not run yet")
-    if status.get("status") == "done" and "factor" in answer:
-        factor = float(answer["factor"])
-        half = 0.5 * abs(float(answer["high"]) - float(answer["low"]))
+    if "factor" in answer:  # also of a design that does not stand, which ends as a run that failed
+        factor, low, high = (answer[name] for name in ("factor", "low", "high"))
+        if factor is None:
+            return Found(case, None, 0.0, "", STANDS, "stands with any strength that was tried")
+        half = 0.5 * abs(float(high) - float(low)) if None not in (low, high) else 0.0
         kind = str(answer.get("mechanism", {}).get("kind", ""))
-        return Found(case, factor, half, kind, FAILS if factor < limit else STANDS, "")
+        return Found(case, float(factor), half, kind, FAILS if factor < limit else STANDS, "")
     message = str(status.get("message", "")) or "no answer"
-    return Found(case, None, 0.0, "", _side(message, limit), message.removeprefix("rockdda: error: "))
+    code = int(status.get("exit_code", 0))
+    return Found(case, None, 0.0, "", _side(message, limit), message.removeprefix("rockdda: error: "), code)
 
 
 def _status(folder: Path) -> dict[str, Any]:
