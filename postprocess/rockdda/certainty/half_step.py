@@ -15,10 +15,11 @@ import numpy as np
 from ..errors import ConvergenceError, InputError, InputWarning
 from ..groups import as_list
 from ..namelist import format_groups, parse_groups
+from ..native import LABELLED_TEXT, Session
 from ..simulation import run
 from ..study import render
-from .template import read_source
-from .variants import HALF_STEP, ends_with_a_stage, template_of
+from .template import Source, groups_of
+from .variants import HALF_STEP, chosen, ends_with_a_stage, template_of
 
 if TYPE_CHECKING:
     from ..results import Results
@@ -84,14 +85,27 @@ def _write_half(results: Results, folder: Path) -> Path:
     for name, text in texts.items():
         if text.strip():
             (folder / name).write_text(text, encoding="utf-8", errors="surrogateescape")
-    model: tuple[Path, Path | None, Path | None] = (folder / "model.nml", None, None)
-    if "model" not in groups:
-        model = (folder / "model.dc", folder / "model.df", folder / "model.nml" if groups else None)
-    with read_source(*model) as source:
-        end = None if ends_with_a_stage(source) else float(results["history/time"][-1])
-        (folder / "half.nml").write_text(template_of(source, end_time=end), encoding="utf-8")
+    source = _source(results, groups, folder)
+    end = None if ends_with_a_stage(source) else float(results["history/time"][-1])
+    (folder / "half.nml").write_text(template_of(source, end_time=end), encoding="utf-8")
     (folder / "half.nml").write_bytes(render(folder / "half.nml", HALF_STEP.values(0)))
     return folder / "half.nml"
+
+
+def _source(results: Results, groups: Mapping[str, Any], folder: Path) -> Source:
+    """The model of the texts in a folder. An automatic time step is that of the first step of the run."""
+    session = Session()
+    if "model" in groups:
+        session.read_files(folder / "model.nml", None, None)
+    else:
+        session.read_files(folder / "model.dc", folder / "model.df", folder / "model.nml" if groups else None)
+    labelled = groups_of(session.text(LABELLED_TEXT))
+    preset = chosen(labelled, "contact", "preset") and not chosen(labelled, "contact", "formulation")
+    facts = {
+        "formulation": "vertex" if preset else chosen(labelled, "contact", "formulation") or "length",
+        "time_step": float(results["history/dt"][0]),
+    }
+    return Source("half", results.title, results.units, labelled, facts, (), None, "")
 
 
 def _find_files(groups: Mapping[str, list[dict[str, Any]]], beside: Path) -> None:

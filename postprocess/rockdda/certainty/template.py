@@ -27,7 +27,7 @@ from ..study import Study
 from ..text import decoded, has_controls
 from ..writing import make_folder, write_file
 
-__all__ = ["Placeholders", "Source", "digest_of_texts", "read_source", "remove_others", "write_study"]
+__all__ = ["Placeholders", "Source", "digest_of_texts", "groups_of", "read_source", "remove_others", "write_study"]
 
 PathLike = str | os.PathLike[str]
 Groups = dict[str, list[dict[str, Any]]]
@@ -89,7 +89,7 @@ def read_source(
     with _as_files(model, analysis, config) as files:
         told = json.loads(_call("check", *files, "--json"))
         text = _call("check", *files, "--as-namelist")
-        found = {name: as_list(entries) for name, entries in parse_groups(text, names_that_add_up()).items()}
+        found = groups_of(text)
         facts = told.get("model", {})
         kinds = {str(one["kind"]): Path(str(one["file"])) for one in told.get("files", [])}
         labelled = next((path for kind, path in kinds.items() if "labelled" in kind), None)
@@ -111,6 +111,11 @@ def read_source(
                 for paths in ([geometry], legacy, [labelled] if labelled else options)
             )),
         )  # fmt: skip
+
+
+def groups_of(text: str) -> Groups:
+    """The groups of a labelled file, a list for each kind."""
+    return {name: as_list(entries) for name, entries in parse_groups(text, names_that_add_up()).items()}
 
 
 def digest_of_texts(geometry: str, analysis: str, config: str) -> str:
