@@ -36,7 +36,7 @@ module rockdda_stepping_verdict
    real(wp), parameter :: usual_share = 0.001_wp
    integer, parameter :: n_marks = 15, marks_between = 2
    !> A pull that falls less than by the factor `stays` while the distance grows by `apart` stays.
-   real(wp), parameter, public :: stays = 0.5_wp, apart = 2.0_wp**marks_between
+   real(wp), parameter, public :: stays = 0.9_wp, apart = 2.0_wp**marks_between
    !> At least so many steps between the marks that are compared.
    integer, parameter :: steps_between = 2
 
