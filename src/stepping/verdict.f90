@@ -33,10 +33,14 @@ module rockdda_stepping_verdict
    !> change as the block moves, and with them what is judged. A sliding dam whose table falls from heel to toe has lost
    !> 5 % of its uplift after 1 % of its size; judged from there on it finds equilibrium up to a factor that is 5 % too
    !> large.
-   real(wp), parameter :: usual_share = 0.001_wp
+   real(wp), parameter, public :: usual_share = 0.001_wp
    integer, parameter :: n_marks = 15, marks_between = 2
    !> A pull that falls less than by the factor `stays` while the distance grows by `apart` stays.
    real(wp), parameter, public :: stays = 0.9_wp, apart = 2.0_wp**marks_between
+   !> So many deformations of the model are its answer up to 2 % below an elastic instability, where the pull of a
+   !> spring falls to half on the next fourfold of the way. From there on a pull stays unless it falls by half: what
+   !> loads that stay in space lose on the way is no resistance.
+   real(wp), parameter :: elastic = 8.0_wp, stays_beyond = 0.5_wp
    !> At least so many steps between the marks that are compared.
    integer, parameter :: steps_between = 2
 
@@ -104,7 +108,7 @@ contains
       class(verdict_type), intent(inout) :: self
       class(trial_step_type), intent(in) :: step
       type(block_forces_type), intent(in) :: forces   !! at the end of the step
-      real(wp) :: pull, first
+      real(wp) :: pull, first, most
       integer :: i, m, before
       self%steps = self%steps + 1
       outcome = verdict%open
@@ -125,7 +129,8 @@ contains
          m = self%mark(i)
          if (m <= marks_between) cycle
          before = place_of(m - marks_between)
-         if (.not. pull >= stays*self%pull(before, i)) cycle
+         most = merge(stays_beyond, stays, first*2.0_wp**(m - marks_between - 1) > elastic*self%deformation)
+         if (.not. pull >= most*self%pull(before, i)) cycle
          if (self%steps - self%step(before, i) < steps_between .and. self%steps - self%first_step(i) < &
              2*steps_between) cycle
          outcome = verdict%failing
