@@ -3,7 +3,7 @@
 module rockdda_io_option_documents
    use rockdda_base_kinds, only : wp
    use rockdda_base_strings, only : to_string
-   use rockdda_model_option, only : option_type, option_kind, choice, n_choices
+   use rockdda_model_option, only : option_type, option_kind, list_rule, choice, n_choices
    use rockdda_model_options, only : dda_windows, is_set
    use rockdda_io_name_hints, only : name_length
    use rockdda_io_name_hints, only : other_words
@@ -311,6 +311,7 @@ contains
          text = text//other_words_of(row%name, ', ', '')
          if (row%adds_up) text = text//', "x-adds-up": true'
          n = count([(row%columns(i:i) == ',', i=1, len(row%columns))]) + 1
+         if (row%rule == list_rule%or_constant) n = n - 1
          text = text//', '
          select case (listed%kind)
          case (option_kind%number); text = text//'"type": "number"'//schema_bounds(row)

@@ -346,7 +346,12 @@ contains
       integer :: n, m
       m = count([(row%columns(n:n) == ',', n=1, len(row%columns))]) + 1
       do while (self%next(row, cursor, entry))
-         call get_reals(self%namelist, entry, m, .true., values, self%messages)
+         if (row%rule == list_rule%or_constant .and. entry%n == m - 1) then
+            call get_reals(self%namelist, entry, m - 1, .false., values, self%messages)
+            if (allocated(values)) values = [0.0_wp, values]
+         else
+            call get_reals(self%namelist, entry, m, .true., values, self%messages)
+         end if
          if (.not. allocated(values)) cycle
          n = 0
          if (row%adds_up .and. allocated(given)) n = size(given, 2)
@@ -482,7 +487,7 @@ contains
       case (list_rule%two_points)
          call demand(self%namelist, entry, any(abs(values(1:2, 1) - values(3:4, 1)) > 0), 'the two ends must differ', &
                      self%messages)
-      case (list_rule%rising)
+      case (list_rule%rising, list_rule%or_constant)
          do i = 2, n
             if (values(1, i) >= values(1, i - 1)) cycle
             call demand(self%namelist, entry, .false., 'the times must not decrease', self%messages, &
