@@ -29,7 +29,8 @@ __all__ = ["Case", "Quantity", "Study", "evaluate", "read_study", "render"]
 _TAKE = ("last", "first", "min", "max", "mean", "absmax")
 _TOP = ("title", "template", "output", "parameters", "constants", "cases", "run", "results", "cluster")
 _FOR_TEMPLATE = ("parameters", "constants", "cases")
-_RUN = ("threads", "timeout", "options")
+_RUN = ("command", "threads", "timeout", "options")
+_COMMANDS = ("run", "fos")
 _NAMES_FILES = ("-o", "--output", "-c", "--config", "--")  # options of `rockdda run`
 _RESULT = ("dataset", "at", "take", "unit")
 _PLACEHOLDER = re.compile(r"\{\{([^{}]*)\}\}")
@@ -76,6 +77,7 @@ class Study:
     threads: int = 1
     timeout: float | None = None
     options: tuple[str, ...] = ()
+    command: str = "run"  #: of the program: "run" or "fos"
     cluster: Mapping[str, Any] = field(default_factory=dict)
 
     def files(self, case: Case) -> dict[str, bytes]:
@@ -88,6 +90,8 @@ class Study:
         for name, data in self.files(case).items():
             summary.update(f"{name}\0{len(data)}\0".encode() + data)
         summary.update(json.dumps(self.options).encode())
+        if self.command != "run":
+            summary.update(self.command.encode())
         return summary.hexdigest()
 
 
@@ -177,6 +181,9 @@ class _Reader:
         timeout = run.get("timeout")
         if timeout is not None and not (_is_number(timeout) and timeout > 0):
             raise self.fail(f"timeout: expected seconds above 0, found {shown(timeout)}", "timeout")
+        command = run.get("command", "run")
+        if command not in _COMMANDS:
+            raise self.fail(f"command: expected one of {', '.join(_COMMANDS)}, found {shown(command)}", "command")
         options = run.get("options", [])
         if not isinstance(options, list) or not all(isinstance(option, str) for option in options):
             raise self.fail("options: expected a list of texts, such as ['--solver', 'pcg']", "options")
@@ -199,6 +206,7 @@ class _Reader:
             threads=threads,
             timeout=float(timeout) if timeout is not None else None,
             options=tuple(options),
+            command=command,
             cluster=self.table("cluster"),
         )
         self.check_placeholders(study)

@@ -141,7 +141,12 @@ def prepare_case(study: Study, case: Case) -> Path:
                 "quantities": _wanted_quantities(study),
                 "complete": before.get("digest") == digest and before.get("complete", False),
                 "seconds": before.get("seconds", 0.0) if _can_continue(before, digest) else 0.0,
-                "command": {"threads": study.threads, "timeout": study.timeout, "options": list(study.options)},
+                "command": {
+                    "name": study.command,
+                    "threads": study.threads,
+                    "timeout": study.timeout,
+                    "options": list(study.options),
+                },
             },
         )
     except OutputError:
@@ -207,7 +212,8 @@ def run_case(folder: str, watch: Callable[[subprocess.Popen[str]], None] | None 
             code, message = 2, str(problem).removeprefix("error: ")
         else:
             _write_status(here, {**status, "status": "running"})
-            code, message = call("run", *files, "-o", "out.h5", "--force", "--quiet", *threads, *command["options"])
+            name = command.get("name", "run")  # a search continues by itself
+            code, message = call(name, *files, "-o", "out.h5", "--force", "--quiet", *threads, *command["options"])
     seconds = time.monotonic() - start + status.get("seconds", 0.0)
     if code == -signal.SIGTERM:  # before the program could listen
         code = 4
