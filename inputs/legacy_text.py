@@ -178,6 +178,7 @@ class Model:
         target = folder / self.name
         target.mkdir(parents=True, exist_ok=True)
         for name, text in self.files().items():
+            (target / name).parent.mkdir(exist_ok=True)
             (target / name).write_text(text, encoding="utf-8", newline="\n")
 
 

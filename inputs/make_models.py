@@ -11,6 +11,7 @@ Units: m, kg, s, N, per metre of thickness. Standard library only.
 
 from __future__ import annotations
 
+import itertools
 import math
 import sys
 from pathlib import Path
@@ -601,6 +602,58 @@ def arch_on_centring() -> Model:
     return model
 
 
+def arch_bridge() -> Model:
+    """A masonry arch under its fill, with the axle of a lorry on it; a template moves the axle along."""
+    span, rise, thickness, cover, n = 10.0, 2.5, 0.6, 0.4, 29
+    masonry, fill = 22e3, 18e3
+    inner = (span**2 / 4 + rise**2) / (2 * rise)
+    outer, road = inner + thickness, inner + thickness + cover
+    half = math.degrees(math.asin(span / 2 / inner))
+    angles = [90 - half + 2 * half * k / n for k in range(n + 1)]
+    intrados, extrados = ([polar(radius, a) for a in angles] for radius in (inner, outer))
+    loads = []
+    for (x, y), (u, v) in itertools.pairwise(extrados):
+        share = fill * abs(u - x) / math.hypot(u - x, v - y)
+        loads.append(
+            f"&line_load       ends = {number(x)},{number(y)}, {number(u)},{number(v)},\n"
+            f"                 force_start = 0,{number(-share * (road - y))},\n"
+            f"                 force_end = 0,{number(-share * (road - v))} /\n"
+        )
+
+    def labelled(x: str, y: str) -> str:
+        return (
+            f"! {title}\n"
+            "&model           geometry = 'arch_bridge.dc', title = 'Arch bridge' /\n"
+            f"&block_material  number = 1, name = 'masonry', density = {number(masonry / 9.81)},\n"
+            "                 young = 15e9, poisson = 0.2 /\n"
+            "&joint_material  number = 1, name = 'mortar', friction = 35 /\n"
+            "&load            gravity = 9.81 /\n"
+            "! weight of the fill on the back of each voussoir\n"
+            f"{''.join(loads)}"
+            "! 1 kN of an axle, per metre of width, just below the back of the arch\n"
+            f"&loading_point   name = 'axle', at = {x}, {y}, force = 0,-1000 /\n"
+            "&stage           name = 'weight', until = 'equilibrium' /\n"
+        )
+
+    title = "masonry arch under its fill and an axle (m, kg, s, N)"
+    at = -2.5
+    text = labelled(number(at), number(math.sqrt((outer - 0.01) ** 2 - at**2)))
+    model = Model.without_analysis_file("arch_bridge", title, labelled=text)
+    right = intrados[0]
+    foot = [(right[0], right[1] - 1.0), (extrados[0][0] + 1.5, right[1] - 1.0), (extrados[0][0] + 1.5, extrados[0][1])]
+    mirrored = [(-x, y) for x, y in reversed(foot)]
+    model.add_boundary([*reversed(intrados), *foot, *extrados, *mirrored])
+    for low, high in zip(intrados, extrados, strict=True):
+        model.add_lines([low, high])
+    model.fixed = [*foot, *mirrored]
+    model.measured = [polar(inner, 90), polar(inner, 90 + half / 2)]
+    model.tables = {
+        "template/arch_bridge.dc": model.geometry_text(),
+        "template/arch_bridge.nml": labelled("{{x}}", f"{{{{sqrt({number(outer - 0.01)}**2 - x**2)}}}}"),
+    }
+    return model
+
+
 def polar(radius: float, degrees: float) -> tuple[float, float]:
     """A point of a circle around the origin."""
     return radius * math.cos(math.radians(degrees)), radius * math.sin(math.radians(degrees))
@@ -873,6 +926,7 @@ MODELS = [
     cantilever,
     bedding_slab,
     arch_on_centring,
+    arch_bridge,
     dam_on_joints,
 ]
 

@@ -5,13 +5,14 @@ from __future__ import annotations
 
 import html
 import json
+import math
 import os
 import re
 import signal
 import subprocess
 import tempfile
 import warnings
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NoReturn
@@ -26,16 +27,17 @@ from .program import find_program
 from .results import Results
 from .results import open as open_results
 
-__all__ = ["CriticalFactor", "Mechanism", "Trial", "factor_of_safety", "read_search"]
+__all__ = ["CriticalFactor", "JointState", "Mechanism", "Trial", "factor_of_safety", "read_search"]
 
 PathLike = str | os.PathLike[str]
 
-SEARCHES = ("strength", "tilt", "push", "gravity")
+SEARCHES = ("strength", "tilt", "push", "gravity", "load")
 NAMES = {
     "strength": "factor of safety",
     "tilt": "critical tilt",
     "push": "critical push",
     "gravity": "critical gravity",
+    "load": "load factor",
 }
 UNITS = {"tilt": "°"}
 KINDS = ("sliding", "toppling", "fall")
@@ -67,19 +69,32 @@ class Mechanism:
 
 
 @dataclass(frozen=True)
+class JointState:
+    """The joints of one material in a search."""
+
+    name: str  #: of the material, or its number
+    reduced: bool  #: its strength was divided
+    length: float  #: of all its joints [length]
+    open: float  #: share of it that is open in the last stable trial: there cohesion and tension do not act
+
+
+@dataclass(frozen=True)
 class CriticalFactor:
     """The critical factor, between a value at which the model is stable and one at which it fails."""
 
     value: float
     low: float
     high: float
-    search: str  #: "strength", "tilt", "push" or "gravity"
+    search: str  #: "strength", "tilt", "push", "gravity" or "load"
     trials: tuple[Trial, ...]  #: in the order in which they were done
     mechanism: Mechanism
     #: the run of the failing trial nearest to the factor, when an output was asked for
     results: Results | None = None
     #: of the searched joints in the settled state, times their own; above 1 the model does not stand as it is
     settled_strength: float = 1.0
+    #: with design factors: does the model stand with them? `value` is then its reserve, infinite where it has no end
+    stands: bool | None = None
+    joints: tuple[JointState, ...] = ()  #: empty when the search was read from a results file
 
     def __float__(self) -> float:
         return self.value
@@ -87,6 +102,9 @@ class CriticalFactor:
     def __str__(self) -> str:
         stable, failing = (self.low, self.high) if self.value >= 0 else (self.high, self.low)
         unit = UNITS.get(self.search, "")
+        if self.stands is not None:
+            reserve = f"{self.value:.4g}" if math.isfinite(self.value) else f"above {self.low:.4g}"
+            return f"stands with the factored values: {'yes' if self.stands else 'no'}, reserve {reserve}"
         return (
             f"{NAMES[self.search]}: {self.value:.4g}{unit} (stable at {stable:.4g}{unit}, fails at {failing:.4g}{unit};"
             f" {len(self.trials)} trials)"
@@ -124,6 +142,8 @@ def factor_of_safety(
     *,
     search: str = "strength",
     joints: str | Sequence[str] | None = None,
+    loads: str | Sequence[str] | None = None,
+    factors: str | Mapping[str, float] | None = None,
     from_: float | None = None,
     to: float | None = None,
     tolerance: float | None = None,
@@ -139,7 +159,10 @@ def factor_of_safety(
 
     model: what `rockdda.run` takes. search: 'strength' divides tan φ, cohesion and tension (of the joint materials
     `joints`, by default of all); 'tilt' turns gravity by degrees, counter-clockwise positive; 'push' is a horizontal
-    acceleration α·g; 'gravity' multiplies it. The search begins with the settled state after `stage` (default: the
+    acceleration α·g; 'gravity' multiplies it; 'load' multiplies the loads of these names (`loads`, by default all that
+    have one), which are 0 before the search. factors: those of a design, 'ec7' or {'friction': 1.25, 'load.NAME': 1.3}
+    (friction, cohesion, tension, water, load.NAME): `stands` tells whether the model stands with them, `value` is the
+    reserve of strength on top. The search begins with the settled state after `stage` (default: the
     last), between `from_` and `to`, until stable and failing value are not farther apart than `tolerance`. jobs: trials
     side by side; the answer does not depend on it. output: results file of the failing trial nearest to the factor.
     progress: the program prints what it tries on standard error.
@@ -150,9 +173,14 @@ def factor_of_safety(
     if search not in SEARCHES:
         raise InputError(f"search: expected one of {', '.join(SEARCHES)}, found {search!r}")
     names = [joints] if isinstance(joints, str) else joints
+    named = [loads] if isinstance(loads, str) else loads
+    if isinstance(factors, Mapping):
+        factors = ", ".join(f"{name} = {_word(value)}" for name, value in factors.items())
     options = {
         "search": search,
         "joints": None if names is None else ", ".join(names),
+        "loads": None if named is None else ", ".join(named),
+        "factors": factors,
         "from": from_,
         "to": to,
         "tolerance": tolerance,
@@ -176,7 +204,7 @@ def factor_of_safety(
                 command += [f"--{name}", _word(value)]
         command += ["--json", *(["--force"] if force else [])]
         code, out, told = _call(command, progress)
-        if code != 0:
+        if code != 0 and not _is_verdict(code, out):
             _raise(code, out, told.replace(f"{folder}{os.sep}", ""), folder)
     for message in _warnings(told.replace(f"{folder}{os.sep}", "")):
         warnings.warn(message, InputWarning, stacklevel=stack_level())
@@ -237,14 +265,25 @@ def _call(command: list[str], progress: bool) -> tuple[int, str, str]:
     return process.returncode, out, told or ""
 
 
+def _is_verdict(code: int, out: str) -> bool:
+    """Is it the answer that a design does not stand, with which the program ends as without convergence?"""
+    try:
+        return code == CONVERGENCE and "stands" in json.loads(out)
+    except ValueError:
+        return False
+
+
 def _from_json(found: dict[str, Any], results: Results | None) -> CriticalFactor:
     trials = tuple(Trial(**{name: trial[name] for name in Trial.__dataclass_fields__}) for trial in found["trials"])
-    mechanism = Mechanism(tuple(found["mechanism"]["blocks"]), found["mechanism"]["kind"])
+    mechanism = Mechanism(tuple(found["mechanism"]["blocks"]), found["mechanism"]["kind"] or "none")
     if results is not None and "search/factor" in results:
         mechanism = _mechanism(results, mechanism.kind)
-    factor, low, high = (float(found[name]) for name in ("factor", "low", "high"))
+    factor, low, high = (math.inf if found[name] is None else float(found[name]) for name in ("factor", "low", "high"))
     strength = float(found.get("settled_strength", 1.0))
-    return CriticalFactor(factor, low, high, found["search"], trials, mechanism, results, strength)
+    joints = tuple(JointState(**joint) for joint in found.get("joints", []))
+    return CriticalFactor(
+        factor, low, high, found["search"], trials, mechanism, results, strength, found.get("stands"), joints
+    )
 
 
 def _warnings(told: str) -> list[str]:

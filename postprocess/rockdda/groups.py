@@ -184,11 +184,22 @@ class OptionGroups:
                        region=region, **values)  # fmt: skip
 
     def add_line_load(
-        self, ends: Numbers, force_start: Numbers, force_end: Numbers | None = None, *, table: Numbers | None = None
+        self,
+        ends: Numbers,
+        force_start: Numbers,
+        force_end: Numbers | None = None,
+        *,
+        table: Numbers | None = None,
+        name: str | None = None,
     ) -> None:
         """A force per length [force/length] along one block's edge, ends x1 y1 x2 y2 [length], linear between both ends
-        (by default uniform). table: rows t factor."""
-        self.add_group("line_load", ends=ends, force_start=force_start, force_end=force_end, table=table)
+        (by default uniform). table: rows t factor. name: for searches of the load."""
+        self.add_group("line_load", name=name, ends=ends, force_start=force_start, force_end=force_end, table=table)
+
+    def add_point_load(self, at: Numbers, force: Numbers, *, name: str | None = None) -> None:
+        """A force fx fy, or rows t fx fy [force], at a point, or at each of several, x y [length]. name: for searches
+        of the load."""
+        self.add_group("loading_point", name=name, at=at, force=force)
 
 
 def as_list(groups: Any) -> list[Any]:

@@ -161,14 +161,18 @@ def point_groups(name: str, tables: Sequence[FloatArray]) -> list[dict[str, Any]
 
 
 def take_point_tables(options: dict[str, Any], group: str, name: str, count: int) -> list[FloatArray]:
-    """Tables of `count` points, from groups that are then taken out of the options; none where a point has several."""
+    """Tables of `count` points, from groups that are then taken out of the options; none where a point has
+    several, or a group has a name or points of its own."""
     tables: list[FloatArray] = [np.zeros((0, 3)) for _ in range(count)]
     entries = as_list(options.get(group, []))
+    if any("at" in entry or "name" in entry for entry in entries):
+        return tables
     named = [int(i) for entry in entries for i in as_list(entry.get("points", list(range(1, count + 1))))]
     if len(set(named)) < len(named) or not all(1 <= i <= count for i in named):
         return tables
     options.pop(group, None)
     for entry in entries:
         for i in as_list(entry.get("points", list(range(1, count + 1)))):
-            tables[int(i) - 1] = np.reshape(np.asarray(entry[name], dtype=float), (-1, 3))
+            rows = np.ravel(np.asarray(entry[name], dtype=float))
+            tables[int(i) - 1] = np.reshape([0.0, *rows] if len(rows) == 2 else rows, (-1, 3))
     return tables

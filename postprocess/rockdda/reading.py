@@ -70,7 +70,9 @@ def take_labelled(model: Model, session: Session) -> None:
     model.joint_materials = joint_materials(options.pop("joint_material", []))
     sizes = session.sizes()
     fixed = take_point_tables(options, "fixed_point", "displacement", sizes["fixed"])
-    _take_tables(model, session, fixed, take_point_tables(options, "loading_point", "force", sizes["loading"]))
+    # points that a group adds are not of the geometry
+    loading = take_point_tables(options, "loading_point", "force", len(model._loading))
+    _take_tables(model, session, fixed, loading)
     motion = options.get("load", {}).get("base_acceleration", "")
     if motion and Path(motion) == (folder / f"{model.name}.csv").absolute():
         model.base_acceleration = _motion_of(Path(motion))

@@ -2,6 +2,7 @@
 """`rockdda.factor_of_safety` calls the program and reads its answer; its pictures."""
 
 import json
+import math
 import stat
 import sys
 
@@ -94,6 +95,25 @@ def test_options_become_those_of_the_command(answers):
     assert str(found) == "critical tilt: -24.5° (stable at -24.45°, fails at -24.55°; 4 trials)"
 
 
+def test_loads_and_design_factors(answers):
+    load = {**ANSWER, "search": "load", "factor": 68.9, "low": 68.7, "high": 69.1, "loads": ["axle", "snow"]}
+    load["joints"] = [{"name": "bed", "reduced": False, "length": 16.0, "open": 0.25}]
+    asked = answers(json.dumps(load))
+    found = rockdda.factor_of_safety("bridge.nml", search="load", loads=["axle", "snow"])
+    assert arguments(asked)[:6] == ["fos", "bridge.nml", "--search", "load", "--loads", "axle, snow"]
+    assert str(found) == "load factor: 68.9 (stable at 68.7, fails at 69.1; 4 trials)"
+    assert (found.stands, found.joints[0].open) == (None, 0.25)
+    # a design that does not stand is an answer, not an error
+    asked = answers(json.dumps({**ANSWER, "factor": 0.959, "stands": False, "factors": ""}), 3)
+    found = rockdda.factor_of_safety("slope.nml", factors={"friction": 1.25, "load.axle": 1.3})
+    assert arguments(asked)[4:6] == ["--factors", "friction = 1.25, load.axle = 1.3"]
+    assert (found.stands, str(found)) == (False, "stands with the factored values: no, reserve 0.959")
+    none = {"blocks": [], "kind": None}
+    answers(json.dumps({**ANSWER, "factor": None, "low": 64.0, "high": None, "stands": True, "mechanism": none}))
+    found = rockdda.factor_of_safety("slope.nml", factors="ec7")
+    assert (found.value, str(found)) == (math.inf, "stands with the factored values: yes, reserve above 64")
+
+
 def test_a_model_is_written_and_searched(answers):
     asked = answers(json.dumps(ANSWER))
     rockdda.factor_of_safety(stack(2), search="tilt")
@@ -126,7 +146,7 @@ def test_errors_are_those_of_the_package(answers):
     answers("", 1, "internal error: please report it")
     with pytest.raises(rockdda.RockddaError, match="please report it"):
         rockdda.factor_of_safety("slope.nml")
-    with pytest.raises(rockdda.InputError, match="expected one of strength, tilt, push, gravity, found 'pull'"):
+    with pytest.raises(rockdda.InputError, match="expected one of strength, tilt, push, gravity, load, found 'pull'"):
         rockdda.factor_of_safety("slope.nml", search="pull")
 
 

@@ -61,6 +61,8 @@ contains
       parser%line%completion = ''
       parser%line%topic = ''
       parser%line%search%joints = ''
+      parser%line%search%loads = ''
+      parser%line%search%factors = ''
       parser%line%search%stage = ''
       allocate (parser%line%files(0))
       only_files = .false.
@@ -180,6 +182,8 @@ contains
                                                        "' is none of bash, zsh, fish"//did_you_mean(value, shells))
          case ('--search'); call get_search(value, line%search, self%problems)
          case ('--joints'); call get_name(name, value, line%search%joints, self%problems)
+         case ('--loads'); call get_name(name, value, line%search%loads, self%problems)
+         case ('--factors'); call get_name(name, value, line%search%factors, self%problems)
          case ('--stage'); call get_name(name, value, line%search%stage, self%problems)
          case ('--from'); call get_number(name, value, line%search%from, self%problems)
          case ('--to'); call get_number(name, value, line%search%to, self%problems)
@@ -269,7 +273,7 @@ contains
             return
          end if
       end do
-      call add_problem(problems, "option --search: '"//value//"' is none of strength, tilt, push, gravity"// &
+      call add_problem(problems, "option --search: '"//value//"' is none of strength, tilt, push, gravity, load"// &
                        did_you_mean(value, search_names))
    end subroutine get_search
 

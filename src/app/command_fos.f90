@@ -61,7 +61,7 @@ contains
       ! a search without a factor is over, too; one that failed may go on from its trials
       over = .not. search%interrupted
       if (len(search%note) > 0) call messages%add(severity%warning, search%note)
-      if (over .and. .not. allocated(error) .and. len(output) > 0) &
+      if (over .and. .not. allocated(error) .and. len(output) > 0 .and. search%has_factor()) &
          call write_failing_trial(search, line, input, output, messages, watch, search%interrupted, error)
       call watch%finish()
       if (over .and. .not. search%interrupted) call search%clean_up()
@@ -73,6 +73,7 @@ contains
       end if
       call print_factor(line, search, output, ok)
       exit_code = 0
+      if (search%options%has_factors() .and. .not. search%stands()) exit_code = error_code%computation
       if (.not. ok) exit_code = error_code%output
    end subroutine run_fos
 

@@ -29,7 +29,7 @@ module rockdda_app_command_options
 
    character(len=*), parameter :: writers = ' lines cut run fos ', runs = ' run resume ', &
                                   first = ' run fos ', all_runs = ' run resume fos ', fos = ' fos '
-   type(option_type), parameter :: options(29) = [ &
+   type(option_type), parameter :: options(31) = [ &
                                    option_type('--output', option_kind%text, writers), &
                                    option_type('--seed', option_kind%whole, ' lines '), &
                                    option_type('--config', option_kind%text, ' cut run fos check '), &
@@ -44,6 +44,8 @@ module rockdda_app_command_options
                                    option_type('--allow-open', option_kind%flag, ' cut run fos check '), &
                                    option_type('--search', option_kind%text, fos), &
                                    option_type('--joints', option_kind%text, fos), &
+                                   option_type('--loads', option_kind%text, fos), &
+                                   option_type('--factors', option_kind%text, fos), &
                                    option_type('--from', option_kind%real, fos), &
                                    option_type('--to', option_kind%real, fos), &
                                    option_type('--tolerance', option_kind%real, fos), &

@@ -7,7 +7,7 @@ module rockdda_app_search_report
    use rockdda_run_factor_search, only : factor_search_type
    use rockdda_run_mechanism, only : kind_of
    use rockdda_run_input, only : model_input_type, run_name
-   use rockdda_run_search_options, only : search_kind, search_names
+   use rockdda_run_search_options, only : search_kind, search_names, search_options_type
    use rockdda_run_search_group, only : failing_trial
    use rockdda_run_trial, only : search_observer_type, trial_type
    use rockdda_app_arguments, only : command_line_type
@@ -94,16 +94,96 @@ contains
       type(factor_search_type), intent(in) :: search
       character(len=*), intent(in) :: output            !! path of the results, '': none
       logical, intent(out) :: ok
+      character(len=*), parameter :: nl = new_line('a')
       type(trial_type) :: failing
       character(len=:), allocatable :: text
-      real(wp) :: factor
-      integer :: i
-      factor = middle(search)
       failing = failing_trial(search)
       if (line%json) then
          call print_json(search, failing, ok)
          return
       end if
+      text = joints_text(search)
+      if (search%options%has_factors()) text = text//'factors: '//search%factors%to_text()//nl
+      if (search%has_factor()) then
+         text = text//mechanism_text(failing)//nl
+         if (len(output) > 0) text = text//'results of the failing trial: '//output//nl
+         text = text//factor_text(search)
+      end if
+      if (search%options%has_factors()) then
+         if (search%has_factor()) text = text//nl
+         text = text//'stands with the factored values: '//trim(merge('yes', 'no ', search%stands()))//', reserve '
+         if (search%has_factor()) then
+            text = text//decimals(search, middle(search))
+         else
+            text = text//'above '//to_string(search%state%stable)
+         end if
+      end if
+      call print_line(text, ok)
+   end subroutine print_factor
+
+   !> The joints whose strength was reduced, or the loads that were multiplied, and how much of cohesive joints is open
+   !> at the limit; each behind it a line end.
+   function joints_text(search) result(text)
+      type(factor_search_type), intent(in) :: search
+      character(len=:), allocatable :: text
+      character(len=*), parameter :: nl = new_line('a')
+      character(len=6) :: percent
+      real(wp) :: length(size(search%searched%joints)), open(size(search%searched%joints))
+      integer :: i
+      length = search%joint_length()
+      open = search%open_at_limit()
+      text = ''
+      if (search%options%kind == search_kind%load) then
+         text = 'loads multiplied: '
+         do i = 1, size(search%searched%load_names)
+            if (i > 1) text = text//', '
+            text = text//trim(search%searched%load_names(i))
+         end do
+         text = text//nl
+      else if (search%options%kind == search_kind%strength) then
+         do i = 1, size(length)
+            if (.not. (search%searched%joints(i) .and. length(i) > 0)) cycle
+            if (len(text) > 0) text = text//', '
+            text = text//label(search, i)
+         end do
+         text = 'strength reduced: '//text//nl
+      end if
+      associate (p => search%settled%parameters)
+         do i = 1, size(length)
+            if (.not. is_cohesive(search, i)) cycle
+            write (percent, '(f6.1)') 100*open(i)
+            text = text//'open at failure: '//trim(adjustl(percent))//' % of '//label(search, i)//' ('// &
+                   p%shown(open(i)*length(i), 'length', 3)//' of '//p%shown(length(i), 'length', 3)//')'//nl
+         end do
+      end associate
+   end function joints_text
+
+   !> Has a joint material cohesion, and are there joints of it?
+   pure logical function is_cohesive(search, i)
+      type(factor_search_type), intent(in) :: search
+      integer, intent(in) :: i           !! joint material
+      real(wp) :: length(size(search%searched%joints))
+      length = search%joint_length()
+      is_cohesive = length(i) > 0 .and. search%settled%parameters%joint_materials(i)%cohesion > 0
+   end function is_cohesive
+
+   !> Name of a joint material, or its number.
+   pure function label(search, i)
+      type(factor_search_type), intent(in) :: search
+      integer, intent(in) :: i
+      character(len=:), allocatable :: label
+      label = to_string(i)
+      associate (material => search%settled%parameters%joint_materials(i))
+         if (.not. allocated(material%name)) return
+         if (len_trim(material%name) > 0) label = trim(material%name)
+      end associate
+   end function label
+
+   !> The blocks that move, and how.
+   pure function mechanism_text(failing) result(text)
+      type(trial_type), intent(in) :: failing
+      character(len=:), allocatable :: text
+      integer :: i
       text = 'mechanism: '//kind_of(failing%mechanism)//' of '
       associate (blocks => failing%mechanism%blocks)
          text = text//trim(merge('block ', 'blocks', size(blocks) == 1))
@@ -112,37 +192,50 @@ contains
          end do
          if (size(blocks) > most_listed) text = text//', ... ('//to_string(size(blocks))//' blocks)'
       end associate
-      if (len(output) > 0) text = text//new_line('a')//'results of the failing trial: '//output
-      text = text//new_line('a')//name_of(search%options%kind)//': '//decimals(factor, search%options%kind)// &
-             ' (stable at '//decimals(search%state%stable, search%options%kind)//', fails at '// &
-             decimals(search%state%failing, search%options%kind)//'; '//to_string(size(search%trials))//' trials)'
-      call print_line(text, ok)
-   end subroutine print_factor
+   end function mechanism_text
+
+   !> The factor and its bracket.
+   pure function factor_text(search) result(text)
+      type(factor_search_type), intent(in) :: search
+      character(len=:), allocatable :: text
+      text = name_of(search%options)//': '//decimals(search, middle(search))//' (stable at '// &
+             decimals(search, search%state%stable)//', fails at '//decimals(search, search%state%failing)//'; '// &
+             to_string(size(search%trials))//' trials)'
+   end function factor_text
 
    !> The searched quantity.
-   pure function name_of(kind) result(name)
-      integer, intent(in) :: kind
+   pure function name_of(options) result(name)
+      type(search_options_type), intent(in) :: options
       character(len=:), allocatable :: name
-      select case (kind)
+      select case (options%kind)
       case (search_kind%tilt); name = 'critical tilt'
       case (search_kind%push); name = 'critical push'
       case (search_kind%gravity); name = 'critical gravity'
+      case (search_kind%load); name = 'load factor'
       case default; name = 'factor of safety'
       end select
+      if (options%has_factors()) name = 'reserve'
    end function name_of
 
    !> A value with as many decimals as its tolerance deserves.
-   pure function decimals(value, kind) result(text)
+   pure function decimals(search, value) result(text)
+      type(factor_search_type), intent(in) :: search
       real(wp), intent(in) :: value
-      integer, intent(in) :: kind
       character(len=:), allocatable :: text
-      character(len=24) :: buffer
-      select case (kind)
-      case (search_kind%tilt); write (buffer, '(f0.2)') value
-      case (search_kind%push); write (buffer, '(f0.4)') value
-      case default; write (buffer, '(f0.3)') value
+      character(len=40) :: buffer, form
+      integer :: n
+      select case (search%options%kind)
+      case (search_kind%tilt); n = 2
+      case (search_kind%push); n = 4
+      case (search_kind%load)
+         ! the first digit by which both ends differ
+         n = max(0, 1 + floor(-log10(max(abs(search%state%failing - search%state%stable), tiny(1.0_wp)))))
+      case default; n = 3
       end select
+      write (form, '(a,i0,a)') '(f0.', n, ')'
+      write (buffer, form) value
       text = trim(adjustl(buffer))
+      if (n == 0) text = text(:len(text) - 1)
       if (text(1:1) == '.') text = '0'//text
       if (index(text, '-.') == 1) text = '-0'//text(2:)
    end function decimals
@@ -161,13 +254,44 @@ contains
       type(trial_type), intent(in) :: failing
       logical, intent(out) :: ok
       type(json_type) :: json
+      real(wp) :: length(size(search%searched%joints)), open(size(search%searched%joints))
       integer :: i
+      length = search%joint_length()
+      open = search%open_at_limit()
       call json%open('{', '')
-      call json%put('factor', middle(search))
-      call json%put('low', min(search%state%stable, search%state%failing))
-      call json%put('high', max(search%state%stable, search%state%failing))
+      if (search%has_factor()) then
+         call json%put('factor', middle(search))
+         call json%put('low', min(search%state%stable, search%state%failing))
+         call json%put('high', max(search%state%stable, search%state%failing))
+      else
+         call json%put_null('factor')
+         call json%put('low', search%state%stable)
+         call json%put_null('high')
+      end if
       call json%put('search', trim(search_names(search%options%kind)))
       call json%put('settled_strength', search%strength)
+      if (search%options%has_factors()) then
+         call json%put('stands', search%stands())
+         call json%put('factors', search%factors%to_text())
+      end if
+      if (search%options%kind == search_kind%load) then
+         call json%open('[', 'loads')
+         do i = 1, size(search%searched%load_names)
+            call json%put('', trim(search%searched%load_names(i)))
+         end do
+         call json%close(']')
+      end if
+      call json%open('[', 'joints')
+      do i = 1, size(length)
+         if (.not. length(i) > 0) cycle
+         call json%open('{', '')
+         call json%put('name', label(search, i))
+         call json%put('reduced', search%options%kind == search_kind%strength .and. search%searched%joints(i))
+         call json%put('length', length(i))
+         call json%put('open', open(i))
+         call json%close('}')
+      end do
+      call json%close(']')
       call json%open('[', 'trials')
       do i = 1, size(search%trials)
          associate (trial => search%trials(i))
@@ -184,11 +308,17 @@ contains
       call json%close(']')
       call json%open('{', 'mechanism')
       call json%open('[', 'blocks')
-      do i = 1, size(failing%mechanism%blocks)
-         call json%put('', failing%mechanism%blocks(i) - 1)
-      end do
+      if (search%has_factor()) then
+         do i = 1, size(failing%mechanism%blocks)
+            call json%put('', failing%mechanism%blocks(i) - 1)
+         end do
+      end if
       call json%close(']')
-      call json%put('kind', kind_of(failing%mechanism))
+      if (search%has_factor()) then
+         call json%put('kind', kind_of(failing%mechanism))
+      else
+         call json%put_null('kind')
+      end if
       call json%close('}')
       call json%close('}')
       call print_line(json%text, ok)

@@ -210,14 +210,20 @@ contains
              '  --search KIND     '// &
              'strength: tan of friction angles, cohesion and tension divided by F (default);'//nl// &
              '                    tilt: gravity turned by degrees, counter-clockwise; push: a horizontal load'//nl// &
-             '                    of F times the weight on every block; gravity: multiplied by F'//nl// &
+             '                    of F times the weight on every block; gravity: multiplied by F; load: the'//nl// &
+             '                    loads of --loads multiplied by F, which are 0 before the search'//nl// &
              '  --joints NAMES    joint materials whose strength is reduced, commas between them; default: all'//nl// &
-             '  --from A          a value at which the model is stable; default: 1, tilt and push 0'//nl// &
+             '  --loads NAMES     names of &loading_point, &line_load and &boundary that are multiplied, commas'//nl// &
+             '                    between them; default: all that have a name'//nl// &
+             '  --factors LIST    does the model stand with these design factors, and with what reserve of'//nl// &
+             '                    strength (exit 3: it does not): friction = 1.25, cohesion = 1.25,'//nl// &
+             '                    tension = 1.25, load.NAME = 1.3, water = 1; or ec7: strength 1.25, --loads 1.3'//nl// &
+             '  --from A          a value at which the model is stable; default: 1, tilt, push and load 0'//nl// &
              '  --to B            a value at which it fails; default: found by doubling. Below A: tilt'//nl// &
-             '                    clockwise, push in -x'//nl// &
+             '                    clockwise, push in -x, loads reversed'//nl// &
              '  --tolerance D     '// &
              'largest distance of the two values at the end; default: 0.01, tilt 0.1 degrees,'//nl// &
-             '                    push 0.005'//nl// &
+             '                    push 0.005, load 0.005 of the value, with --factors 0.002'//nl// &
              '  --stage NAME      the stage after which the search begins; default: the last one'//nl// &
              '  --jobs N          so many trials at a time; the result does not depend on it'//nl// &
              '  --max-steps N     steps of a trial; default: 5000'//nl// &
@@ -239,7 +245,9 @@ contains
              '  rockdda fos slope.nml'//nl// &
              '  rockdda fos slope.nml --joints bedding --stage drained -o slope-fails.h5'//nl// &
              '  rockdda fos inputs/stack --search tilt --tolerance 0.05'//nl// &
-             '  rockdda fos wall.nml --search push --to -1 --jobs 4 --json'
+             '  rockdda fos wall.nml --search push --to -1 --jobs 4 --json'//nl// &
+             '  rockdda fos bridge.nml --search load --loads axle'//nl// &
+             '  rockdda fos slope.nml --factors ec7'
    end function fos_text
 
    !> Help of `rockdda check`.

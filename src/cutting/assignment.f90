@@ -21,7 +21,7 @@ module rockdda_cutting_assignment
    use rockdda_cutting_location, only : block_locator_type, line_part_type, line_part
    implicit none
    private
-   public :: mark_holes, assign_materials, assign_points, assign_bolts
+   public :: mark_holes, assign_materials, assign_points, add_loading_points, assign_bolts
 
    !> Points of one fixed line.
    type :: line_points_type
@@ -120,6 +120,35 @@ contains
       call assign_set(geometry%measured_points, geometry%measured_origin, 'measured', severity%warning, blocks, &
                       locator, blocks%measured, messages)
    end subroutine assign_points
+
+   !> Add loading points that the geometry does not have.
+   subroutine add_loading_points(positions, origin, locator, blocks, messages)
+      real(wp), intent(in) :: positions(:, :)            !! (2, n)
+      type(origin_type), intent(in) :: origin            !! where they were read
+      type(block_locator_type), intent(inout) :: locator
+      type(block_system_type), intent(inout) :: blocks
+      type(diagnostics_type), intent(inout) :: messages
+      integer :: k, block
+      associate (set => blocks%loading)
+         if (set%n == 0) then
+            call begin_set(set)
+         else
+            set%number = set%numbers()
+            if (.not. allocated(set%origin)) allocate (set%origin(set%n))
+         end if
+         do k = 1, size(positions, 2)
+            block = locator%block_at(blocks, positions(:, k))
+            if (block == 0) then
+               call messages%add(severity%error, 'loading point at '//place(positions(:, k))//' lies in no block', &
+                                 origin)
+               cycle
+            end if
+            call resize_set(set, set%n + 1)
+            call add_point(set, positions(:, k), block, origin, maxval([0, set%number(1:set%n)]) + 1)
+         end do
+         call trim_set(set)
+      end associate
+   end subroutine add_loading_points
 
    !> One set of points.
    subroutine assign_set(positions, origins, name, level, blocks, locator, set, messages)

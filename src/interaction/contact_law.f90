@@ -19,7 +19,7 @@
 !>
 !> brittle: c and t are lost at the first slip or opening. Otherwise they stay, unless law residual weakens them.
 !>
-!> reduction: all of mu, c and t are divided by it (strength reduction, rockdda_run_factor_search).
+!> reduction: mu, c and t are divided by its three numbers (strength reduction, rockdda_run_factor_search).
 !>
 !> A new law is one more name in `contact_law`, one case in `set_law` and one in `friction_coefficient`.
 module rockdda_interaction_contact_law
@@ -63,7 +63,7 @@ module rockdda_interaction_contact_law
       real(wp) :: damping_ratio = 0     !! Voigt dashpot, fraction of critical, >= 0
       real(wp) :: sliding_damping = 0   !! the same while it slides, in the attempt at hand
       real(wp) :: restitution = -1      !! in [0, 1]; < 0: no law of impact
-      real(wp) :: reduction = 1         !! by which the strength has been divided
+      real(wp) :: reduction = 1         !! by which friction has been divided
       logical :: brittle = .true.       !! slip breaks the bond
       logical :: penalty = .false.      !! the stiffness is none of the joint: `parameters%penalty_joints`
    end type contact_law_type
@@ -96,7 +96,7 @@ contains
          if (len(fault) == 0) fault = unused_parameter(materials(i), laws(i)%law)
          if (len(fault) == 0) call set_dilation(materials(i), laws(i), fault)
          if (materials(i)%damping_ratio < 0) fault = 'the damping ratio must not be negative'
-         if (.not. materials(i)%reduction > 0) fault = 'the reduction of the strength must be positive'
+         if (.not. all(materials(i)%reduction > 0)) fault = 'the reduction of the strength must be positive'
          if (len(fault) == 0) call reduce_strength(materials(i)%reduction, laws(i))
          if (len(fault) > 0) call messages%add(severity%error, 'law of joint material '//to_string(i)//': '//fault, &
                                                materials(i)%origin)
@@ -118,18 +118,18 @@ contains
       if (law%restitution > 0) law%damping_ratio = -log(law%restitution)/hypot(pi, log(law%restitution))
    end subroutine act_along_length
 
-   !> Divide friction coefficients, cohesion and tension by a factor. The angles of barton_bandis stay: its coefficient
-   !> is divided where it is computed.
+   !> Divide friction coefficients, cohesion and tension by a factor each. The angles of barton_bandis stay: its
+   !> coefficient is divided where it is computed.
    pure subroutine reduce_strength(factor, law)
-      real(wp), intent(in) :: factor      !! > 0
+      real(wp), intent(in) :: factor(3)   !! of friction, cohesion, tension, > 0
       type(contact_law_type), intent(inout) :: law
-      law%reduction = factor
-      law%friction = law%friction/factor
-      law%final_friction = law%final_friction/factor
-      law%cohesion = law%cohesion/factor
-      law%tension = law%tension/factor
-      law%residual_cohesion = law%residual_cohesion/factor
-      law%residual_tension = law%residual_tension/factor
+      law%reduction = factor(1)
+      law%friction = law%friction/factor(1)
+      law%final_friction = law%final_friction/factor(1)
+      law%cohesion = law%cohesion/factor(2)
+      law%tension = law%tension/factor(3)
+      law%residual_cohesion = law%residual_cohesion/factor(2)
+      law%residual_tension = law%residual_tension/factor(3)
    end subroutine reduce_strength
 
    !> Kind and parameters of a law.

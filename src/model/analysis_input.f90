@@ -63,13 +63,14 @@ module rockdda_model_analysis_input
       logical :: brittle = .true.        !! cohesion and tension are lost at first slip or opening
       logical :: tie = .false.           !! intact rock: both sides deform as one
       logical :: brittle_given = .false., tie_given = .false.
-      real(wp) :: reduction = 1          !! tan(phi), cohesion and tension of the law are divided by it, > 0
+      real(wp) :: reduction(3) = 1       !! tan(phi), cohesion and tension of the law are divided by these, > 0
    end type joint_material_type
 
    !> Time-dependent values of one point, linear in between, constant beyond the ends.
    !> For a fixed point x y are prescribed displacements, for a loading point forces.
    type :: time_table_type
       real(wp), allocatable :: rows(:, :) !! (3, m) t x y, t not decreasing; m may be 0
+      character(len=:), allocatable :: name !! of the load; empty or not given: none
       type(origin_type) :: origin         !! where they were read
    end type time_table_type
 

@@ -8,6 +8,8 @@
 !> so that it closes by half of what the smaller block is compressed. How much of a large block is drawn changes
 !> nothing: stress spreads in it within the size of the smaller one.
 !>
+!> times the `stiffening` of the parameters, which is 1 but in a search for the load that a model carries.
+!>
 !> A slender block that stands free, of height H, base b and weight W, leans by theta before it falls. Its weight bears
 !> on its base at the share 9 (W/(k b^2 theta))^2 from the edge (rockdda_contact_interval_law, far open), so that it
 !> falls at a tilt that is smaller than that of a rigid block by the least share that both take,
@@ -61,7 +63,7 @@ contains
          call polygon_properties(blocks%vertices(:, blocks%vertex_offset(i) + 1:blocks%vertex_offset(i + 1)), &
                                  area, centroid, moments)
          associate (material => parameters%block_materials(blocks%block_material(i)))
-            all(i) = stiffening_type(modulus=material%youngs_modulus, size=sqrt(area))
+            all(i) = stiffening_type(modulus=material%youngs_modulus, size=sqrt(area)/parameters%stiffening)
             if (stands_free(i, box)) call stand(material, parameters%gravity, area, moments, all(i))
          end associate
       end do

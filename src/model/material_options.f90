@@ -114,10 +114,15 @@ contains
       end if
       do i = 1, n
          call table%start_element(i, loading(i)%origin)
-         call table%add(option('points', 'numbers of the loading points', least=1.0_wp, default_text='all'), &
-                        loading(i)%points)
-         call table%add(option('force', 'force in time, linear in between', unit='time, force', &
-                               columns='t, fx, fy', required=.true., rule=list_rule%rising), loading(i)%rows)
+         call table%add(option('name', 'name of the load, for rockdda fos; loads of one name belong together', &
+                               default_text='none', see='factor-of-safety.md#load-factor'), loading(i)%name)
+         call table%add(option('points', 'numbers of the loading points', least=1.0_wp, &
+                               default_text='all of the geometry, or at'), loading(i)%points)
+         call table%add(option('at', 'points that the geometry does not have, instead of numbers; each has the '// &
+                               'force', unit='length', columns='x, y', default_text='none'), loading(i)%at)
+         call table%add(option('force', 'force in time, linear in between; two numbers fx, fy are a constant force', &
+                               unit='time, force', columns='t, fx, fy', required=.true., &
+                               rule=list_rule%or_constant), loading(i)%rows)
       end do
    end subroutine describe_point_tables
 
@@ -238,6 +243,7 @@ contains
          do k = 1, size(points)
             if (points(k) >= 1 .and. points(k) <= size(tables)) then
                tables(points(k))%rows = groups(i)%rows
+               tables(points(k))%name = groups(i)%name
                tables(points(k))%origin = groups(i)%origin
             else
                call messages%add(severity%error, what//' '//to_string(points(k))//' does not exist, the model has '// &

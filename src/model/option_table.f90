@@ -388,6 +388,8 @@ contains
    subroutine describe_line_load(table, load)
       type(option_rows_type), intent(inout) :: table
       type(line_load_type), intent(inout) :: load
+      call table%add(option('name', 'name of the load, for rockdda fos; loads of one name belong together', &
+                            default_text='none', see='factor-of-safety.md#load-factor'), load%name)
       call table%add_reals(option('ends', "along one block's edge", unit='length', columns='x1, y1, x2, y2', &
                             required=.true., rule=list_rule%two_points), load%ends)
       call table%add_reals(option('force_start', 'force per length at (x1, y1)', unit='force/length', &

@@ -71,6 +71,7 @@ module rockdda_model_options
       real(wp) :: force_start(2) = 0             !! force per length at (x1, y1)
       real(wp) :: force_end(2) = 0               !! force per length at (x2, y2)
       real(wp), allocatable :: table(:, :)       !! (2, m) t, factor; absent or m = 0: factor 1
+      character(len=:), allocatable :: name      !! empty or not given: none
       type(origin_type) :: origin                !! where it was read
    end type line_load_type
 
@@ -108,13 +109,16 @@ module rockdda_model_options
 
    !> Time table of fixed or loading points.
    type :: point_table_type
+      character(len=:), allocatable :: name      !! of the load; empty or not given: none
       integer, allocatable :: points(:)          !! numbers from 1; not given: all
+      real(wp), allocatable :: at(:, :)          !! (2, m) x y of loading points that the geometry does not have
       real(wp), allocatable :: rows(:, :)        !! (3, m) t x y
       type(origin_type) :: origin                !! where it was read
    end type point_table_type
 
    !> Outer edges of blocks along a polyline: how they are held, moved or loaded.
    type :: boundary_type
+      character(len=:), allocatable :: name      !! of the load; empty or not given: none
       real(wp), allocatable :: along(:, :)       !! (2, m) x y
       character(len=:), allocatable :: kind      !! fixed, roller, moving or traction
       real(wp), allocatable :: velocity(:, :)    !! (2, 1) vx vy, of kind moving

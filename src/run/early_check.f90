@@ -6,6 +6,7 @@ module rockdda_run_early_check
    use rockdda_model_in_situ, only : check_in_situ
    use rockdda_model_options, only : run_options_type
    use rockdda_run_cells, only : check_names
+   use rockdda_run_loads, only : check_load_names
    use rockdda_run_water_names, only : check_stage_water
    implicit none
    private
@@ -13,8 +14,8 @@ module rockdda_run_early_check
 
 contains
 
-   !> Groups of &boundary and &in_situ, as far as they can be judged without a model, and groups of &water that stages
-   !> name.
+   !> Groups of &boundary and &in_situ, as far as they can be judged without a model, groups of &water that stages name,
+   !> and names of loads.
    subroutine check_without_model(options, messages)
       type(run_options_type), intent(in) :: options
       type(diagnostics_type), intent(inout) :: messages
@@ -28,6 +29,7 @@ contains
          end do
       end if
       call check_stage_water(options, messages)
+      call check_load_names(options, messages)
    end subroutine check_without_model
 
 end module rockdda_run_early_check

@@ -6,6 +6,7 @@ module rockdda_run_labelled_text
    use rockdda_model_analysis_input, only : analysis_input_type, time_table_type, dialect
    use rockdda_model_options, only : run_options_type, point_table_type, stage_type, unset_real, is_set
    use rockdda_model_parameters, only : parameters_type
+   use rockdda_model_regions, only : same_name
    use rockdda_model_stage_options, only : has_end, has_base_motion, stage_name
    use rockdda_io_namelist_parser, only : beside
    use rockdda_io_options_writer, only : options_text
@@ -54,7 +55,9 @@ contains
       if (.not. input%labelled .and. .not. is_set(options%sliding_damping)) options%sliding_damping = 0
       call take_materials(input%parameters, options)
       options%fixed_points = tables_of(input%parameters%fixed_tables)
-      options%loading_points = tables_of(input%parameters%loading_tables)
+      options%loading_points = [tables_of(input%parameters%loading_tables(1:size(input%parameters%loading_tables) - &
+                                                                           n_placed(options%loading_points))), &
+                                placed(options%loading_points)]
       text = '! Labelled file of '//input%model_file
       if (len(input%analysis_file) > 0) text = text//', '//input%analysis_file
       if (len(input%config_file) > 0) text = text//', '//input%config_file
@@ -142,9 +145,10 @@ contains
          if (size(tables(i)%rows, 2) == 0) cycle
          n = n + 1
          all_groups(n)%rows = tables(i)%rows
+         if (allocated(tables(i)%name)) all_groups(n)%name = tables(i)%name
          allocate (all_groups(n)%points(0))
          do k = i, size(tables)
-            if (.not. same_rows(tables(i), tables(k))) cycle
+            if (.not. (same_rows(tables(i), tables(k)) .and. same_load(tables(i), tables(k)))) cycle
             all_groups(n)%points = [all_groups(n)%points, k]
             done(k) = .true.
          end do
@@ -160,6 +164,36 @@ contains
       if (size(a%rows) /= size(b%rows)) return
       same_rows = .not. any(abs(a%rows - b%rows) > 0)
    end function same_rows
+
+   !> Do two tables belong to loads of one name, or of none?
+   pure logical function same_load(a, b)
+      type(time_table_type), intent(in) :: a, b
+      same_load = is_given(a%name) .eqv. is_given(b%name)
+      if (is_given(a%name) .and. is_given(b%name)) same_load = same_name(a%name, b%name)
+   end function same_load
+
+   !> Number of loading points that groups add to those of the geometry.
+   pure integer function n_placed(groups)
+      type(point_table_type), intent(in) :: groups(:)
+      integer :: i
+      n_placed = 0
+      do i = 1, size(groups)
+         if (allocated(groups(i)%at)) n_placed = n_placed + size(groups(i)%at, 2)
+      end do
+   end function n_placed
+
+   !> The groups that add loading points, without the numbers of these.
+   pure function placed(groups)
+      type(point_table_type), intent(in) :: groups(:)
+      type(point_table_type), allocatable :: placed(:)
+      integer :: i
+      allocate (placed(0))
+      do i = 1, size(groups)
+         if (.not. allocated(groups(i)%at)) cycle
+         placed = [placed, groups(i)]
+         deallocate (placed(size(placed))%points)
+      end do
+   end function placed
 
    !> Is a text given and not blank?
    pure logical function is_given(text)

@@ -11,6 +11,7 @@ module rockdda_run_model_input
    use rockdda_run_early_check, only : check_without_model
    use rockdda_run_find_files, only : find_named_files
    use rockdda_run_input, only : model_input_type, run_name
+   use rockdda_run_loads, only : place_loads
    use rockdda_run_parts, only : make_parts
    use rockdda_run_read_files, only : read_config, read_blocks, read_analysis
    use rockdda_run_request, only : run_request_type, apply_request
@@ -47,6 +48,7 @@ contains
       if (.not. input%has_blocks) return
       if (messages%has_errors() .and. .not. input%labelled) return
       call make_parts(input, messages)
+      call place_loads(input%options, input%blocks, messages)
       if (messages%has_errors() .and. input%labelled) call check_laws(input, messages)
       if (messages%has_errors()) return
       call choose_solver(input%options, messages)
@@ -63,6 +65,7 @@ contains
       if (.not. allocated(options%block_materials)) allocate (options%block_materials(0))
       if (.not. allocated(options%joint_materials)) allocate (options%joint_materials(0))
       if (.not. allocated(options%joint_laws)) allocate (options%joint_laws(0))
+      if (.not. allocated(options%loading_points)) allocate (options%loading_points(0))
       if (.not. allocated(options%regions)) allocate (options%regions(0))
       if (.not. allocated(options%subdivisions)) allocate (options%subdivisions(0))
       if (.not. allocated(options%stages)) allocate (options%stages(0))

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """`rockdda fos`: the factor at which models lose their equilibrium, and the promises of the command around it."""
 
+import json
 import math
 import re
 import signal
@@ -38,6 +39,27 @@ def slope(angle):
         for polygon in ([(0, 0), (6, 0), (6, 1), (0, 1)], [(2, 1), (2, 2), (4, 2), (4, 1)])
     ]
     return geometry(turned, [(0.5 * c - 0.5 * s, 0.5 * s + 0.5 * c), (5.5 * c - 0.5 * s, 5.5 * s + 0.5 * c)])
+
+
+def voussoirs(radius=5.0, thickness=0.5, n=31, span=120):
+    """Outlines of an arch, from its right springing to the left one."""
+    degrees = [90 - span / 2 + i * span / n for i in range(n + 1)]
+
+    def point(r, i):
+        return r * math.cos(math.radians(degrees[i])), r * math.sin(math.radians(degrees[i]))
+
+    low, high = radius - thickness / 2, radius + thickness / 2
+    return [[point(low, i), point(high, i), point(high, i + 1), point(low, i + 1)] for i in range(n)]
+
+
+def skewback(joint, side):
+    """A block behind a springing, from the intrados to the extrados; side 1: to the left of it."""
+    (x, y), (u, v) = joint
+    length = math.hypot(u - x, v - y)
+    a, b = (u - x) / length, (v - y) / length
+    n, m = -b * side, a * side
+    low, high = (x - 0.3 * a, y - 0.3 * b), (u + 0.3 * a, v + 0.3 * b)
+    return [low, high, (high[0] + n, high[1] + m), (low[0] + n, low[1] + m)]
 
 
 def options(friction=30, cohesion=0, more=""):
@@ -228,6 +250,211 @@ class Values(FosTest):
         self.assertLess(min(trial["unbalanced"] for trial in failing), 2e-3)
         self.assertLess(max(trial["steps"] for trial in failing), 1000)
         self.assertLess(max(trial["steps"] for trial in outcome.json["trials"] if trial["stable"]), 150)
+
+
+class Loads(FosTest):
+    """`--search load`: closed forms and a linear programme of rigid voussoirs."""
+
+    weight = 2 * 2400 * 9.81
+    slides = weight * math.tan(math.radians(30)) / 1000
+
+    def assert_factor(self, result, truth, share=0.01):
+        self.assertEqual(result["search"], "load")
+        self.assertAlmostEqual(result["factor"], truth, delta=share * abs(truth))
+        self.assertLessEqual(result["high"] - result["low"], 0.005 * abs(result["high"]) + 1e-12)
+
+    def load(self, text, *arguments, **values):
+        return self.search(self.block(LEVEL, more=text, **values), "--search", "load", *arguments)
+
+    def test_every_kind_of_load(self):
+        """A horizontal force of 1 kN pushes a block that slides at W tan φ."""
+        for text in (
+            "&loading_point name = 'push', at = 2,1.1, force = 1000,0 /\n",
+            "&loading_point name = 'push', at = 2,1.1, 2,1.2, force = 0,0,0, 1,500,0 /\n",
+            "&line_load name = 'push', ends = 2,1, 2,2, force_start = 1000,0 /\n",
+            "&line_load name = 'push', ends = 2,1, 2,2, force_start = 500,0, table = 0,0, 3,2 /\n",
+            "&boundary name = 'push', along = 2,1, 2,2, kind = 'traction', pressure = 1000 /\n",
+            "&boundary name = 'push', along = 2,1, 2,2, kind = 'traction', stress = -500,0,0, table = 0,0, 3,2 /\n",
+        ):
+            with self.subTest(text=text):
+                result = self.load(text)
+                self.assert_factor(result, self.slides)
+                self.assertEqual(result["loads"], ["push"])
+                self.assertEqual(result["mechanism"], {"blocks": [1], "kind": "sliding"})
+
+    def test_loads_that_are_not_named_stay(self):
+        """20 kN at all times, 1 kN that lifts the block; the factor of the push alone, to either side, and of both."""
+        text = (
+            "&loading_point at = 2,1.1, force = 20e3,0 /\n&loading_point name = 'push', at = 2,1.2, force = 1000,0 /\n"
+            "&loading_point name = 'lift', at = 3,2, force = 0,1000 /\n"
+        )
+        tangent = math.tan(math.radians(30))
+        self.assert_factor(self.load(text, "--loads", "push"), self.slides - tangent - 20)
+        left = self.search("block.nml", "--search", "load", "--loads", "Push", "--to", "-90")
+        self.assert_factor(
+            {**left, "high": -left["low"], "low": -left["high"], "factor": -left["factor"]}, self.slides - tangent + 20
+        )
+        both = (self.slides - 20) / (1 + tangent)
+        self.assert_factor(self.search("block.nml", "--search", "load"), both)
+        self.assert_factor(self.search("block.nml", "--search", "load", "--from", "2", "--to", "9"), both)
+
+    def test_loads_of_any_size(self):
+        for force in (0.3, 3e8):
+            text = f"&loading_point name = 'push', at = 2,1.1, force = {force},0 /\n"
+            self.assert_factor(self.load(text), self.slides * 1000 / force)
+
+    def test_the_last_line_has_the_digits_that_are_sure(self):
+        self.block(LEVEL, more="&loading_point name = 'push', at = 2,1.1, force = 1000,0 /\n")
+        outcome = self.run_program("fos", "block.nml", "--search", "load", "--loads", "push", "--quiet")
+        self.assertIn("loads multiplied: push\n", outcome.out)
+        self.assertRegex(
+            outcome.out.splitlines()[-1],
+            r"^load factor: 27\.\d+ \(stable at 2\d\.\d+, fails at 27\.\d+; \d\d trials\)$",
+        )
+
+    def test_arch_of_31_voussoirs(self):
+        """Segment of 120 degrees, R 5, t 0.5, 20 kN/m3: loads of the linear programme of rigid voussoirs; stiffness of
+        the joints times 4 changes them by less than 1 %."""
+        for k, friction, truth in ((23, 31, 68.871), (15, 31, 132.773)):
+            polygons = voussoirs()
+            x, y = (sum(polygons[k][i][j] for i in (1, 2)) / 2 for j in (0, 1))
+            skewbacks = [skewback(polygons[0][:2], -1), skewback(polygons[-1][:1:-1], 1)]
+            held = [(sum(p[0] for p in s) / 4 + d, sum(p[1] for p in s) / 4) for s in skewbacks for d in (-0.1, 0.1)]
+            polygons = [skewbacks[0], *polygons, skewbacks[1]]
+            lines = [(*p, *q, 1) for one in polygons for p, q in zip(one, one[1:] + one[:1], strict=True)]
+            head = [0.0005, f"{len(lines)} {len(lines)}", 0, 0, len(held), 0, 0, 0]
+            rows = [" ".join(repr(v) for v in line) for line in lines] + [f"{a!r} {b!r} {a!r} {b!r}" for a, b in held]
+            self.write("block.dc", "\n".join(map(str, head + rows)) + "\n")
+            text = (
+                "&model geometry = 'block.dc' /\n&load gravity = 10 /\n"
+                "&block_material number = 1, density = 2000, young = 20e9, poisson = 0.2 /\n"
+                f"&joint_material number = 1, friction = {friction} /\n"
+                f"&loading_point name = 'axle', at = {x!r}, {y!r}, force = 0, -1000 /\n"
+            )
+            found = []
+            for more in ("", "&contact stiffness = 6e11 /\n", "&contact stiffness = 24e11 /\n"):
+                self.write("block.nml", text + more)
+                found.append(self.search("block.nml", "--search", "load", "--loads", "axle"))
+                self.assert_factor(found[-1], truth)
+            self.assertAlmostEqual(found[2]["factor"], found[1]["factor"], delta=0.01 * truth)
+            self.assertEqual(found[0]["mechanism"]["kind"], "toppling")
+
+    def test_what_carries_no_load_or_any(self):
+        text = "&loading_point name = 'lift', at = 3,2, force = 0,1 /\n"
+        self.assert_factor(self.load(text), self.weight, share=0.01)
+        outcome = self.run_program("fos", self.block(LEVEL, more=text), "--search", "load", "--to", "-1e4", "--quiet")
+        self.assertEqual(outcome.code, 3)
+        self.assertIn("stable at -10000, the upper end of the search of the load", outcome.err)
+        # nothing rubs on the block from the start
+        outcome = self.run_program(
+            "fos", self.block(LEVEL, friction=0, more=text.replace("0,1", "1e3,0")), "--search", "load", "--quiet"
+        )
+        self.assertEqual(outcome.code, 3)
+        self.assertIn("times the loads: nothing carries them", outcome.err)
+
+    def test_names_that_do_not_exist(self):
+        def error(*arguments):
+            outcome = self.run_program("fos", "block.nml", "--quiet", *arguments)
+            self.assertEqual(outcome.code, 2, outcome.err)
+            return outcome.err
+
+        self.block(LEVEL)
+        self.assertIn("no load of the model has a name; give one to &loading_point", error("--search", "load"))
+        text = "&loading_point name = 'push', at = 2,1.1, force = 1,0 /\n&line_load name = 'snow', ends = 2,2, 4,2, "
+        self.block(LEVEL, more=text + "force_start = 0,-1 /\n")
+        message = error("--search", "load", "--loads", "puhs")
+        self.assertIn("there is no load 'puhs'; did you mean 'push'?; the loads are push, snow", message)
+        self.assertIn("only --search load and --factors ec7", error("--loads", "push"))
+        self.assertIn("there is no load 'hush'; did you mean 'push'?", error("--factors", "load.hush = 2"))
+        self.assertIn("'frction' is none of friction, cohesion", error("--factors", "frction = 2"))
+        self.assertIn("expected a number above 0, found '-1'", error("--factors", "friction = -1"))
+        self.assertIn("expected ec7 or NAME = VALUE, found 'ec8'", error("--factors", "ec8"))
+        self.assertIn("the model has no &water", error("--factors", "water = 1.2"))
+        self.assertIn("not of --search tilt", error("--factors", "ec7", "--search", "tilt"))
+        self.assertIn("begins at 1", error("--factors", "ec7", "--from", "0.5"))
+        self.block(LEVEL, more="&loading_point at = 2,9, force = 1,0 /\n")
+        self.assertIn("loading point at (2, 9) lies in no block", error())
+        self.block(LEVEL, more="&loading_point at = 2,1.1, points = 1, force = 1,0 /\n")
+        self.assertIn("give points or at, not both", error())
+        self.block(LEVEL, more="&boundary name = 'a', along = 0,0, 6,0, kind = 'fixed' /\n")
+        self.assertIn("name belongs to kind 'traction'", error())
+
+
+class Designs(FosTest):
+    """`--factors`: does the model stand with them, and what strength is left?"""
+
+    def judge(self, name, factors, code, *arguments):
+        outcome = self.run_program("fos", name, "--factors", factors, "--quiet", *arguments)
+        self.assertEqual(outcome.code, code, outcome.err + outcome.out)
+        return outcome.out
+
+    def reserve(self, text):
+        found = re.search(r"\nstands with the factored values: (yes|no), reserve (\d\.\d{3})\n$", text)
+        self.assertTrue(found, text)
+        return found[1], float(found[2])
+
+    def test_strength_is_divided(self):
+        tangent = math.tan(math.radians(20))
+        for friction, answer, code in ((35, "yes", 0), (22, "no", 3)):
+            self.block(slope(20), friction=friction)
+            truth = math.tan(math.radians(friction)) / tangent / 1.25
+            for factors in ("ec7", "friction = 1.25", "friction=1.25, cohesion = 2, tension = 3, water = 1"):
+                found = self.reserve(self.judge("block.nml", factors, code))
+                self.assertEqual(found[0], answer)
+                self.assertAlmostEqual(found[1], truth, delta=0.003 * truth)
+        found = json.loads(self.judge("block.nml", "ec7", 3, "--json"))
+        self.assertIs(found["stands"], False)
+        self.assertEqual(found["factors"], "friction 1.25, cohesion 1.25, tension 1.25, water 1")
+
+    def test_loads_are_multiplied(self):
+        """20 kN on a block that slides at 27.186 kN."""
+        more = "&loading_point name = 'push', at = 2,1.1, force = 20e3,0 /\n"
+        self.block(LEVEL, more=more)
+        for factors, load, strength, code in (
+            ("load.push = 1.3", 1.3, 1, 0),
+            ("load.push = 1.4", 1.4, 1, 3),
+            ("ec7", 1.3, 1.25, 3),
+            ("load.push = 0.5, friction = 1.25", 0.5, 1.25, 0),
+        ):
+            found = self.reserve(self.judge("block.nml", factors, code))
+            self.assertEqual(found[0], "no" if code else "yes")
+            truth = Loads.slides / (20 * load * strength)
+            self.assertAlmostEqual(found[1], truth, delta=0.003 * truth)
+
+    def test_cohesion_and_friction_have_factors_of_their_own(self):
+        weight, angle = 2 * 2400 * 9.81, math.radians(30)
+        self.block(slope(30), friction=20, cohesion=10e3)
+        truth = (weight * math.cos(angle) * math.tan(math.radians(20)) / 1.1 + 20e3 / 1.5) / (weight * math.sin(angle))
+        found = self.reserve(self.judge("block.nml", "friction = 1.1, cohesion = 1.5", 0 if truth > 1 else 3))
+        self.assertAlmostEqual(found[1], truth, delta=0.003 * truth)
+
+    def test_sau_mau_ping(self):
+        """Design values of c and tan φ over 1.25; water times 1.3 takes some of the reserve."""
+        folder = MODELS / "sau_mau_ping"
+        for name, truth in (("full", 0.9590), ("half_full", 1.1305), ("dry", 1.2675)):
+            with self.subTest(name=name):
+                text = self.judge(folder / f"{name}.nml", "ec7", 3 if truth < 1 else 0)
+                self.assertAlmostEqual(self.reserve(text)[1], truth, delta=0.003 * truth)
+        heavier = self.reserve(self.judge(folder / "half_full.nml", "ec7", 0))[1]
+        lighter = self.reserve(self.judge(folder / "half_full.nml", "friction = 1.25, cohesion = 1.25, water = 1.3", 0))
+        self.assertLess(lighter[1], heavier - 0.03)
+
+    def test_what_needs_no_strength_stands(self):
+        text = self.judge(self.block(LEVEL), "ec7", 0, "-o", "none.h5")
+        self.assertTrue(text.endswith("stands with the factored values: yes, reserve above 64\n"), text)
+
+    def test_joints_whose_strength_was_reduced(self):
+        """The joints of the search, and how much of a cohesive one opens: a linear stress on 3 (1 - 0.5) of 2 m."""
+        cohesion = 1.05 * 2 * 2400 * 9.81 * math.sin(math.radians(45)) / 1.5
+        self.block(slope(45), friction=0, cohesion=cohesion)
+        outcome = self.run_program("fos", "block.nml", "--quiet", "--to", "1.2")
+        self.assertIn("strength reduced: base\n", outcome.out)
+        found = re.search(r"\nopen at failure: (\d+\.\d) % of base \(([\d.]+) (m*) of 2 m\)\n", outcome.out)
+        self.assertTrue(found, outcome.out)
+        self.assertAlmostEqual(float(found[1]), 25, delta=0.5)
+        joint = self.search("block.nml", "--to", "1.2")["joints"][0]
+        self.assertEqual((joint["name"], joint["reduced"]), ("base", True))
+        self.assertAlmostEqual(joint["length"], 2, delta=1e-3)
 
 
 class Promises(FosTest):

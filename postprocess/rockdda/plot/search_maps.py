@@ -27,7 +27,7 @@ LONGEST = 0.1  # of the arrows, as a share of the model's extent
 SHORTEST = 0.03  # share of the longest arrow below which there is none: no more than a point
 FEW = 40  # arrows, of more some are left out
 GRID = 0.06  # side of the squares that have one arrow each, as a share of the model's extent
-AXIS = {"strength": "factor", "tilt": "tilt", "push": "push α", "gravity": "gravity factor"}
+AXIS = {"strength": "factor", "tilt": "tilt", "push": "push α", "gravity": "gravity factor", "load": "load factor"}
 FLOOR = 1e-12  # of displacements on a logarithmic axis, as a share of the largest
 
 

@@ -30,7 +30,7 @@ __all__ = [
 
 SEARCHES = {
     "strength": "factor of safety", "tilt": "critical tilt [°]", "push": "critical push over weight",
-    "gravity": "critical factor of gravity",
+    "gravity": "critical factor of gravity", "load": "load factor",
 }  # fmt: skip
 Table = tuple[list[str], list[list[str]]]  # names of the columns, rows
 BLOCK_COLUMNS = {"density": "density", "unit_weight": "unit weight", "young": "E", "poisson": "ν"}

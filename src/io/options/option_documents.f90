@@ -3,7 +3,8 @@
 module rockdda_io_option_documents
    use rockdda_base_kinds, only : wp
    use rockdda_base_strings, only : to_string
-   use rockdda_model_option, only : option_type, option_kind, choice, columns_of, n_choices, name_length
+   use rockdda_model_option, only : option_type, option_kind, list_rule, choice, columns_of, n_choices, &
+      name_length
    use rockdda_model_option_rows, only : option_rows_type
    use rockdda_model_option_table, only : all_options
    use rockdda_model_options, only : dda_windows, is_set
@@ -320,7 +321,7 @@ contains
       case (option_kind%wholes); text = text//'"type": ["integer", "array"]'//schema_bounds(row)// &
                 ', "items": {"type": "integer"'//schema_bounds(row)//'}'
       case (option_kind%rows); text = text//'"type": "array", "items": {"type": "number"}, "minItems": '// &
-                to_string(size(columns_of(row)))
+                to_string(size(columns_of(row)) - merge(1, 0, row%rule == list_rule%or_constant))
       case (option_kind%file, option_kind%record); text = text//'"type": "string", "x-file": true'
       end select
       if (row%kind == option_kind%logical) text = text//', "default": '// &

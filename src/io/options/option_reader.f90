@@ -261,7 +261,12 @@ contains
       real(wp), allocatable :: values(:), new(:, :)
       integer :: m
       m = size(columns_of(row))
-      call get_reals(self%namelist, entry, m, .true., values, self%messages)
+      if (row%rule == list_rule%or_constant .and. entry%n == m - 1) then
+         call get_reals(self%namelist, entry, m - 1, .false., values, self%messages)
+         if (allocated(values)) values = [0.0_wp, values]
+      else
+         call get_reals(self%namelist, entry, m, .true., values, self%messages)
+      end if
       if (.not. allocated(values)) return
       new = reshape(values, [m, size(values)/m])
       call demand_rule(self, row, entry, new)
@@ -365,7 +370,7 @@ contains
       case (list_rule%two_points)
          call demand(self%namelist, entry, any(abs(values(1:2, 1) - values(3:4, 1)) > 0), 'the two ends must differ', &
                      self%messages)
-      case (list_rule%rising)
+      case (list_rule%rising, list_rule%or_constant)
          do i = 2, n
             if (values(1, i) >= values(1, i - 1)) cycle
             call demand(self%namelist, entry, .false., 'the times must not decrease', self%messages, &

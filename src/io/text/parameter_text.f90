@@ -114,16 +114,26 @@ contains
          last = i
          do while (last < size(tables))
             if (.not. same_rows(tables(i)%rows, tables(last + 1)%rows)) exit
+            if (name_of(tables(i)) /= name_of(tables(last + 1))) exit
             last = last + 1
          end do
          if (allocated(tables(i)%rows)) then
             label = 'table of '//what//' '//to_string(i)
             if (last > i) label = label//' to '//to_string(last)
+            if (len(name_of(tables(i))) > 0) label = label//' ('//name_of(tables(i))//')'
             if (size(tables(i)%rows, 2) > 0) call log%line(label, rows_text(columns, tables(i)%rows))
          end if
          i = last + 1
       end do
    end subroutine put_time_tables
+
+   !> The name of a load; '' without one.
+   pure function name_of(table) result(name)
+      type(time_table_type), intent(in) :: table
+      character(len=:), allocatable :: name
+      name = ''
+      if (allocated(table%name)) name = trim(table%name)
+   end function name_of
 
    !> Are both tables equal, or both absent?
    pure logical function same_rows(a, b)

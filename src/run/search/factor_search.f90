@@ -12,14 +12,19 @@ module rockdda_run_factor_search
    use rockdda_base_kinds, only : wp
    use rockdda_base_strings, only : to_string
    use rockdda_model_options, only : is_set
+   use rockdda_model_parameters, only : parameters_type
    use rockdda_stepping_simulation, only : simulation_type
    use rockdda_run_input, only : model_input_type
    use rockdda_run_model_run, only : run_type
    use rockdda_run_search_journal, only : search_journal_type, search_digest
    use rockdda_run_search_notes, only : describe_motion, no_factor
-   use rockdda_run_search_options, only : search_options_type, usual_max_steps
+   use rockdda_run_search_options, only : search_kind, search_options_type, usual_max_steps
    use rockdda_run_search_path, only : search_path_type, search_state_type, search_end, new_search_path
-   use rockdda_run_search_check, only : choose_joints, check_values
+   use rockdda_run_design_factors, only : design_factors_type, read_factors
+   use rockdda_run_given_loads, only : loads_of, choose_loads, end_tables
+   use rockdda_run_open_joints, only : joint_lengths
+   use rockdda_run_search_check, only : choose_joints, check_combination, check_values
+   use rockdda_run_searched, only : searched_type
    use rockdda_run_settled_run, only : find_settled_state, settled_text
    use rockdda_run_settled_state, only : add_trial_stage
    use rockdda_run_trial, only : trial_type, search_observer_type, compute_trial
@@ -32,7 +37,8 @@ module rockdda_run_factor_search
       type(search_state_type) :: state
       type(trial_type), allocatable :: trials(:)     !! those on the way, in order
       type(simulation_type) :: settled               !! the state from which all trials begin
-      logical, allocatable :: chosen(:)              !! joint materials with reduced strength
+      type(searched_type) :: searched                !! what of the model changes
+      type(design_factors_type) :: factors           !! with which a design is judged
       character(len=:), allocatable :: note          !! how it began where the model does not stand; '': it does
       real(wp) :: strength = 1                       !! of them in the settled state, times their own
       logical :: interrupted = .false.
@@ -44,8 +50,13 @@ module rockdda_run_factor_search
       procedure :: run => run_search
       procedure :: clean_up
       procedure :: stem => journal_stem
+      procedure :: has_factor
+      procedure :: stands
+      procedure :: joint_length
+      procedure :: open_at_limit
       procedure, private :: compute_some
       procedure, private :: look_ahead
+      procedure, private :: take_loads
    end type factor_search_type
 
 contains
@@ -61,12 +72,35 @@ contains
       self%note = ''
       if (.not. is_set(self%options%max_steps)) self%options%max_steps = usual_max_steps
       self%path = new_search_path(options, 1.0_wp)
-      call choose_joints(self%options, input%parameters%joint_materials, self%chosen, error)
+      call check_combination(self%options, error)
+      if (allocated(error)) return
+      call choose_joints(self%options, input%parameters%joint_materials, self%searched%joints, error)
       if (.not. allocated(error)) call check_values(self%options, self%path%tolerance, error)
+      if (.not. allocated(error)) call self%take_loads(input%parameters, error)
       if (.not. allocated(error)) call add_trial_stage(options%stage, input%parameters, error)
       if (allocated(error)) return
       self%journal%stem = stem//'.fos-'//search_digest(input, self%options)
    end subroutine prepare
+
+   !> Loads that the search multiplies, and design factors, with which the model is multiplied.
+   subroutine take_loads(self, parameters, error)
+      class(factor_search_type), intent(inout) :: self
+      type(parameters_type), intent(inout) :: parameters
+      type(error_type), allocatable, intent(out) :: error
+      self%searched%kind = self%options%kind
+      self%searched%loads = loads_of(parameters)
+      allocate (self%searched%load_names(0))
+      if (self%options%has_factors()) then
+         call read_factors(self%options%factors, self%options%loads, self%searched%loads, self%factors, error)
+         if (.not. allocated(error)) call self%factors%multiply(self%searched%loads, parameters, error)
+         self%searched%factors = self%factors%strength
+      else if (self%options%kind == search_kind%load) then
+         call choose_loads(self%searched%loads, self%options%loads, '--loads', self%searched%load_names, error)
+         if (allocated(error)) return
+         call end_tables(self%searched%load_names, parameters)
+         self%searched%loads = loads_of(parameters)
+      end if
+   end subroutine take_loads
 
    !> Path of the journal, without its ending.
    pure function journal_stem(self) result(stem)
@@ -86,7 +120,7 @@ contains
       character(len=:), allocatable :: note
       integer :: i
       allocate (self%known(0))
-      call find_settled_state(input, self%options, self%chosen, self%journal, observer, self%settled, self%known, &
+      call find_settled_state(input, self%options, self%searched, self%journal, observer, self%settled, self%known, &
                               self%interrupted, error)
       if (allocated(error) .or. self%interrupted) return
       self%strength = self%journal%strength
@@ -107,8 +141,41 @@ contains
       note = describe_motion(self%trials, self%settled, self%path)
       if (len(note) > 0) call observer%warn(note)
       if (self%state%outcome == search_end%found) return
+      ! a design without a finite reserve stands
+      if (self%state%outcome == search_end%never_fails .and. self%options%has_factors()) return
       call make_error(error, error_code%computation, no_factor(self%options, self%state, self%trials))
    end subroutine run_search
+
+   !> Has it found a factor? A design may stand without a finite one.
+   pure logical function has_factor(self)
+      class(factor_search_type), intent(in) :: self
+      has_factor = self%state%outcome == search_end%found
+   end function has_factor
+
+   !> Does the model stand with the values that it has? A search of the strength tries them.
+   pure logical function stands(self)
+      class(factor_search_type), intent(in) :: self
+      stands = .not. self%state%stable < 1
+   end function stands
+
+   !> Length of the joints of each material in the settled state.
+   pure function joint_length(self) result(length)
+      class(factor_search_type), intent(in) :: self
+      real(wp) :: length(size(self%searched%joints))
+      length = joint_lengths(self%settled)
+   end function joint_length
+
+   !> Share of them that is open in the last stable trial before the factor.
+   pure function open_at_limit(self) result(share)
+      class(factor_search_type), intent(in) :: self
+      real(wp) :: share(size(self%searched%joints))
+      integer :: i
+      share = 0
+      do i = 1, size(self%trials)
+         if (self%trials(i)%stable .and. .not. abs(self%trials(i)%value - self%state%stable) > 0) &
+            share = self%trials(i)%open
+      end do
+   end function open_at_limit
 
    !> Compute the next trial, and as many of those that may follow it as there are jobs.
    subroutine compute_some(self, observer, error)
@@ -153,7 +220,7 @@ contains
       type(error_type), allocatable :: failure
       logical :: interrupted
       allocate (run)
-      call compute_trial(self%settled, self%options, self%chosen, value, observer, run, trial, interrupted, failure)
+      call compute_trial(self%settled, self%options, self%searched, value, observer, run, trial, interrupted, failure)
       done = .not. (interrupted .or. allocated(failure))
       if (allocated(failure) .and. counts) call move_alloc(failure, error)
    end subroutine compute_one

@@ -11,7 +11,7 @@ module rockdda_run_search_check
    use rockdda_run_search_options, only : search_options_type, search_kind, search_names
    implicit none
    private
-   public :: choose_joints, check_values
+   public :: choose_joints, check_combination, check_values
 
 contains
 
@@ -51,6 +51,21 @@ contains
       end do
    end subroutine choose_joints
 
+   !> Options that belong to another search.
+   subroutine check_combination(options, error)
+      type(search_options_type), intent(in) :: options
+      type(error_type), allocatable, intent(out) :: error
+      if (.not. options%has_factors()) then
+         if (len_trim(options%loads) > 0 .and. options%kind /= search_kind%load) call make_error(error, &
+            error_code%input, 'option --loads: only --search load and --factors ec7 multiply loads')
+      else if (options%kind /= search_kind%strength) then
+         call make_error(error, error_code%input, 'option --factors: the reserve of a design is one of strength, '// &
+                         'not of --search '//trim(search_names(options%kind)))
+      else if (is_set(options%from) .or. is_set(options%to)) then
+         call make_error(error, error_code%input, 'options --from, --to: with --factors the search begins at 1')
+      end if
+   end subroutine check_combination
+
    !> Values that the search cannot have.
    subroutine check_values(options, tolerance, error)
       type(search_options_type), intent(in) :: options
@@ -58,13 +73,16 @@ contains
       type(error_type), allocatable, intent(out) :: error
       character(len=:), allocatable :: name
       logical :: has_both
+      real(wp) :: least
       associate (o => options)
          name = trim(search_names(o%kind))
          has_both = is_set(o%from) .and. is_set(o%to)
          if (has_both) then
-            if (.not. abs(o%to - o%from) > tolerance) then
+            least = tolerance
+            if (o%kind == search_kind%load) least = tolerance*max(abs(o%from), abs(o%to))
+            if (.not. abs(o%to - o%from) > least) then
                call make_error(error, error_code%input, 'options --from, --to: must be further apart than the '// &
-                               'tolerance, '//to_string(tolerance))
+                               'tolerance, '//to_string(least))
                return
             end if
          end if
@@ -80,7 +98,7 @@ contains
             if ((is_set(o%from) .and. abs(o%from) > 90) .or. (is_set(o%to) .and. abs(o%to) > 90)) call make_error( &
                error, error_code%input, 'options --from, --to: a tilt is an angle from -90 to 90 degrees')
             if (has_both .and. .not. allocated(error)) call check_way()
-         case (search_kind%push)
+         case (search_kind%push, search_kind%load)
             if (has_both) call check_way()
          end select
       end associate

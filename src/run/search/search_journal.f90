@@ -22,7 +22,8 @@ module rockdda_run_search_journal
    public :: search_journal_type, search_digest
 
    character(len=*), parameter :: head = 'rockdda search, trials: value stable decided steps beginning unbalanced '// &
-                                         'displacement seconds, then the blocks of the mechanism with their motion'
+                                         'displacement seconds, then the blocks of the mechanism with their motion '// &
+                                         'and the share of the joints of each material that is open'
 
    type :: search_journal_type
       character(len=:), allocatable :: stem       !! of both files
@@ -48,7 +49,8 @@ contains
       character(len=2*digest_length) :: digest
       digest = hexadecimal(digest_of_text(input%model_text//achar(0)//input%analysis_text//achar(0)// &
          input%config_text//achar(0)//build_description()//achar(0)//search_names(options%kind)//achar(0)// &
-         options%joints//achar(0)//options%stage//achar(0)//to_string(options%max_steps)//achar(0)// &
+         options%joints//achar(0)//options%loads//achar(0)//options%factors//achar(0)// &
+         options%stage//achar(0)//to_string(options%max_steps)//achar(0)// &
          input%parameters%solver_method//achar(0)//water_text(input%parameters)))
       digits = digest(1:8)
    end function search_digest
@@ -120,6 +122,10 @@ contains
       do i = 1, n
          line = line//' '//to_string(trial%mechanism%blocks(i))//' '//to_string(trial%mechanism%kinds(i))
       end do
+      line = line//' '//to_string(size(trial%open))
+      do i = 1, size(trial%open)
+         line = line//' '//to_exact_string(trial%open(i))
+      end do
       if (.not. self%is_kept) return
       call sink%open(self%path(), error, append=.true.)
       if (.not. allocated(error)) call sink%put(line//' end'//new_line('a'), error)
@@ -153,8 +159,9 @@ contains
       character(len=*), intent(in) :: line
       type(trial_type), intent(out) :: trial
       logical, intent(out) :: ok
-      integer :: flags(2), n, status
+      integer :: flags(2), n, m, status
       integer, allocatable :: motions(:, :)
+      real(wp), allocatable :: open_shares(:)
       character(len=3) :: last
       ok = .false.
       if (len(line) < 4) return
@@ -164,8 +171,13 @@ contains
       if (status /= 0 .or. n < 0 .or. n > len(line)) return
       allocate (motions(2, n))
       read (line, *, iostat=status) trial%value, flags, trial%steps, trial%beginning, trial%unbalanced, &
-         trial%displacement, trial%seconds, n, motions, last
+         trial%displacement, trial%seconds, n, motions, m
+      if (status /= 0 .or. m < 0 .or. m > len(line)) return
+      allocate (open_shares(m))
+      read (line, *, iostat=status) trial%value, flags, trial%steps, trial%beginning, trial%unbalanced, &
+         trial%displacement, trial%seconds, n, motions, m, open_shares, last
       ok = status == 0
+      trial%open = open_shares
       trial%stable = flags(1) == 1
       trial%decided = flags(2) == 1
       trial%mechanism%blocks = motions(1, :)

@@ -3,6 +3,7 @@
 module rockdda_run_search_notes
    use rockdda_base_kinds, only : wp
    use rockdda_base_strings, only : to_string
+   use rockdda_model_options, only : is_set
    use rockdda_model_units, only : unit_system_type, unit_system
    use rockdda_stepping_simulation, only : simulation_type
    use rockdda_run_search_options, only : search_options_type, search_kind, search_names
@@ -53,6 +54,12 @@ contains
       character(len=:), allocatable :: text
       real(wp) :: value
       value = trials(size(trials))%value
+      if (options%kind == search_kind%load .and. state%outcome == search_end%never_stable) then
+         text = 'fails under '//to_string(value, 3)//' times the loads: nothing carries them'
+         if (is_set(options%from)) text = 'not stable under '//to_string(value, 6)// &
+                                          ' times the loads, the lower end of the search: begin lower with --from'
+         return
+      end if
       if (state%outcome == search_end%never_stable) then
          text = 'not stable at '//to_string(value, 6)//', the lower end of the search of the '
       else

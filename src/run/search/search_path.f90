@@ -22,6 +22,9 @@ module rockdda_run_search_path
    end type search_end_enum
    type(search_end_enum), parameter :: search_end = search_end_enum()
 
+   !> A load factor below this is none, and neither is one above its inverse.
+   real(wp), parameter :: least_load = 1.0e-6_wp
+
    !> Rules. Values are multiplied by `sign`, so that a search to the left also goes up.
    type :: search_path_type
       real(wp) :: sign = 1
@@ -30,8 +33,10 @@ module rockdda_run_search_path
       logical :: has_end = .false.
       logical :: may_halve = .false.   !! values below the start may be tried
       real(wp) :: lowest = 0, highest = huge(1.0_wp)
-      real(wp) :: first_step = 0       !! 0: the value is doubled; else added, and doubled each time
+      real(wp) :: first_step = 0       !! 0: the value is doubled; else added, and larger each time
+      real(wp) :: growth = 2           !! by this factor
       real(wp) :: tolerance = 0.01_wp
+      logical :: relative = .false.    !! the tolerance is a share of the value
    contains
       procedure :: follow
       procedure :: candidates
@@ -51,7 +56,7 @@ contains
       type(search_options_type), intent(in) :: options
       real(wp), intent(in) :: strength      !! with which the model is settled, times its own
       path%tolerance = options%tolerance
-      if (.not. is_set(options%tolerance)) path%tolerance = default_tolerance(options%kind)/strength
+      if (.not. is_set(options%tolerance)) path%tolerance = default_tolerance(options)/strength
       select case (options%kind)
       case (search_kind%tilt)
          path%start = 0
@@ -61,6 +66,12 @@ contains
          path%start = 0
          path%first_step = 0.05_wp
          path%highest = 10
+      case (search_kind%load)
+         path%start = 0
+         path%first_step = 1
+         path%growth = 4
+         path%highest = 1/least_load
+         path%relative = .true.
       case default
          ! the value with which the model is settled
          path%start = 1/strength
@@ -96,7 +107,11 @@ contains
       allocate (state%used(0))
       call bracket(self, values, stable, state, low, high, found)
       if (.not. found) return
-      do while (high - low > self%tolerance)
+      do while (high - low > self%tolerance*merge(max(abs(low), abs(high)), 1.0_wp, self%relative))
+         if (self%relative .and. max(abs(low), abs(high)) < least_load) then
+            state%outcome = search_end%never_stable
+            return
+         end if
          middle = low + (high - low)/2
          if (.not. (middle > low .and. middle < high)) exit
          call ask(self, middle, values, stable, state, found, stays)
@@ -141,7 +156,7 @@ contains
          if (step > 0) high = low + step
          high = min(high, self%highest)
          if (self%has_end) high = self%end
-         step = 2*step
+         step = self%growth*step
          call ask(self, high, values, stable, state, found, stays)
          if (.not. found .or. .not. stays) return
          found = .not. (self%has_end .or. high >= self%highest)

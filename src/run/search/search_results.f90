@@ -40,7 +40,7 @@ contains
       interrupted = .false.
       trial = failing_trial(search)
       allocate (run)
-      call begin_trial(search%settled, search%options, search%chosen, trial%value, trial%beginning, run%sim, error)
+      call begin_trial(search%settled, search%searched, trial%value, trial%beginning, run%sim, error)
       if (allocated(error)) return
       run%sim%parameters%n_steps = run%sim%state%step + trial%steps
       shown = input
@@ -52,7 +52,7 @@ contains
       run%start = wall_seconds()
       call run%open(request, shown, messages, error)
       if (allocated(error)) return
-      call compute_trial(search%settled, search%options, search%chosen, trial%value, observer, run, again, &
+      call compute_trial(search%settled, search%options, search%searched, trial%value, observer, run, again, &
                          interrupted, error)
       if (interrupted) run%reason = 'stopped'
       call run%close(error)

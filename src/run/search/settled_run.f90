@@ -13,7 +13,8 @@ module rockdda_run_settled_run
    use rockdda_run_checkpointing, only : load_checkpoint, save_checkpoint
    use rockdda_run_input, only : model_input_type
    use rockdda_run_search_journal, only : search_journal_type
-   use rockdda_run_search_options, only : search_options_type, search_kind, search_names, scale_model
+   use rockdda_run_search_options, only : search_options_type, search_kind, search_names
+   use rockdda_run_searched, only : searched_type
    use rockdda_run_settling, only : settle
    use rockdda_run_trial, only : trial_type, search_observer_type
    implicit none
@@ -29,10 +30,10 @@ contains
 
    !> The settled state: from the journal, or computed. A search of the strength begins where the model stands with the
    !> least of 1, 2, 4 ... 64 times the strength of the joints that it reduces.
-   subroutine find_settled_state(input, options, chosen, journal, observer, settled, known, interrupted, error)
+   subroutine find_settled_state(input, options, searched, journal, observer, settled, known, interrupted, error)
       type(model_input_type), intent(in) :: input
       type(search_options_type), intent(in) :: options
-      logical, intent(in) :: chosen(:)                           !! joint materials with reduced strength
+      type(searched_type), intent(in) :: searched
       type(search_journal_type), intent(inout) :: journal        !! with the multiple of the strength
       class(search_observer_type), intent(in) :: observer
       type(simulation_type), intent(out) :: settled
@@ -55,8 +56,7 @@ contains
       journal%strength = 1
       do
          parameters = input%parameters
-         if (options%kind == search_kind%strength) &
-            call scale_model(options%kind, 1/journal%strength, chosen, parameters)
+         call searched%scale(searched%value_at_rest(journal%strength), parameters)
          call settle(input%blocks, parameters, journal%strength, observer, settled, interrupted, fault, error)
          if (interrupted .or. allocated(error)) return
          if (len(fault) == 0) exit

@@ -11,11 +11,13 @@ module rockdda_run_trial
    use rockdda_io_timestamp, only : wall_seconds
    use rockdda_run_mechanism, only : mechanism_type, find_mechanism
    use rockdda_run_model_run, only : run_type
-   use rockdda_run_search_options, only : search_options_type, scale_model
+   use rockdda_run_open_joints, only : joint_lengths, open_shares
+   use rockdda_run_search_options, only : search_options_type, search_kind
+   use rockdda_run_searched, only : searched_type
    use rockdda_run_settled_state, only : copy_simulation
    use rockdda_run_trial_pace, only : trial_pace_type
    use rockdda_stepping_stage_watch, only : progress_type
-   use rockdda_stepping_verdict, only : verdict_type, verdict, typical_size
+   use rockdda_stepping_verdict, only : verdict_type, verdict, typical_size, usual_share
    implicit none
    private
    public :: trial_type, search_observer_type, compute_trial, begin_trial
@@ -30,6 +32,7 @@ module rockdda_run_trial
       real(wp) :: displacement = 0         !! largest of a block since the settled state [length]
       real(wp) :: seconds = 0              !! on the wall clock
       type(mechanism_type) :: mechanism    !! of a failing trial
+      real(wp), allocatable :: open(:)     !! (joint materials) share of their joints that is open at the end
    end type trial_type
 
    !> What the caller of a search sees of it, and its way to stop it. The defaults do nothing.
@@ -73,10 +76,9 @@ contains
    end subroutine warn
 
    !> The settled state with the parameters of a trial.
-   subroutine begin_trial(settled, options, chosen, value, beginning, sim, error)
+   subroutine begin_trial(settled, searched, value, beginning, sim, error)
       type(simulation_type), intent(in) :: settled
-      type(search_options_type), intent(in) :: options
-      logical, intent(in) :: chosen(:)          !! joint materials with reduced strength
+      type(searched_type), intent(in) :: searched
       real(wp), intent(in) :: value
       integer, intent(in) :: beginning          !! from 1; each further one has shorter steps
       type(simulation_type), intent(out) :: sim
@@ -84,7 +86,7 @@ contains
       type(parameters_type) :: parameters
       real(wp) :: shortening
       parameters = settled%parameters
-      call scale_model(options%kind, value, chosen, parameters)
+      call searched%scale(value, parameters)
       parameters%displacement_ratio = min(parameters%displacement_ratio, &
                                           step_share*typical_size(settled)/parameters%w0)
       shortening = shorter**(beginning - 1)
@@ -97,10 +99,10 @@ contains
 
    !> Compute a trial until its verdict. `run` holds the simulation; when its results are open they are written.
    !> `interrupted`: a stop was requested, and there is no verdict. Error: the steps cannot be solved.
-   subroutine compute_trial(settled, options, chosen, value, observer, run, trial, interrupted, error)
+   subroutine compute_trial(settled, options, searched, value, observer, run, trial, interrupted, error)
       type(simulation_type), intent(in) :: settled
       type(search_options_type), intent(in) :: options
-      logical, intent(in) :: chosen(:)
+      type(searched_type), intent(in) :: searched
       real(wp), intent(in) :: value
       class(search_observer_type), intent(in) :: observer
       type(run_type), intent(inout) :: run
@@ -112,7 +114,7 @@ contains
       start = wall_seconds()
       trial%value = value
       do beginning = 1, most_beginnings
-         if (.not. run%is_open) call begin_trial(settled, options, chosen, value, beginning, run%sim, error)
+         if (.not. run%is_open) call begin_trial(settled, searched, value, beginning, run%sim, error)
          trial%beginning = beginning
          if (allocated(error)) return
          call run%sim%set_interruption(observer)
@@ -120,6 +122,7 @@ contains
          if (.not. allocated(error)) exit
          if (error%code /= error_code%computation .or. error%is_fatal .or. run%is_open) exit
       end do
+      if (.not. (interrupted .or. allocated(error))) trial%open = open_shares(run%sim, joint_lengths(settled))
       trial%seconds = wall_seconds() - start
       if (allocated(error)) call add_context(error, 'the trial of '//to_string(value, 6)//' has no verdict')
    end subroutine compute_trial
@@ -140,7 +143,12 @@ contains
       interrupted = .false.
       system = unit_system(run%sim%parameters%units)
       outcome = verdict%open
-      call judgement%begin(run%sim)
+      if (options%kind == search_kind%load) then
+         ! the model at rest does not carry these loads yet
+         call judgement%begin(run%sim, usual_share, any(abs(run%sim%state%stress) > 0))
+      else
+         call judgement%begin(run%sim)
+      end if
       trial%steps = 0
       do while (outcome == verdict%open .and. trial%steps < options%max_steps)
          call run%sim%advance(error)

@@ -107,14 +107,20 @@ contains
    subroutine exchange_reductions(archive, parameters)
       type(archive_type), intent(inout) :: archive
       type(parameters_type), intent(inout) :: parameters
-      real(wp), allocatable :: reductions(:)
-      if (archive%saving) reductions = parameters%joint_materials%reduction
+      real(wp), allocatable :: reductions(:, :)
+      integer :: i
+      if (archive%saving) reductions = reshape([(parameters%joint_materials(i)%reduction, &
+                                                 i=1, size(parameters%joint_materials))], &
+                                               [3, size(parameters%joint_materials)])
       call archive%item('joint_reductions', reductions)
       if (archive%saving .or. allocated(archive%error)) return
-      if (size(reductions) /= size(parameters%joint_materials)) &
+      if (.not. allocated(reductions)) return
+      if (any(shape(reductions) /= [3, size(parameters%joint_materials)])) &
          call archive%refuse('joint_reductions', 'has an unexpected shape')
       if (allocated(archive%error)) return
-      parameters%joint_materials%reduction = reductions
+      do i = 1, size(reductions, 2)
+         parameters%joint_materials(i)%reduction = reductions(:, i)
+      end do
    end subroutine exchange_reductions
 
    !> Block materials: a column each. (Joint materials are a list of the table of options.)

@@ -63,7 +63,6 @@ contains
       call check%holds(p%mass_damping >= 0 .and. p%mass_damping <= huge(1.0_wp), 'mass_proportional')
       call check%holds(abs(p%gravity) <= huge(1.0_wp), 'gravity')
       call check%is_finite(p%weight_direction, 'weight_direction')
-      call check%holds(all(p%joint_materials%reduction > 0), 'joint_reductions')
       call check%holds(p%solver_tolerance > 0 .and. p%solver_tolerance < 1, 'tolerance')
       call check%holds(p%sor_factor >= 1 .and. p%sor_factor < 2, 'omega')
       call check_table(check, 'base_acceleration', 3, p%base%table)
@@ -96,6 +95,7 @@ contains
          end associate
       end do
       do i = 1, size(p%joint_materials)
+         call check%holds(all(p%joint_materials(i)%reduction > 0), 'joint_reductions')
          call check_joint(check, p%joint_materials(i), 'joint_material_'//to_string(i))
       end do
    end subroutine check_materials
