@@ -33,7 +33,7 @@ module rockdda_stepping_verdict
    !> change as the block moves, and with them what is judged. A sliding dam whose table falls from heel to toe has lost
    !> 5 % of its uplift after 1 % of its size; judged from there on it finds equilibrium up to a factor that is 5 % too
    !> large.
-   real(wp), parameter :: usual_share = 0.001_wp
+   real(wp), parameter, public :: usual_share = 0.001_wp
    integer, parameter :: n_marks = 15, marks_between = 2
    !> A pull that falls less than by the factor `stays` while the distance grows by `apart` stays.
    real(wp), parameter, public :: stays = 0.5_wp, apart = 2.0_wp**marks_between
