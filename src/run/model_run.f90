@@ -286,7 +286,10 @@ contains
       type(error_type), allocatable, intent(out) :: error
       character(len=:), allocatable :: text
       if (self%energy_was_reported .and. .not. self%strict) return
-      text = self%sim%ledger%given%describe(self%sim%state%step, self%sim%ledger%total(energy%dissipated))
+      associate (ledger => self%sim%ledger)
+         text = ledger%given%describe(self%sim%state%step, ledger%total(energy%dissipated), abs(ledger%at_start) + &
+                                      abs(ledger%total(energy%gravity)) + abs(ledger%total(energy%external)))
+      end associate
       if (len(text) == 0) return
       call self%object(text, error)
       self%energy_was_reported = .true.

@@ -19,8 +19,8 @@ module rockdda_stepping_given_energy
    !> Overlaps below this share of w0 are round-off: contacts may give their energy.
    real(wp), parameter :: negligible_overlap = 1.0e-9_wp
    !> Numerical dissipation may be negative for some steps, by the periods that a time scheme does not resolve; below zero
-   !> by more than this share of the energy exchanged it has moved the blocks.
-   real(wp), parameter :: gained_share = 0.02_wp
+   !> by more than this share of the energy supplied it has moved the blocks.
+   real(wp), parameter :: gained_share = 0.05_wp
    !> Columns that enter the energy exchanged.
    integer, parameter :: exchanged_columns(7) = [energy%kinetic, energy%strain, energy%gravity, energy%springs, &
                                                  energy%external, energy%friction, energy%dissipated]
@@ -95,19 +95,20 @@ contains
    end function false_column
 
    !> What is wrong, where, and advice; empty where nothing is.
-   pure function describe(self, step, dissipation) result(text)
+   pure function describe(self, step, dissipation, supplied) result(text)
       class(given_energy_type), intent(in) :: self
       integer, intent(in) :: step            !! present one
       real(wp), intent(in) :: dissipation    !! column of the balance [energy]
+      real(wp), intent(in) :: supplied       !! at the start, by gravity and by external work [energy]
       character(len=:), allocatable :: text
       integer :: column
       column = self%false_column()
       text = ''
       if (column == 0) then
-         if (dissipation < -gained_share*self%scale) &
+         if (-dissipation > max(gained_share*supplied, given_share*self%scale)) &
             text = 'energy from nowhere: up to step '//to_string(step)//" the energy column 'numerical_dissipation' "// &
-                   'gave '//to_string(-dissipation)//', '//to_string(-dissipation/self%scale)//' of the energy '// &
-                   'exchanged so far (at most '//to_string(gained_share)//' is accepted): impacts within a step have '// &
+                   'gave '//to_string(-dissipation)//', '//to_string(-dissipation/supplied)//' of the energy '// &
+                   'supplied so far (at most '//to_string(gained_share)//' is accepted): impacts within a step have '// &
                    'thrown blocks. Give joints a restitution, or use shorter steps'
          return
       end if
