@@ -214,6 +214,10 @@ def _energy_faults(run: Run, density: float, groups: int) -> list[str]:
         if share > GIVEN and "What follows is not to be trusted" not in run.messages:
             found.append(f"{name} gives {share:.1e} of the energy exchanged")
     supplied = start + np.abs(energy["gravity"]).max() + np.abs(energy["external_work"]).max()
+    outlines = run.outlines(0)
+    weight = density * G * sum(area_of(points) for points in outlines)
+    # the program judges no less than a thousandth of the weight falling half the height
+    supplied = max(supplied, GIVEN / GAINED * weight * float(np.ptp(np.concatenate(outlines)[:, 1])) / 2)
     gained = -float(energy["numerical_dissipation"].min() / supplied)
     if gained > 2 * GAINED and "energy from nowhere" not in run.messages:
         found.append(f"the time scheme gives {gained:.1e} of the energy supplied")
