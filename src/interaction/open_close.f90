@@ -25,7 +25,7 @@ module rockdda_interaction_open_close
    integer, parameter :: worn_changes = 3
    !> The closed part of an interval has changed when its stiffness has by more than this share; loads follow smaller
    !> changes with the matrix of the last solve.
-   real(wp), parameter :: same_part = 1.0e-3_wp
+   real(wp), parameter :: same_part = 1.0e-6_wp
 
    !> Trial states and predicted motion of one step's contacts.
    type, extends(trial_states_type) :: open_close_type
