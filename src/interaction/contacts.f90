@@ -378,7 +378,7 @@ contains
       real(wp) :: p(2)
       integer :: c, l
       do c = 1, self%table%n
-         if (self%trial%start(c) == 1 .or. self%trial%state_used(c) == contact_state%open) cycle
+         if (self%table%state(c) /= contact_state%open .or. self%trial%state_used(c) == contact_state%open) cycle
          call self%trial%find_ends(self%table, c, c, last)
          call self%trial%recall(self%table, c, joint)
          p = dt*[self%trial%force_used(self%table, c), last(1)%shear_force]

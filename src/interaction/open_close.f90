@@ -7,7 +7,6 @@ module rockdda_interaction_open_close
    use rockdda_base_kinds, only : wp, i1, i2, l1
    use rockdda_base_parallel, only : parallel_contacts, n_pieces
    use rockdda_base_runs, only : run_length
-   use rockdda_contact_interval_law, only : end_gaps
    use rockdda_contact_table, only : contact_table_type, contact_state
    use rockdda_interaction_closing, only : closing_gap, stays_closed
    use rockdda_interaction_contact_law, only : contact_law_type
@@ -25,7 +24,7 @@ module rockdda_interaction_open_close
    integer, parameter :: worn_changes = 3
    !> The closed part of an interval has changed when its stiffness has by more than this share; loads follow smaller
    !> changes with the matrix of the last solve.
-   real(wp), parameter :: same_part = 1.0e-6_wp
+   real(wp), parameter :: same_part = 1.0e-3_wp
 
    !> Trial states and predicted motion of one step's contacts.
    type, extends(trial_states_type) :: open_close_type
@@ -184,17 +183,8 @@ contains
       type(joint_response_type) :: response
       real(wp) :: used(2), bond(2), missed
       integer :: old, new, new_sign, i, r
-      logical :: is_closed, was_open, is_new, closes
+      logical :: is_closed, was_open, is_new
       was_open = self%joint(c)%state == contact_state%open
-      closes = .not. was_open .and. self%level(self%start(c)) < 1
-      if (closes) closes = any(end_gaps(table%gap(c:c + 1)) > 0 .and. &
-                               end_gaps([self%gap_at_end(table, c), self%gap_at_end(table, c + 1)]) < 0)
-      if (closes) then
-         ! no more than a contact that closes does its open end know when
-         self%gap(c:c + 1) = [self%gap_at_end(table, c), self%gap_at_end(table, c + 1)]
-         self%slip(c:c + 1) = self%slip(c:c + 1)/self%level(self%start(c))
-         self%start(c:c + 1) = 2_i1
-      end if
       bond = self%bond(c:c + 1)
       call respond(law, table, c, self%both_bonded(c), self%gap(c:c + 1), settings%open_tolerance, bond, interval)
       is_closed = interval%lowest <= settings%open_tolerance .or. bond(2) > bond(1)
@@ -202,7 +192,7 @@ contains
                                                               logical(any(self%joint(c:c + 1)%strikes)))
       used = 0
       if (.not. was_open) used = [self%spring_force(table, c), self%spring_force(table, c + 1)]
-      is_new = closes
+      is_new = .false.
       do r = c, c + 1
          i = r - c + 1
          associate (joint => self%joint(r))

@@ -241,7 +241,6 @@ contains
       integer, intent(in) :: c                         !! row
       type(joint_type), intent(inout) :: joint
       call recall_joint(table, c, self%joint(c), self%extra, joint)
-      joint%closes = self%start(c) == 2_i1
    end subroutine recall
 
    !> Gap at the end of the step, by the gap where the forces act.
