@@ -28,12 +28,14 @@ module rockdda_contact_view
 contains
 
    !> Rows first to last of a table, which cut no interval.
-   pure subroutine view_contacts(table, vertices, first, last, view)
+   pure subroutine view_contacts(table, vertices, first, last, view, holds)
       type(contact_table_type), intent(in) :: table
       real(wp), intent(in) :: vertices(:, :)   !! (2, nv) now
       integer, intent(in) :: first, last
       type(contact_view_type), intent(inout) :: view
+      logical, intent(in), optional :: holds(:)   !! (joint materials) bonds carry tension; default: all
       real(wp) :: place
+      logical :: bond_holds
       integer :: c, d, k, n
       n = max(0, last - first + 1)
       if (allocated(view%state)) then
@@ -60,7 +62,9 @@ contains
          view%force(:, k) = (1 - place)*view%force(:, k) + place*force_on_a(table, d)
          view%slip(k) = 0.5_wp*(table%total_slip(c) + table%total_slip(d))
          if (table%normal_force(d) > table%normal_force(c)) view%state(k) = table%state(d)
-         if (.not. table%tied(c)) view%length(k) = closed_length(table, c, d)
+         bond_holds = .true.
+         if (present(holds) .and. table%joint(c) > 0) bond_holds = holds(table%joint(c))
+         if (.not. table%tied(c)) view%length(k) = closed_length(table, c, d, bond_holds)
       end do
    end subroutine view_contacts
 
@@ -83,10 +87,11 @@ contains
    end function at_end
 
    !> Half of the closed length of an interval: on which a linear stress without tension has its resultant, and on which a
-   !> bond is sound.
-   pure real(wp) function closed_length(table, c, d) result(length)
+   !> bond is sound that carries tension.
+   pure real(wp) function closed_length(table, c, d, bond_holds) result(length)
       type(contact_table_type), intent(in) :: table
       integer, intent(in) :: c, d        !! row next to the end, and the other one
+      logical, intent(in) :: bond_holds
       real(wp) :: force(2), place, low, high
       length = 0
       if (table%state(c) == contact_state%open) return
@@ -99,7 +104,7 @@ contains
          if (place < 0.5_wp) high = max(0.0_wp, min(1.0_wp, 3*place))
          if (place > 0.5_wp) low = min(1.0_wp, max(0.0_wp, 3*place - 2))
       end if
-      if (table%bond_end(max(c, d)) > table%bond_end(min(c, d))) then
+      if (bond_holds .and. table%bond_end(max(c, d)) > table%bond_end(min(c, d))) then
          low = min(low, merge(table%bond_end(c), 1 - table%bond_end(c), c < d))
          high = max(high, merge(table%bond_end(d), 1 - table%bond_end(d), c < d))
       end if

@@ -23,11 +23,13 @@ contains
 
    !> Normal (1) and shear (2) stress of all rows, or of those from `first` on, where no interval is cut; zero for open
    !> rows and for rows without a length.
-   pure subroutine joint_stresses(table, stress, first)
+   pure subroutine joint_stresses(table, stress, first, holds)
       type(contact_table_type), intent(in) :: table
       real(wp), intent(out) :: stress(:, :)        !! (2, rows) [force/length^2]
       integer, intent(in), optional :: first       !! default 1
+      logical, intent(in), optional :: holds(:)    !! (joint materials) bonds carry tension; default: all
       real(wp) :: mean(2), linear(2)
+      logical :: bond_holds
       integer :: c, k, before
       before = 0
       if (present(first)) before = first - 1
@@ -43,17 +45,21 @@ contains
                stress(:, k) = mean - linear
                stress(:, k + 1) = mean + linear
             else
-               stress(:, k:k + 1) = interval_stresses(table, c)
+               bond_holds = .true.
+               if (present(holds) .and. table%joint(c) > 0) bond_holds = holds(table%joint(c))
+               stress(:, k:k + 1) = interval_stresses(table, c, bond_holds)
             end if
          end if
       end do
    end subroutine joint_stresses
 
    !> Stresses at both ends of the interval of rows c and c + 1, by the resultant and its place: trapezoidal while it lies
-   !> within the middle third, or where a bond is sound, else triangular on three times its distance from the end.
-   pure function interval_stresses(table, c) result(stress)
+   !> within the middle third, or where a bond that carries tension is sound, else triangular on three times its distance
+   !> from the end, in shear as well.
+   pure function interval_stresses(table, c, bond_holds) result(stress)
       type(contact_table_type), intent(in) :: table
       integer, intent(in) :: c
+      logical, intent(in) :: bond_holds
       real(wp) :: stress(2, 2)   !! (normal and shear, ends) [force/length^2]
       real(wp) :: force(2), length, total, place, closed
       length = table%length(c) + table%length(c + 1)
@@ -61,12 +67,12 @@ contains
       total = sum(force)
       stress(1, :) = -[4*total - 6*dot_product(force, places), 6*dot_product(force, places) - 2*total]/length
       stress(2, :) = sum(table%shear_force(c:c + 1))/length
-      if (.not. total > 0 .or. table%bond_end(c + 1) > table%bond_end(c)) return
+      if (.not. total > 0 .or. (bond_holds .and. table%bond_end(c + 1) > table%bond_end(c))) return
       place = dot_product(force, places)/total
       closed = min(place, 1 - place)
       if (3*closed >= 1) return
       stress(1, :) = merge(-2*total/(3*closed*length), 0.0_wp, [place < 0.5_wp, place > 0.5_wp])
-      stress(2, :) = merge(stress(2, :)/(3*closed), 0.0_wp, abs(stress(1, :)) > 0)
+      stress(2, :) = merge(2*stress(2, :)/(3*closed), 0.0_wp, abs(stress(1, :)) > 0)
    end function interval_stresses
 
 end module rockdda_interaction_joint_stress

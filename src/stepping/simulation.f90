@@ -45,6 +45,7 @@ module rockdda_stepping_simulation
       procedure :: view
       procedure :: contact_stresses
       procedure :: contact_slab
+      procedure :: bonds_hold
       procedure :: bolt_forces
       procedure :: list_boundaries
       procedure :: list_water
@@ -132,7 +133,7 @@ contains
    subroutine view(self, contacts)
       class(simulation_type), intent(in) :: self
       type(contact_view_type), intent(inout) :: contacts
-      call view_contacts(self%contacts, self%state%vertices, 1, self%contacts%n, contacts)
+      call view_contacts(self%contacts, self%state%vertices, 1, self%contacts%n, contacts, self%bonds_hold())
    end subroutine view
 
    !> Normal (1, tension positive) and shear (2) stress of every contact of the last accepted step, zero for open ones.
@@ -141,7 +142,7 @@ contains
       real(wp), allocatable, intent(inout) :: stress(:, :)   !! (2, contacts%n) [force/length^2]
       if (allocated(stress)) deallocate (stress)
       allocate (stress(2, self%contacts%n))
-      call joint_stresses(self%contacts, stress)
+      call joint_stresses(self%contacts, stress, holds=self%bonds_hold())
    end subroutine contact_stresses
 
    !> Some of the contacts, a slab of about `most` rows that cuts no interval, and their stresses.
@@ -159,9 +160,16 @@ contains
          if (size(stress, 2) /= last - first + 1) deallocate (stress)
       end if
       if (.not. allocated(stress)) allocate (stress(2, last - first + 1))
-      call view_contacts(self%contacts, self%state%vertices, first, last, contacts)
-      call joint_stresses(self%contacts, stress, first)
+      call view_contacts(self%contacts, self%state%vertices, first, last, contacts, self%bonds_hold())
+      call joint_stresses(self%contacts, stress, first, self%bonds_hold())
    end subroutine contact_slab
+
+   !> Joint materials whose bonds carry tension.
+   pure function bonds_hold(self) result(hold)
+      class(simulation_type), intent(in) :: self
+      logical :: hold(size(self%families%contacts%laws))
+      hold = self%families%contacts%laws%tension > 0
+   end function bonds_hold
 
    !> Axial forces of the bolts in the present state, tension positive.
    pure function bolt_forces(self) result(force)
