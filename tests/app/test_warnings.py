@@ -255,7 +255,9 @@ class ErrorInTime(ProgramTest):
             with self.subTest(option=option):
                 self.write("drop.nml", model + option)
                 outcome = self.run_program("run", "drop.nml", "--json", "--force")
-                self.assertEqual((outcome.code, outcome.json["warnings"], outcome.json["struck_blocks"]), (0, 1, 2))
+                self.assertEqual((outcome.code, outcome.json["struck_blocks"]), (0, 2))
+                # and, where the step throws it, of energy from nowhere
+                self.assertIn(outcome.json["warnings"], (1, 2))
                 with h5py.File(self.path("drop.h5"), "r") as file:
                     height = file["frames/vertices"][:, 4:8, 1].mean(axis=1) - 0.25
                     landed = file["frames/time"][:] > 0.66

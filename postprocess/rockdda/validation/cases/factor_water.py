@@ -201,8 +201,8 @@ def dam(record: Record) -> None:
                 explanation="Cohesion acts where the joint is closed; between the foundation blocks it is open",
             )  # fmt: skip
             case = replace(case, closed=_closed_share(one.results, case))
-        # with cohesion the length that is closed becomes smaller as the strength falls
-        allowed = 0.015 if case.cohesion else 0.01
+        # the closed length is that of the settled state; as the strength falls it changes
+        allowed = 0.02 if case.cohesion else 0.01
         record.compare(f"{name}: F", one.value, truth=case.factor, truth_source="statics", allowed=allowed)
         found.append((name, one))
     trial_table(record, found, "Search of the sliding factor of the dam")
