@@ -150,22 +150,13 @@ contains
       end if
       associate (p => search%settled%parameters)
          do i = 1, size(length)
-            if (.not. is_cohesive(search, i)) cycle
+            if (.not. (length(i) > 0 .and. p%joint_materials(i)%cohesion > 0)) cycle
             write (percent, '(f6.1)') 100*open(i)
             text = text//'open at failure: '//trim(adjustl(percent))//' % of '//label(search, i)//' ('// &
                    p%shown(open(i)*length(i), 'length', 3)//' of '//p%shown(length(i), 'length', 3)//')'//nl
          end do
       end associate
    end function joints_text
-
-   !> Has a joint material cohesion, and are there joints of it?
-   pure logical function is_cohesive(search, i)
-      type(factor_search_type), intent(in) :: search
-      integer, intent(in) :: i           !! joint material
-      real(wp) :: length(size(search%searched%joints))
-      length = search%joint_length()
-      is_cohesive = length(i) > 0 .and. search%settled%parameters%joint_materials(i)%cohesion > 0
-   end function is_cohesive
 
    !> Name of a joint material, or its number.
    pure function label(search, i)
