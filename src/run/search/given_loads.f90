@@ -118,16 +118,11 @@ contains
       end do
       do i = 1, size(loads%lines)
          if (.not. is_one(loads%lines(i)%name, names)) cycle
-         parameters%line_loads(i)%force_start = factor*loads%lines(i)%force_start
-         parameters%line_loads(i)%force_end = factor*loads%lines(i)%force_end
+         call scale_line(loads%lines(i), factor, parameters%line_loads(i))
       end do
       do i = 1, size(loads%boundaries)
          if (.not. is_one(loads%boundaries(i)%name, names)) cycle
-         associate (given => loads%boundaries(i), used => parameters%boundaries(i))
-            if (allocated(given%stress)) used%stress = factor*given%stress
-            if (allocated(given%traction)) used%traction = factor*given%traction
-            if (is_set(given%pressure)) used%pressure = factor*given%pressure
-         end associate
+         call scale_boundary(loads%boundaries(i), factor, parameters%boundaries(i))
       end do
    end subroutine multiply_loads
 
@@ -135,7 +130,8 @@ contains
    pure subroutine end_tables(names, parameters)
       character(len=*), intent(in) :: names(:)
       type(parameters_type), intent(inout) :: parameters
-      real(wp) :: factor
+      type(line_load_type) :: line
+      type(boundary_type) :: boundary
       integer :: i, n
       do i = 1, size(parameters%loading_tables)
          associate (table => parameters%loading_tables(i))
@@ -147,9 +143,8 @@ contains
       do i = 1, size(parameters%line_loads)
          associate (load => parameters%line_loads(i))
             if (.not. is_one(load%name, names) .or. .not. allocated(load%table)) cycle
-            factor = load_factor(load%table, huge(1.0_wp))
-            load%force_start = factor*load%force_start
-            load%force_end = factor*load%force_end
+            line = load
+            call scale_line(line, load_factor(load%table, huge(1.0_wp)), load)
             deallocate (load%table)
          end associate
       end do
@@ -157,14 +152,31 @@ contains
       do i = 1, size(parameters%boundaries)
          associate (load => parameters%boundaries(i))
             if (.not. is_one(load%name, names) .or. .not. allocated(load%table)) cycle
-            factor = load_factor(load%table, huge(1.0_wp))
-            if (allocated(load%stress)) load%stress = factor*load%stress
-            if (allocated(load%traction)) load%traction = factor*load%traction
-            if (is_set(load%pressure)) load%pressure = factor*load%pressure
+            boundary = load
+            call scale_boundary(boundary, load_factor(load%table, huge(1.0_wp)), load)
             deallocate (load%table)
          end associate
       end do
    end subroutine end_tables
+
+   !> The forces of a line load times a factor.
+   pure subroutine scale_line(given, factor, used)
+      type(line_load_type), intent(in) :: given
+      real(wp), intent(in) :: factor
+      type(line_load_type), intent(inout) :: used
+      used%force_start = factor*given%force_start
+      used%force_end = factor*given%force_end
+   end subroutine scale_line
+
+   !> The stress, traction or pressure of a boundary times a factor.
+   pure subroutine scale_boundary(given, factor, used)
+      type(boundary_type), intent(in) :: given
+      real(wp), intent(in) :: factor
+      type(boundary_type), intent(inout) :: used
+      if (allocated(given%stress)) used%stress = factor*given%stress
+      if (allocated(given%traction)) used%traction = factor*given%traction
+      if (is_set(given%pressure)) used%pressure = factor*given%pressure
+   end subroutine scale_boundary
 
    !> Is a name one of these?
    pure logical function is_one(name, names)
