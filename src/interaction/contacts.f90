@@ -23,6 +23,7 @@ module rockdda_interaction_contacts
    use rockdda_interaction_joint_law, only : joint_settings_type, joint_type, new_joint_settings
    use rockdda_interaction_joint_links, only : linearise_joints
    use rockdda_interaction_open_close, only : open_close_type
+   use rockdda_interaction_striking_ends, only : mark_striking_ends
    implicit none
    private
    public :: contacts_type
@@ -140,8 +141,11 @@ contains
       if (context%scheme%is_dynamic) where (.not. context%parameters%joint_materials%damping_ratio > 0) &
          self%laws%sliding_damping = context%parameters%sliding_damping
       call self%trial%begin(self%table, self%laws, self%settings)
+      if (context%parameters%by_length .and. context%scheme%is_dynamic .and. context%scheme%second_order) &
+         call mark_striking_ends(context, self%laws, self%table, self%trial%start)
       if (allocated(self%trial%extra)) &
-         call set_dashpots(context, self%laws, self%table, self%trial%level, self%trial%extra)
+         call set_dashpots(context, self%laws, self%table, self%trial%level(1:2), &
+                             self%trial%extra)
       self%delays = any(self%laws%dilation > 0) .and. self%trial%level(1) < 1
       if (self%delays) call expect_dilation(context, self%laws, self%table, self%trial%level(1), &
                                               self%trial%extra, self%trial%gap)

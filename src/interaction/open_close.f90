@@ -7,6 +7,7 @@ module rockdda_interaction_open_close
    use rockdda_base_kinds, only : wp, i1, i2, l1
    use rockdda_base_parallel, only : parallel_contacts, n_pieces
    use rockdda_base_runs, only : run_length
+   use rockdda_contact_interval_law, only : end_gaps
    use rockdda_contact_table, only : contact_table_type, contact_state
    use rockdda_interaction_closing, only : closing_gap, stays_closed
    use rockdda_interaction_contact_law, only : contact_law_type
@@ -15,7 +16,7 @@ module rockdda_interaction_open_close
       joint_response_type, find_held, &
       stay_locked, map_joint, miss_of_joint, have_friction_alone
    use rockdda_interaction_sliding, only : friction_of_sliding, judge_steady
-   use rockdda_interaction_trial_states, only : trial_states_type, no_state, piece_of_rows, widest_piece
+   use rockdda_interaction_trial_states, only : trial_states_type, no_state, at_level, piece_of_rows, widest_piece
    implicit none
    private
    public :: open_close_type
@@ -114,7 +115,8 @@ contains
       do c = first, last
          k = c - first + 1
          stays(k) = stays(k) .and. table%partner(c) == 0 .and. .not. (self%joint(c)%partly .or. &
-                                                                     self%joint(c)%strikes)
+                                                                     self%joint(c)%strikes .or. &
+                                                                     self%start(c) == at_level%may_strike)
          if (spare_bonds) stays(k) = stays(k) .and. .not. self%joint(c)%bonded
       end do
       c = first
@@ -132,7 +134,8 @@ contains
                   if (i == judged) cycle
                   k = i - first + 1
                   is_steady = .false.
-                  if (.not. (self%joint(i)%partly .or. self%joint(i)%strikes) .and. .not. &
+                  if (.not. (self%joint(i)%partly .or. self%joint(i)%strikes .or. &
+                             self%start(i) == at_level%may_strike) .and. .not. &
                       (lowest(k) < 0 .and. self%joint(i)%state == contact_state%open .and. table%station(i) > 0)) then
                      self%partly_used(i) = .false.
                      call judge_steady(simple, laws, settings, table, i, lowest(k), widest(k), mean(k), self%gap(i), &
@@ -141,7 +144,8 @@ contains
                                        self%normal_force(i), worst_friction, is_steady)
                   end if
                   if (is_steady) cycle
-                  if (is_one_contact(widest(k), self%joint(i), table%station(i), logical(self%joint(i)%partly))) then
+                  if (is_one_contact(widest(k), self%joint(i), table%station(i), self%joint(i)%partly .or. &
+                                     self%start(i) == at_level%may_strike)) then
                      ! both rows at a time
                      judged = i + 1
                      if (table%station(i) == 1) &
@@ -183,8 +187,12 @@ contains
       type(joint_response_type) :: response
       real(wp) :: used(2), bond(2), missed
       integer :: old, new, new_sign, i, r
-      logical :: is_closed, was_open, is_new
+      logical :: is_closed, was_open, is_new, strikes
       was_open = self%joint(c)%state == contact_state%open
+      strikes = self%start(c) == at_level%may_strike
+      if (strikes) strikes = any(end_gaps(table%gap(c:c + 1)) > 0 .and. &
+                                 end_gaps([self%gap_at_end(table, c), self%gap_at_end(table, c + 1)]) < 0)
+      if (strikes) call self%strike(table, c)
       bond = self%bond(c:c + 1)
       call respond(law, table, c, self%both_bonded(c), self%gap(c:c + 1), settings%open_tolerance, bond, interval)
       is_closed = interval%lowest <= settings%open_tolerance .or. bond(2) > bond(1)
@@ -192,7 +200,7 @@ contains
                                                               logical(any(self%joint(c:c + 1)%strikes)))
       used = 0
       if (.not. was_open) used = [self%spring_force(table, c), self%spring_force(table, c + 1)]
-      is_new = .false.
+      is_new = strikes
       do r = c, c + 1
          i = r - c + 1
          associate (joint => self%joint(r))
@@ -239,6 +247,8 @@ contains
             end if
             missed = 0
             if (is_closed .and. .not. was_open) missed = abs(interval%force(i) - used(i))
+            ! the last solve had it act within the step
+            if (strikes) missed = table%k_n(r)*maxval(abs(self%gap(c:c + 1) - table%gap(c:c + 1)))
             if (missed > table%k_n(r)*settings%round_off) self%miss(r) = max(self%miss(r), missed)
             if (new /= old .or. (new == contact_state%sliding .and. new_sign /= self%sign_used(r))) then
                self%miss(r) = max(self%miss(r), miss_of_joint(memory, 0.0_wp, self%slip(r), new, new_sign, &

@@ -16,13 +16,21 @@ module rockdda_interaction_trial_states
       recall_joint, sliding_friction
    implicit none
    private
-   public :: trial_states_type, no_state, piece_of_rows, widest_piece
+   public :: trial_states_type, no_state, at_level, piece_of_rows, widest_piece
 
    !> Rows of a piece at most, which cuts no interval.
    integer, parameter :: widest_piece = piece + 1
 
    !> `state_used` of contacts that have not been in a solve of the attempt.
    integer(i1), parameter :: no_state = -1
+   !> After which share of the step's motion the force of a contact acts: of one that is closed at its start, that of the
+   !> scheme; of one that closes in the step, 1, as an impulse; of an interval whose open end may strike, or strikes
+   !> (rockdda_interaction_striking_ends), that of the scheme, or 1.
+   type :: at_level_enum
+      integer(i1) :: closed = 1, closes = 2, may_strike = 3, strikes = 4
+   end type at_level_enum
+   type(at_level_enum), parameter :: at_level = at_level_enum()
+
    !> Trial states and predicted motion of one step's contacts.
    type :: trial_states_type
       !> When the last solve has paused: contacts change their states only if the force that they miss, over the root of
@@ -45,17 +53,17 @@ module rockdda_interaction_trial_states
       real(wp), allocatable :: slip(:)        !! predicted slip in this step
       integer(i2), allocatable :: changes(:)      !! changes of state in this step so far
       logical(l1), allocatable :: opened(:)       !! at the end of the step, after forces have acted in it
-      integer(i1), allocatable :: start(:)    !! 1: closed at the start of the step, 2: open
-      !> Share of the step's motion after which the forces of contacts act that are closed at the start (1) or open (2):
-      !> that of the scheme, and 1; gap and slip are those there until `reach_end`. And the factor of their forces in
-      !> the equations.
-      real(wp) :: level(2) = 1, factor(2) = 1
+      integer(i1), allocatable :: start(:)    !! one of at_level%...
+      !> Share of the step's motion after which the forces of contacts act, by `start`; gap and slip are those there until
+      !> `reach_end`. And the factor of their forces in the equations.
+      real(wp) :: level(4) = 1, factor(4) = 1
       integer, private :: n_begun = 0         !! rows that have been in use; those behind take no memory yet
    contains
       procedure :: begin
       procedure :: friction_limit
       procedure :: find_ends
       procedure :: recall
+      procedure :: strike
       procedure :: gap_at_end
       procedure :: spring_force
       procedure :: force_used
@@ -85,8 +93,8 @@ contains
       n = table%n
       self%doubt = 0
       ! one that is open at the start and closes does not know when: its force at the end is an impulse
-      self%level = [settings%level, 1.0_wp]
-      self%factor = [1.0_wp, settings%impact]
+      self%level = [settings%level, 1.0_wp, settings%level, 1.0_wp]
+      self%factor = [1.0_wp, settings%impact, 1.0_wp, 1.0_wp]
       call make_room(self, n)
       call make_extra_room(self, table, laws)
       if (allocated(self%extra)) self%extra(1:n) = joint_extra_type()
@@ -125,7 +133,7 @@ contains
          self%joint(c)%worn = .false.
          self%joint(c)%strikes = .false.
          self%joint(c)%partly = .false.
-         self%start(c) = merge(2_i1, 1_i1, table%state(c) == contact_state%open)
+         self%start(c) = merge(at_level%closes, at_level%closed, table%state(c) == contact_state%open)
          if (table%state(c) == contact_state%sliding) call set_friction(self, table, laws, settings, c)
       end do
       do c = first, last
@@ -143,10 +151,14 @@ contains
       type(joint_settings_type), intent(in) :: settings
       type(interval_response_type) :: interval
       type(joint_type) :: joint
+      real(wp) :: widest
       integer :: i
-      if (all(end_gaps(table%gap(c:c + 1)) <= 0)) return
-      ! where it touches without force, rounding would decide on which part it is closed, or that it has no stiffness
-      if (.not. any(abs(table%normal_force(c:c + 1)) > 0)) return
+      widest = maxval(end_gaps(table%gap(c:c + 1)))
+      if (widest <= 0) return
+      ! where it touches without force, rounding would decide on which part it is closed, or that it has no stiffness;
+      ! in a dynamic step it may have none
+      if (.not. any(abs(table%normal_force(c:c + 1)) > 0) .and. &
+          .not. (settings%level < 1 .and. widest > settings%open_tolerance)) return
       call respond(laws(table%joint(c)), table, c, logical(table%bonded(c) .and. table%bonded(c + 1)), &
                    table%gap(c:c + 1), settings%open_tolerance, self%bond(c:c + 1), interval)
       self%joint(c:c + 1)%partly = .true.
@@ -241,7 +253,27 @@ contains
       integer, intent(in) :: c                         !! row
       type(joint_type), intent(inout) :: joint
       call recall_joint(table, c, self%joint(c), self%extra, joint)
+      joint%closes = any(self%start(c) == [at_level%closes, at_level%strikes])
    end subroutine recall
+
+   !> From now on an interval acts at the end of the step.
+   pure subroutine strike(self, table, c)
+      class(trial_states_type), intent(inout) :: self
+      type(contact_table_type), intent(in) :: table    !! at the start of the step
+      integer, intent(in) :: c                         !! first row
+      real(wp) :: level
+      integer :: r
+      level = self%level(self%start(c))
+      do r = c, c + 1
+         self%gap(r) = self%gap_at_end(table, r)
+         self%slip(r) = self%slip(r)/level
+         self%start(r) = at_level%strikes
+         if (.not. allocated(self%extra)) cycle
+         self%extra(r)%normal_drag = level*self%extra(r)%normal_drag
+         self%extra(r)%drag = level*self%extra(r)%drag
+         self%extra(r)%late = -self%extra(r)%opens
+      end do
+   end subroutine strike
 
    !> Gap at the end of the step, by the gap where the forces act.
    pure real(wp) function gap_at_end(self, table, c) result(gap)
@@ -253,7 +285,7 @@ contains
       if (allocated(self%extra)) late = self%extra(c)%late
       gap = self%gap(c)
       associate (level => self%level(self%start(c)))
-         if (level < 1) gap = table%gap(c) + ((gap - table%gap(c)) - late)/level
+         if (level < 1 .or. abs(late) > 0) gap = table%gap(c) + ((gap - table%gap(c)) - late)/level
       end associate
       if (allocated(self%extra)) gap = gap - self%extra(c)%opens
    end function gap_at_end
