@@ -6,6 +6,8 @@ import importlib.metadata
 import importlib.util
 import re
 import shlex
+import shutil
+import subprocess
 import sys
 import tomllib
 
@@ -24,13 +26,46 @@ def name_of(requirement: str) -> str:
 def test_the_recipe_needs_what_the_package_needs():
     yaml = pytest.importorskip("yaml")
     recipe = yaml.safe_load((ROOT / "recipe/recipe.yaml").read_text(encoding="utf-8"))
-    version = re.search(r"VERSION (\d+\.\d+\.\d+)", (ROOT / "CMakeLists.txt").read_text(encoding="utf-8"))
-    assert version is not None
-    assert recipe["context"]["version"] == version.group(1)
     wanted = {CONDA_NAMES.get(name_of(entry), name_of(entry)) for entry in PROJECT["dependencies"]}
     assert {name_of(entry) for entry in recipe["requirements"]["run"]} == wanted | {"python"}
     extras = {name_of(entry) for entries in PROJECT["optional-dependencies"].values() for entry in entries}
     assert {name_of(entry) for entry in recipe["requirements"]["run_constraints"]} <= extras
+
+
+def test_all_files_have_the_version_of_cmake():
+    version = re.search(r"VERSION (\d+\.\d+\.\d+)", (ROOT / "CMakeLists.txt").read_text(encoding="utf-8"))
+    assert version is not None
+    done = subprocess.run([ROOT / "scripts/release", "--check"], capture_output=True, text=True)
+    assert (done.returncode, done.stdout.strip(), done.stderr) == (0, version[1], "")
+
+
+def test_another_version_is_named_with_its_file(tmp_path):
+    for name in (
+        "scripts/release",
+        "CMakeLists.txt",
+        "CITATION.cff",
+        "recipe/recipe.yaml",
+        "fpm.toml",
+        "docs/changelog.md",
+    ):
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        shutil.copy(ROOT / name, tmp_path / name)
+    cmake = tmp_path / "CMakeLists.txt"
+    cmake.write_text(re.sub(r"VERSION \d+\.\d+\.\d+", "VERSION 9.8.7", cmake.read_text(encoding="utf-8")))
+    done = subprocess.run([tmp_path / "scripts/release", "--check"], capture_output=True, text=True)
+    assert done.returncode == 1
+    assert re.findall(r"^(\S+): expected the line: .*9\.8\.7", done.stderr, re.M) == [
+        "CITATION.cff", "recipe/recipe.yaml", "fpm.toml", "docs/changelog.md",
+    ]  # fmt: skip
+
+
+def test_fpm_builds_every_folder_of_the_library():
+    """cmake/fpm has a link to each folder of src that src/CMakeLists.txt adds, but for the program."""
+    text = (ROOT / "src/CMakeLists.txt").read_text(encoding="utf-8")
+    listed = re.search(r"foreach\(folder IN ITEMS ([\w ]+)\)", text)
+    assert listed is not None
+    links = {path.name: path.resolve() for path in (ROOT / "cmake/fpm").iterdir() if path.is_symlink()}
+    assert links == {name: ROOT / "src" / name for name in listed[1].split() if name != "app"}
 
 
 def test_the_recipe_is_one_for_rattler_build():
