@@ -1,15 +1,20 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""Makes the pictures of docs/gallery and docs/images/viewer.png from models of inputs/: a minute or so.
+"""Makes the pictures of docs/gallery, of the README, of the viewer and of all models from inputs/: some minutes.
 
     .venv/bin/python docs/gallery/make_gallery.py [NAME...]     # all, or those whose names are given
 
-Needs the program (build/bin/rockdda, ROCKDDA_PROGRAM or on the PATH); for the viewer Chromium.
+`overview` is the picture of the README, `models` are the end.png of inputs/, made by the commands of their READMEs
+(`models NAME` for one), `viewer` and `film` what they say. Needs the program (build/bin/rockdda, ROCKDDA_PROGRAM or on
+the PATH); for the viewer Chromium.
 """
 
 from __future__ import annotations
 
+import math
 import os
+import re
+import shlex
 import shutil
 import subprocess
 import sys
@@ -28,13 +33,14 @@ import matplotlib as mpl  # noqa: E402
 mpl.use("Agg")
 
 import matplotlib.pyplot as plt  # noqa: E402
+import numpy as np  # noqa: E402
 import rockdda  # noqa: E402
 from PIL import Image  # noqa: E402
 from rockdda import plot  # noqa: E402
 from rockdda.film import Viewer, serve  # noqa: E402
 from rockdda.results import Results  # noqa: E402
 
-UNITS = "m,s,N"
+UNITS = "SI"
 DIG = """\
 &contact formulation = 'length' /
 &region name = 'upper', box = -1,3,2,6 /
@@ -43,6 +49,11 @@ DIG = """\
 &stage name = 'rest', until = 'equilibrium', relax = 1 /
 """
 HOLDS = "&joint_material number = 1, friction = 35 /\n&joint_material number = 2, friction = 35 /\n"
+WET = (
+    "&joint_material number = 2, friction = 38 /\n"
+    "&water name = 'rain', table = -7,-3, 0,0.2, 8,6, 26,10, unit_weight = 9810, surfaces = .false. /\n"
+)
+LARGEST = 60_000  #: bytes of the picture of a model
 FRICTION = (15, 20, 25, 30)  # degrees, of the weak plane
 
 
@@ -67,9 +78,9 @@ class Runs:
     def __call__(self, name: str) -> Results:
         return self.run(name, ROOT / "inputs" / name)
 
-    def dug(self, name: str, stages: str) -> Results:
-        """A model with stages."""
-        model = self.folder / f"{name}_dug"
+    def dug(self, name: str, stages: str, kind: str = "dug") -> Results:
+        """A model with stages, or what else belongs into its options file."""
+        model = self.folder / f"{name}_{kind}"
         if not model.exists():
             shutil.copytree(ROOT / "inputs" / name, model)
             with (model / f"{name}.nml").open("a", encoding="utf-8") as file:
@@ -115,16 +126,34 @@ PICTURES: dict[str, tuple[str, Callable[[Runs], Any]]] = {
         lambda runs: plot.blocks(runs("flat_arch"), "stress_x", scale=500, units=UNITS),
     ),
     "material": ("block materials", lambda runs: plot.blocks(runs("tunnel"), "material", units=UNITS)),
+    "contours": (
+        "contour bands over the blocks",
+        lambda runs: plot.contours(runs("benched_slope"), "stress_y", title="Slope in four benches"),
+    ),
+    "trajectories": (
+        "trajectories of the principal stresses",
+        lambda runs: plot.trajectories(runs("tunnel"), units=UNITS),
+    ),
+    "thrust": (
+        "the line of thrust",
+        lambda runs: plot.thrust(runs("arch_on_centring"), title="Arch after striking its centring"),
+    ),
     "stress": ("principal stresses", lambda runs: plot.stress_crosses(runs("tunnel"), units=UNITS)),
     "contacts": ("contact forces and states", lambda runs: plot.contact_forces(runs("jointed_slope"), units=UNITS)),
     "joints": (
         "stresses, opening and slip along joints",
-        lambda runs: plot.joints(runs("jointed_slope"), units=UNITS, title="jointed_slope, t = 1 s"),
+        lambda runs: plot.joints(runs("jointed_slope"), units=UNITS),
     ),
     "displacements": ("displacement vectors", lambda runs: plot.displacements(runs("layered_roof"), units=UNITS)),
     "water": (
         "water table and pressures",
         lambda runs: plot.water(runs.run("full", ROOT / "inputs/sau_mau_ping/full.nml"), units=UNITS),
+    ),
+    "water-joints": (
+        "water pressure on chosen joints, and heads",
+        lambda runs: plot.water(
+            runs.dug("jointed_slope", WET, "wet"), joints=[2], heads=True, units=UNITS, title="Slope with water"
+        ),
     ),
     "history": (
         "history of measured points",
@@ -134,6 +163,12 @@ PICTURES: dict[str, tuple[str, Callable[[Runs], Any]]] = {
         "profile along a line, at several times",
         lambda runs: plot.profile(
             runs("layered_roof"), "displacement_y", (-5, 0.24, 5, 0.24), (3, 6, 12, -1), units=UNITS
+        ),
+    ),
+    "joint-profile": (
+        "stresses along a chosen line of joints",
+        lambda runs: plot.joint_profile(
+            runs("jointed_slope"), (0, 0, 20.785, 12), 0, units=UNITS, title="weak plane, at rest"
         ),
     ),
     "energy": ("energy ledger, and what does not close", lambda runs: plot.energy(runs("jointed_slope"), units=UNITS)),
@@ -152,6 +187,61 @@ PICTURES: dict[str, tuple[str, Callable[[Runs], Any]]] = {
     ),
     "multiples": ("small multiples of a parameter study", multiples),
 }
+
+
+def overview(runs: Runs) -> None:
+    """What the program can do, for the top of the README: a tunnel with bolts, a slope, an arch."""
+    from rockdda.critical import read_search
+    from rockdda.plot.style import clip_to_window, style, window_axes
+
+    with style():
+        figure = plt.figure(figsize=(9.6, 4.9), layout="constrained")
+        grid = figure.add_gridspec(2, 2, width_ratios=(1.0, 1.15), height_ratios=(1.25, 1.0))
+        tunnel, slope, arch = (figure.add_subplot(place) for place in (grid[:, 0], grid[0, 1], grid[1, 1]))
+    window = (-12.0, -12.0, 12.0, 12.0)
+    plot.contours(
+        runs.dug("two_headings", bolts(), "bolted"), "stress_min", axes=window_axes(window, tunnel),
+        title="Tunnel in two headings, bolted: largest compression",
+    )  # fmt: skip
+    clip_to_window(tunnel, window)
+    failing = runs.search("jointed_slope", HOLDS)
+    factor = read_search(failing).value
+    plot.mechanism(failing, axes=slope, units=UNITS, title=f"Slope: how it fails, factor of safety {factor:.2f}")
+    plot.thrust(runs("arch_bridge"), axes=arch, title="Arch bridge: line of thrust")
+    _smaller(plot.save(tunnel, ROOT / "docs/images/overview.png", dpi=150))
+
+
+def bolts() -> str:
+    """Bolts of 4 m around the crown of two_headings, one every 2 m out of plane; numbers per metre."""
+    rows = []
+    for angle in range(20, 161, 20):
+        along = np.array([math.cos(math.radians(angle)), math.sin(math.radians(angle))])
+        foot = np.array([4.6, 4.6]) * along + (0.0, -4.5)
+        ends = (*foot, *(foot + 4.0 * along))
+        places = "from = {:.3f},{:.3f}, to = {:.3f},{:.3f}".format(*ends)
+        rows.append(f"&bolt {places}, stiffness = 12.5e6, pretension = 50e3, yield_force = 125e3 /\n")
+    return "".join(rows)
+
+
+def models(runs: Runs, names: list[str]) -> None:
+    """The picture of each model, by the commands of its README up to its first picture."""
+    program = [sys.executable, "-c", f"import sys; sys.path.insert(0, {str(ROOT / 'postprocess')!r}); "
+               "from rockdda.cli import run; run()"]  # fmt: skip
+    for readme in sorted((ROOT / "inputs").glob("*/README.md")):
+        name, text = readme.parent.name, readme.read_text(encoding="utf-8")
+        if "(end.png)" not in text or (names and name not in names):
+            continue
+        folder = runs.folder / f"of_{name}"
+        shutil.copytree(readme.parent, folder / "inputs" / name)
+        for line in re.findall(r"^    (rockdda(?:-post plot)? .*)$", text, re.M):
+            words = shlex.split(line)
+            drawing = words[0] == "rockdda-post"
+            command = [*program, *words[1:]] if drawing else [runs.program, *words[1:]]
+            subprocess.run(command, cwd=folder, check=True, stdout=subprocess.DEVNULL)
+            if drawing:
+                _smaller(folder / words[words.index("-o") + 1], 900, LARGEST).replace(readme.parent / "end.png")
+                print(f"inputs/{name}/end.png")
+                break
 
 
 def viewer(runs: Runs) -> None:
@@ -178,10 +268,18 @@ def film(runs: Runs) -> None:
     )
 
 
-def _smaller(path: Path) -> None:
-    """Without transparency, packed as well as it goes."""
+def _smaller(path: Path, width: int | None = None, largest: int | None = None) -> Path:
+    """Without transparency, packed as well as it goes; of a width, with few colours where too large."""
     with Image.open(path) as image:
-        image.convert("RGB").save(path, optimize=True)
+        plain = image.convert("RGB")
+    if width is not None and plain.width > width:
+        plain = plain.resize((width, round(plain.height * width / plain.width)), Image.Resampling.LANCZOS)
+    plain.save(path, optimize=True)
+    for colours in (256, 128, 64):
+        if largest is None or path.stat().st_size < largest:
+            break
+        plain.quantize(colours).save(path, optimize=True)
+    return path
 
 
 def contact_sheet() -> None:
@@ -212,6 +310,9 @@ def contact_sheet() -> None:
 def main(names: list[str]) -> None:
     with tempfile.TemporaryDirectory() as folder:
         runs = Runs(Path(folder))
+        if "models" in names:
+            models(runs, names[names.index("models") + 1 :])
+            return
         for name, (_, draw) in PICTURES.items():
             if not names or name in names:
                 _smaller(plot.save(draw(runs), HERE / f"{name}.png", dpi=130))
@@ -220,6 +321,10 @@ def main(names: list[str]) -> None:
             viewer(runs)
         if not names or "film" in names:
             film(runs)
+        if not names or "overview" in names:
+            overview(runs)
+        if not names:
+            models(runs, [])
     contact_sheet()
 
 

@@ -3,7 +3,7 @@
 
 A results file states the system of its units (`&model units`), or that they are any consistent ones. With a system,
 values are shown in engineering multiples: mm or m, kPa or MPa, kN or MN. `--units` states the units of a file that
-does not, `--show` those of the picture.
+does not, `--show` those of the picture; `--units SI` names the system, and has the multiples too.
 """
 
 from __future__ import annotations
@@ -140,11 +140,13 @@ class Units:
 
     @classmethod
     def parse(cls, text: str | Units | None, results: Results | None = None) -> Units:
-        """From 'm,s,N'; 'SI' is the same. Without a text those that the results state."""
+        """From 'm,s,N', or 'SI': these in engineering multiples. Without a text those that the results state."""
         if isinstance(text, Units):
             return text
         stated = SYSTEMS.get(results.units if results is not None else "none")
-        parts = ["m", "s", "N"] if text and text.upper() == "SI" else [part.strip() for part in (text or "").split(",")]
+        if text and text.upper() == "SI":
+            return cls(*SYSTEMS["SI"], multiples=True)
+        parts = [part.strip() for part in (text or "").split(",")]
         if stated and (not text or tuple(parts) == stated):
             return cls(*stated, multiples=True)
         if not text:

@@ -4,7 +4,6 @@ would; of commands within sentences, that the command and its options exist."""
 
 import os
 import re
-import runpy
 import shlex
 import shutil
 import signal
@@ -32,19 +31,21 @@ PAGES = [
 ]  # fmt: skip
 FIRST_WORDS = (
     "rockdda", "rockdda-post", "python", "python3", "pip", "cmake", "ctest", "ninja", "export", "mkdir", "sed", "bash",
-    "sh", "sbatch", "srun", "rattler-build", "conda", "sudo", "docker", "git", "cd", "source",
+    "sh", "fpm", "sbatch", "srun", "rattler-build", "conda", "sudo", "docker", "git", "cd", "source",
 )  # fmt: skip
 COMMAND = re.compile(rf"(?:{'|'.join(FIRST_WORDS)}) |(?:[A-Z_]+=\S* )*(?:env|\.venv|scripts|build)/\S*\w( |$)")
 
 #: What no test can run here, and why; where another test does, its name.
 ELSEWHERE = {
-    "scripts/demo": "sets up the machine and builds: test_draw.py runs what it draws",
+    "scripts/demo": "sets up the machine and builds",
     "scripts/test": "runs this test",
     "scripts/setup": "changes the machine; the pipeline begins with it",
     "scripts/build": "the pipeline runs it",
     "scripts/bench": "test_bench.py runs --quick and --compare; options are checked below",
     "scripts/campaign": "tests/campaign/test_campaign.py runs a sample of it",
     "scripts/wheels": "long: test_install.py, by .ci/long",
+    "scripts/release": "an hour: wheels, site; test_packages.py runs --check",
+    "fpm build": "compiles all of the library: the workflow test.yml",
     "pip install": "long: test_install.py",
     "python3 -m venv": "long: test_install.py and, as docs/installation.md has it, scripts/try_wheel",
     "env/bin/": "long: scripts/try_wheel reads them from docs/installation.md",
@@ -224,13 +225,6 @@ def run(command: str, folder: Path, program: str, capsys) -> None:
         except SystemExit as end:  # of --help and completion
             code = end.code
         assert not code, f"{command}: {capsys.readouterr().err}"
-    elif "scripts/draw" in words[:2]:
-        words = words[words.index("scripts/draw") :]
-        with pytest.MonkeyPatch.context() as patch:
-            patch.setattr(sys, "argv", words)
-            with pytest.raises(SystemExit) as end:
-                runpy.run_path(str(ROOT / "scripts/draw"), run_name="__main__")
-            assert not end.value.code, command
     else:
         path = os.pathsep.join([str(Path(program).parent), os.environ["PATH"]])
         done = subprocess.run(

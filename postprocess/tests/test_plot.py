@@ -318,8 +318,8 @@ def test_small_multiples_share_one_scale(wall, flat_arch):
 def test_plot_draws_every_kind_of_a_real_run(flat_arch, tmp_path):
     results = rockdda.open(flat_arch)
     for kind in pictures.KINDS:
-        if kind in ("ground-reaction", "water", "mechanism", "factor"):
-            continue  # of other runs: test_stage_pictures.py, test_plot_water.py, test_critical.py
+        if kind in ("ground-reaction", "water", "mechanism", "factor", "joint-profile"):
+            continue  # of other runs or with more words: test_stage_pictures, _plot_water, _critical, _report_pictures
         axes = results.plot(kind=kind)
         for ending in ("pdf", "svg", "png") if kind == "blocks" else ("svg",):
             path = pictures.save(axes, tmp_path / f"{kind}.{ending}")
@@ -330,7 +330,7 @@ def test_plot_draws_every_kind_of_a_real_run(flat_arch, tmp_path):
 
 
 def test_wrong_requests_name_what_there_is(wall):
-    with pytest.raises(ValueError, match="no kind of picture 'pie'; the kinds are: blocks, stress"):
+    with pytest.raises(ValueError, match="no kind of picture 'pie'; the kinds are: blocks, contours, stress"):
         wall.plot(kind="pie")
     with pytest.raises(ValueError, match="there is no field 'colour'"):
         wall.plot("colour")
@@ -341,7 +341,8 @@ def test_wrong_requests_name_what_there_is(wall):
 
 
 def test_units():
-    assert Units.parse("SI") == Units("m", "s", "N")
+    assert Units.parse("m,s,N") == Units("m", "s", "N")
+    assert Units.parse("SI").text(2.5e5, "stress") == "250 kPa"
     assert Units.parse("mm,s,N").of("stress") == "MPa"
     assert Units().of("speed") == "length/time"
 
@@ -456,7 +457,7 @@ def test_a_window_without_area_is_refused(wall, window):
 
 def test_curves_have_no_window(wall):
     with pytest.raises(
-        rockdda.InputError, match="a picture of kind 'history' has no window; these have: blocks, stress"
+        rockdda.InputError, match="a picture of kind 'history' has no window; these have: blocks, contours, stress"
     ):
         wall.plot(kind="history", window=(0, 0, 1, 1))
 

@@ -75,8 +75,9 @@ def plot_command(
         typer.Option(
             "--kind",
             "-k",
-            help="blocks (the default), stress, contacts, joints, displacements, water, history, profile, energy, "
-            "iterations, ground-reaction, mechanism or factor; of a geometry file lines (the default) or blocks.",
+            help="blocks (the default), contours, stress (crosses), trajectories, thrust, contacts, joints, "
+            "displacements, water, history, profile, joint-profile, energy, iterations, ground-reaction, mechanism "
+            "or factor; of a geometry file lines (the default) or blocks.",
             show_default=False,
         ),
     ] = None,
@@ -93,7 +94,8 @@ def plot_command(
     show: ShownUnits = None,
     limits: Limits = None,
     line: Annotated[
-        str | None, typer.Option("--line", metavar="X1,Y1,X2,Y2", help="Line of a profile.", show_default=False)
+        str | None,
+        typer.Option("--line", metavar="X1,Y1,X2,Y2", help="Line of a profile or joint profile.", show_default=False),
     ] = None,
     columns: Annotated[
         list[str] | None,
@@ -107,6 +109,11 @@ def plot_command(
             show_default=False,
         ),
     ] = None,
+    joints: Annotated[
+        list[int] | None,
+        typer.Option("--joint", help="Joint material with water pressures; may be repeated.", show_default=False),
+    ] = None,
+    heads: Annotated[bool, typer.Option("--heads", help="Contours of the head of water.")] = False,
     window: Annotated[
         str | None,
         typer.Option("--window", metavar="X0,Y0,X1,Y1", help="Part of the model that is shown.", show_default=False),
@@ -141,6 +148,8 @@ def plot_command(
         rockdda-post plot slope.h5 --kind joints --field mobilised --window 10,0,20,8
 
         rockdda-post plot roof.h5 --kind profile --field displacement_y --line=-5,2,5,2
+
+        rockdda-post plot dam.h5 --kind joint-profile --line=0,0,30,0
 
         rockdda-post plot roof.h5 --kind history --column measured_displacement
 
@@ -189,7 +198,7 @@ def plot_command(
         plot.interactive(runs[0], field, frame, units=units)
         return
     given = {"scale": scale, "limits": limits, "title": title, "columns": columns or None, "units": units}
-    given["stage"] = stage
+    given |= {"stage": stage, "joints": joints or None, "heads": heads or None}
     options: dict[str, Any] = {name: value for name, value in given.items() if value is not None}
     if line is not None:
         options["line"] = _four_numbers(line, "line")

@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: MIT
 """Pictures of results, made with matplotlib. Every kind is a function that returns the axes it drew into.
 
-Blocks: `blocks`, `stress_crosses`, `contact_forces`, `joints`, `displacements`, `water`; curves: `history`, `profile`,
-`energy`, `iterations`, `ground_reaction`; the search of a critical factor: `mechanism`, `factor`; several runs side by
-side: `small_multiples`; with a mouse: `interactive`; in a notebook: `slider`.
+Blocks: `blocks`, `contours`, `stress_crosses`, `trajectories`, `thrust`, `contact_forces`, `joints`, `displacements`,
+`water`; curves: `history`, `profile`, `joint_profile`, `energy`, `iterations`, `ground_reaction`; the search of a
+critical factor: `mechanism`, `factor`; several runs side by side: `small_multiples`; with a mouse: `interactive`; in a
+notebook: `slider`.
 `plot` draws the kind that is named. `input_plot` draws geometry and block files before any run, `record` a record of
 ground motion.
 """
@@ -15,11 +16,13 @@ from .block_maps import blocks, contact_forces, displacements, stress_crosses
 from .curves import energy, history, iterations, profile, profile_data
 from .ground_reaction import ground_reaction, ground_reaction_data
 from .input_files import INPUT_KINDS, input_plot, is_input
+from .joint_lines import joint_profile, joint_profile_data, thrust
 from .joint_maps import joint_field_name, joints
 from .kinds import KINDS, plot, save, small_multiples
 from .records import record
 from .search_maps import draw_search, draw_trials, factor, mechanism
 from .slider import slider
+from .stress_maps import contours, trajectories
 from .water_maps import water
 from .window import interactive
 
@@ -29,6 +32,7 @@ __all__ = [
     "Units",
     "blocks",
     "contact_forces",
+    "contours",
     "displacements",
     "draw_search",
     "draw_trials",
@@ -42,6 +46,8 @@ __all__ = [
     "is_input",
     "iterations",
     "joint_field_name",
+    "joint_profile",
+    "joint_profile_data",
     "joints",
     "mechanism",
     "plot",
@@ -52,5 +58,7 @@ __all__ = [
     "slider",
     "small_multiples",
     "stress_crosses",
+    "thrust",
+    "trajectories",
     "water",
 ]

@@ -32,6 +32,7 @@ from .style import (
     set_limits,
     size_of,
     style,
+    usual_view,
     without_splinters,
 )
 from .water_levels import add_water_tables
@@ -106,7 +107,7 @@ def add_start(axes: Axes, results: Results, shown: FloatArray) -> None:
     """Add the outlines at the start of those blocks that have visibly moved."""
     offset = results.vertex_offset
     shift = np.hypot(*(shown - results.vertices).T)
-    extent = np.nanmax(shown, axis=0) - np.nanmin(shown, axis=0)
+    extent = np.ptp(results.vertices, axis=0)
     moved = np.maximum.reduceat(shift, offset[:-1]) > 0.002 * extent.max()  # not those that are drawn as gaps
     corners = np.diff(offset)
     of_moved = np.concatenate([[0], np.cumsum(corners[moved])])
@@ -119,8 +120,8 @@ def frame_axes(
     """Axes for a map of the blocks: equal scales, limits around start and frame, labels, title with the time."""
     from matplotlib.ticker import MaxNLocator
 
-    corners = np.concatenate([results.vertices, shown])
-    low, high = np.nanmin(corners, axis=0), np.nanmax(corners, axis=0)
+    low, high = usual_view(results.vertices, shown, results.vertex_offset, results.block_area)
+    beyond = int(np.count_nonzero(_outside(shown, results.vertex_offset, low, high)))
     margin = 0.03 * float((high - low).max())
     width, height = high - low + 2 * margin
     _, axes = new_axes(axes, size_of(float(width), float(height)))
@@ -131,7 +132,18 @@ def frame_axes(
         axes.yaxis.set_major_locator(MaxNLocator(2))
     parts = [plain_text(results.title), f"{moment(frame, units)}"]
     axes.set_title(", ".join(part for part in parts if part) if title is None else title)
+    if beyond:
+        text = f"{beyond} block{'s' if beyond > 1 else ''} beyond the picture"
+        axes.annotate(text, (1, 0), (-3, 3), "axes fraction", "offset points", ha="right", fontsize=7, color="#555555")
     return axes
+
+
+def _outside(shown: FloatArray, offset: npt.NDArray[Any], low: FloatArray, high: FloatArray) -> npt.NDArray[np.bool_]:
+    """(nb,) blocks of which nothing lies within limits."""
+    with np.errstate(invalid="ignore"):
+        right = np.minimum.reduceat(shown, offset[:-1], axis=0) > high
+        left = np.maximum.reduceat(shown, offset[:-1], axis=0) < low
+    return np.asarray((right | left).any(axis=1))
 
 
 def name_map(axes: Axes, units: Units) -> None:
@@ -424,7 +436,8 @@ def displacements(
     vector = now.displacement[there]
     length = np.hypot(*vector.T)
     extent = float(np.ptp(results.vertices, axis=0).max())
-    largest = float(length.max())
+    usual = without_splinters(length, results.block_area[there])
+    largest = float(usual.max())
     if scale is None:
         scale = 1.0 if largest > 0.05 * extent or largest == 0 else _short_factor(0.1 * extent / largest)
     with style():
@@ -436,7 +449,7 @@ def displacements(
             cmap=f"{SEQUENTIAL}_r", width=0.0028,             headwidth=4.5, headlength=5, headaxislength=4.5, zorder=3,
         )  # fmt: skip
         arrows.set_clim(*(limits or (0.0, largest or 1.0)))
-        add_colour_bar(axes, arrows, units, *field_words("displacement"))
+        add_colour_bar(axes, arrows, units, *field_words("displacement"), length)
         add_bolts(axes, results.bolt_ends)
         add_fixed_points(axes, results)
         add_boundaries(axes, results, start_of, now.time)

@@ -13,7 +13,7 @@ from ..joints import JOINT_FIELDS, need_contacts
 from ..units import Units
 from .block_maps import add_bolts, add_colour_bar, add_fixed_points, add_plain_blocks, frame_axes
 from .boundary_marks import add_boundaries
-from .style import PAPER_WIDTH, STATES, limits_of, style
+from .style import PAPER_WIDTH, STATES, limits_of, style, without_splinters
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -63,7 +63,9 @@ def joints(
     without = np.isnan(values) | ((points["state"].to_numpy() == OPEN) & (field != "opening"))
     if field == "mobilised" and len(points) and not results.joint_strengths():
         raise InputError("the strengths of joints cannot be read from the input files in it", results.path)
-    low, high, colour_map = _limits(field, values[~without], limits)
+    span = points["length"].to_numpy(dtype=float)[~without]
+    usual = without_splinters(values[~without], span) if (span > 0).any() else values[~without]
+    low, high, colour_map = _limits(field, usual, limits)
     ends = points[["x1", "y1", "x2", "y2"]].to_numpy(dtype=float).reshape(-1, 2, 2)
     line = points["length"].to_numpy() > 0
     with style():
@@ -91,7 +93,7 @@ def joints(
                 points["x"][dots], points["y"][dots], c=values[dots], cmap=colour_map, vmin=low, vmax=high,
                 s=(1.5 * width) ** 2, linewidths=0, zorder=3.3,
             )  # fmt: skip
-        add_colour_bar(axes, drawn, units, JOINT_FIELDS[field].label, JOINT_FIELDS[field].dimension)
+        add_colour_bar(axes, drawn, units, JOINT_FIELDS[field].label, JOINT_FIELDS[field].dimension, values[~without])
         if (without & line).any():
             handle = Line2D([], [], color=STATES["open"], lw=0.4 * width)
             name = "open, or without strength" if field == "mobilised" else "open"

@@ -21,8 +21,10 @@ from ..writing import complete_file
 from .block_maps import blocks, contact_forces, displacements, stress_crosses
 from .curves import energy, history, iterations, profile
 from .ground_reaction import ground_reaction
+from .joint_lines import joint_profile, thrust
 from .joint_maps import joints
 from .search_maps import factor, mechanism
+from .stress_maps import contours, trajectories
 from .style import (
     PAPER_WIDTH,
     clip_to_window,
@@ -114,13 +116,17 @@ def small_multiples(
 
 KINDS: dict[str, Callable[..., Any]] = {
     "blocks": blocks,
+    "contours": contours,
     "stress": stress_crosses,
+    "trajectories": trajectories,
+    "thrust": thrust,
     "contacts": contact_forces,
     "joints": joints,
     "displacements": displacements,
     "water": water,
     "history": history,
     "profile": profile,
+    "joint-profile": joint_profile,
     "energy": energy,
     "iterations": iterations,
     "ground-reaction": ground_reaction,
@@ -129,7 +135,18 @@ KINDS: dict[str, Callable[..., Any]] = {
 }
 
 
-MAPS = ("blocks", "stress", "contacts", "joints", "displacements", "water", "mechanism")
+MAPS = (
+    "blocks",
+    "contours",
+    "stress",
+    "trajectories",
+    "thrust",
+    "contacts",
+    "joints",
+    "displacements",
+    "water",
+    "mechanism",
+)
 
 
 def plot(

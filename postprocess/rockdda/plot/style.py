@@ -199,6 +199,29 @@ def without_splinters(
     return np.clip(there, low, high) if whole[1] - whole[0] > 2 * (high - low) else there
 
 
+def usual_view(
+    start: npt.NDArray[Any], shown: npt.NDArray[Any], offset: npt.NDArray[Any], areas: npt.NDArray[Any]
+) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
+    """Lower left and upper right of a map: all of the start, and of the frame all that does not take the picture.
+
+    Blocks with the outermost 2 % of the area are out of sight where the rest takes less than half of the sides.
+    """
+    low, high = np.nanmin(start, axis=0), np.nanmax(start, axis=0)
+    there = np.isfinite(np.add.reduceat(shown, offset[:-1], axis=0)).all(axis=1)
+    if not there.any():
+        return low, high
+    known = np.where(np.isfinite(shown), shown, 0.0)
+    for axis in (0, 1):
+        least = np.minimum.reduceat(known[:, axis], offset[:-1])
+        most = np.maximum.reduceat(known[:, axis], offset[:-1])
+        whole = min(low[axis], least[there].min()), max(high[axis], most[there].max())
+        usual = usual_range(least, areas, there)[0], usual_range(most, areas, there)[1]
+        usual = min(low[axis], usual[0]), max(high[axis], usual[1])
+        chosen = usual if whole[1] - whole[0] > 2 * (usual[1] - usual[0]) else whole
+        low[axis], high[axis] = chosen
+    return low, high
+
+
 def window_axes(window: Sequence[float], axes: Axes | None = None) -> Axes:
     """Axes that show x0 y0 x1 y1, new ones or those that are given; maps keep limits that are set."""
     x0, y0, x1, y1 = map(float, window)

@@ -78,6 +78,7 @@ class Stretch:
     at: FloatArray  # (n, 2) these places
     pressure: FloatArray  # (n,)
     free: bool  # no other block faces it
+    unit_weight: float  # of the water; 0 where a pressure file has none
 
 
 def wetted_stretches(results: Results, frame: int = -1) -> list[Stretch]:
@@ -90,6 +91,7 @@ def wetted_stretches(results: Results, frame: int = -1) -> list[Stretch]:
     shares: FloatArray = np.linspace(0.0, 1.0, SHORE)
     pressures = {group: _pressure_of(results, group, now.time) for group in np.unique(edges[:, 0])}
     tables = {group: water_table(results, group, now.time) for group in pressures}
+    weights = results["model/water_unit_weight"]
     acting = acting_groups(results, frame)
     # where several groups wet a stretch the last one counts
     last = {
@@ -110,7 +112,7 @@ def wetted_stretches(results: Results, frame: int = -1) -> list[Stretch]:
         at = p + s[:, None] * (q - p)
         value = pressures[group](at)
         if value.any():
-            found.append(Stretch(int(first), int(second), s, at, value, bool(joint == 0)))
+            found.append(Stretch(int(first), int(second), s, at, value, bool(joint == 0), float(weights[group])))
     return found
 
 

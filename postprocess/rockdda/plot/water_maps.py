@@ -3,15 +3,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..errors import InputError
 from ..units import Units
 from .block_maps import add_bolts, add_fixed_points, add_plain_blocks, frame_axes
 from .boundary_marks import add_boundaries
 from .style import style
-from .water_levels import TABLE, add_water_tables, pressure_diagrams
+from .water_levels import TABLE, Stretch, add_water_tables, wetted_stretches
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -19,12 +21,15 @@ if TYPE_CHECKING:
     from ..results import Results
 
 WATER = "#56B4E9"
+HEADS = "#005F8F"
 
 
 def water(
     results: Results,
     frame: int = -1,
     *,
+    joints: Sequence[int] | None = None,
+    heads: bool = False,
     axes: Axes | None = None,
     size: float = 1.0,
     units: str | Units | None = None,
@@ -32,23 +37,30 @@ def water(
 ) -> Axes:
     """Water tables, and the pressure on wetted edges as bands: inside the blocks at joints, outside at free edges.
 
-    `size` is a factor on the width of the bands.
+    `joints`: numbers of the joint materials whose joints alone have bands, on the block above them; otherwise all
+    wetted edges have, at joints as wide as the blocks leave room. `heads` adds contours of the head of the water in the
+    joints. `size` is a factor on the width of the bands.
     """
     from matplotlib.collections import LineCollection, PolyCollection
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
     now, units = results.frames[frame], Units.parse(units, results)
-    diagrams = pressure_diagrams(results, frame)
-    largest = max((float(value.max()) for _, value, _ in diagrams), default=0.0)
+    stretches = wetted_stretches(results, frame)
+    if joints is not None:
+        stretches = [one for one in stretches if _of_joints(results, one, joints) and _is_above(one)]
+        if not stretches:
+            raise InputError(f"no water presses on joints of material {', '.join(map(str, joints))}", results.path)
+    largest = max((float(one.pressure.max()) for one in stretches), default=0.0)
     widest = 0.08 * size * float(np.ptp(results.vertices, axis=0).max())
+    room = widest if joints is not None else min(widest, 0.4 * size * float(np.median(np.sqrt(results.block_area))))
     bands, edges = [], []
-    for at, value, free in diagrams:
-        along = at[-1] - at[0]
+    for one in stretches:
+        along = one.at[-1] - one.at[0]
         outward = np.array([along[1], -along[0]]) / np.hypot(*along)
-        tip = at + (widest if free else -widest) * (value / largest)[:, None] * outward
-        bands.append(np.concatenate([at, tip[::-1]]))
-        edges.append(tip[value > 0])
+        tip = one.at + (widest if one.free else -room) * (one.pressure / largest)[:, None] * outward
+        bands.append(np.concatenate([one.at, tip[::-1]]))
+        edges.append(tip[one.pressure > 0])
     with style():
         axes = frame_axes(results, now, now.shown_vertices, axes, units, title)
         if bands:
@@ -60,12 +72,58 @@ def water(
         axes.add_collection(PolyCollection(bands, facecolors=WATER, alpha=0.55, edgecolors="none", zorder=2.5),
                             autolim=False)  # fmt: skip
         axes.add_collection(LineCollection(edges, colors=TABLE, linewidths=0.6, zorder=2.6), autolim=False)
+        if heads:
+            _add_heads(axes, results, frame, units)
         add_water_tables(axes, results, now)
         add_bolts(axes, now.bolt_ends)
         add_fixed_points(axes, results)
         add_boundaries(axes, results, now.shown_vertices, now.time)
         handles = [Line2D([], [], color=TABLE, lw=1.1, ls=(0, (6, 2))), Patch(facecolor=WATER, alpha=0.55)]
         most = units.text(largest, "stress") if units.length else f"{largest:.4g}"
-        labels = ["water table", f"pressure, largest {most}"]
+        where = "" if joints is None else f" on joints {', '.join(map(str, joints))}"
+        labels = ["water table", f"pressure{where}, largest {most}"]
+        if heads:
+            handles.append(Line2D([], [], color=HEADS, lw=0.8))
+            labels.append("head")
         axes.legend(handles, labels, loc="upper left", bbox_to_anchor=(1.01, 1))
     return axes
+
+
+def _of_joints(results: Results, stretch: Stretch, joints: Sequence[int]) -> bool:
+    return not stretch.free and int(results.edge_joint[stretch.first]) in joints
+
+
+def _is_above(stretch: Stretch) -> bool:
+    """Does the block of the stretch lie above its joint, or left of an upright one? Its inside is on the left."""
+    x, y = stretch.at[-1] - stretch.at[0]
+    return bool(x > 0 or (x == 0 and y > 0))
+
+
+def _add_heads(axes: Axes, results: Results, frame: int, units: Units) -> None:
+    """Contours of height plus pressure over unit weight, from all wetted joints, labelled; none across what is dry."""
+    from matplotlib.patheffects import withStroke
+    from matplotlib.ticker import MaxNLocator
+    from matplotlib.tri import Triangulation
+
+    wetted = [one for one in wetted_stretches(results, frame) if one.unit_weight > 0 and not one.free]
+    if not wetted:
+        return
+    points = np.concatenate([one.at[one.pressure > 0] for one in wetted])
+    head = np.concatenate([(one.at[:, 1] + one.pressure / one.unit_weight)[one.pressure > 0] for one in wetted])
+    _, single = np.unique(np.round(points, 9), axis=0, return_index=True)
+    points, head = points[single], head[single]
+    if len(points) < 3 or np.ptp(head) <= 1e-6 * max(1e-300, float(np.abs(head).max())):
+        return
+    mesh = Triangulation(*points.T)
+    corners = points[mesh.triangles]
+    longest = np.hypot(*np.moveaxis(corners - np.roll(corners, 1, axis=1), -1, 0)).max(axis=1)
+    mesh.set_mask(longest > 4.0 * float(np.median(np.sqrt(results.block_area))))
+    lines = axes.tricontour(mesh, head, levels=MaxNLocator(7).tick_values(head.min(), head.max()), colors=HEADS,
+                            linewidths=0.8, zorder=3)  # fmt: skip
+    for level, segments in zip(lines.levels, lines.allsegs, strict=True):
+        if not segments:
+            continue
+        place = max(np.concatenate(segments), key=lambda point: point[1])  # contours are short: beside their upper end
+        text = f"{level:g} {units.length}".strip()
+        label = axes.annotate(text, place, (2, 1), textcoords="offset points", fontsize=6.5, color=HEADS, zorder=4)
+        label.set_path_effects([withStroke(linewidth=2, foreground="white")])

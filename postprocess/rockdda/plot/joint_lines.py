@@ -1,0 +1,194 @@
+# SPDX-License-Identifier: MIT
+"""Joints as forces and as curves: the line of thrust through the blocks, stresses along a chosen line."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..errors import InputError
+from ..joints import JOINT_FIELDS, need_contacts
+from ..units import Units
+from .block_maps import _scale_bar, _short_factor, _with_unit, add_bolts, add_fixed_points, add_plain_blocks, frame_axes
+from .boundary_marks import add_boundaries
+from .style import PALETTE, PAPER_WIDTH, name_axis, nice_ticks, style
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from ..results import Results
+
+__all__ = ["joint_profile", "joint_profile_data", "thrust"]
+
+FloatArray = npt.NDArray[np.float64]
+THRUST = "#D55E00"
+LOADED = 0.02  #: of the usual force of joints: less is not drawn
+BESIDE = 0.02  #: of the length of a chosen line: how far from it joints belong to it
+PARALLEL = np.cos(np.radians(15.0))
+
+
+def _resultants(results: Results, frame: int) -> tuple[npt.NDArray[np.int64], FloatArray, FloatArray]:
+    """Blocks (n, 2) of each joint that bears, the force (n, 2) on the first one, and where it acts (n, 2)."""
+    points = results.joints(frame)
+    joint = points["joint"].to_numpy()
+    if not len(joint):
+        return np.zeros((0, 2), dtype=np.int64), np.zeros((0, 2)), np.zeros((0, 2))
+    n = int(joint[-1]) + 1
+    force, place = points[["force_x", "force_y"]].to_numpy(), points[["x", "y"]].to_numpy()
+    total = np.column_stack([np.bincount(joint, force[:, i], n) for i in (0, 1)])
+    size = np.hypot(*total.T)
+    bearing = size > LOADED * float(np.percentile(size, 90)) if size.any() else np.zeros(n, dtype=bool)
+    # parts of the force along the resultant weigh the places: the resultant crosses the joint there
+    share = np.einsum("ij,ij->i", force, (total / np.where(size > 0, size, 1.0)[:, None])[joint])
+    where = np.column_stack([np.bincount(joint, share * place[:, i], n) for i in (0, 1)])
+    where /= np.where(size > 0, size, 1.0)[:, None]
+    first = np.searchsorted(joint, np.arange(n))
+    pair = points[["first", "second"]].to_numpy()[first]
+    return pair[bearing], total[bearing], where[bearing]
+
+
+def thrust(
+    results: Results,
+    frame: int = -1,
+    *,
+    axes: Axes | None = None,
+    size: float = 1.0,
+    units: str | Units | None = None,
+    title: str | None = None,
+) -> Axes:
+    """The line of thrust: dots where the force of each joint crosses it, joined through blocks between two joints.
+
+    The width follows the force. In a block with another number of joints that bear, strokes along the forces end
+    within it. `size` is a factor on the widths.
+    """
+    from matplotlib.collections import LineCollection
+
+    need_contacts(results)
+    now, units = results.frames[frame], Units.parse(units, results)
+    pair, force, where = _resultants(results, frame)
+    if not len(pair):
+        raise InputError("no joint bears in this frame", results.path)
+    amount = np.hypot(*force.T)
+    reference = float(np.percentile(amount, 95))
+    width = size * np.clip(3.0 * amount / reference, 0.4, 3.6)
+    of_block: dict[int, list[int]] = {}
+    for row, blocks in enumerate(pair):
+        for block in blocks:
+            of_block.setdefault(int(block), []).append(row)
+    strokes, widths = [], []
+    for block, rows in of_block.items():
+        if len(rows) == 2:
+            strokes.append(where[rows])
+            widths.append(float(width[rows].mean()))
+            continue
+        reach = 0.35 * float(np.sqrt(results.block_area[block]))
+        for row in rows:
+            along = force[row] / amount[row]
+            inward = along if (now.centroid[block] - where[row]) @ along > 0 else -along
+            strokes.append(np.array([where[row], where[row] + reach * inward]))
+            widths.append(float(width[row]))
+    with style():
+        axes = frame_axes(results, now, now.shown_vertices, axes, units, title)
+        add_plain_blocks(axes, results, now.shown_vertices)
+        axes.add_collection(
+            LineCollection(strokes, colors=THRUST, linewidths=widths, capstyle="round", zorder=3), autolim=False
+        )
+        if len(where) < 400:
+            axes.plot(
+                *where.T, "o", color="white", markeredgecolor=THRUST, markersize=3.2, markeredgewidth=0.9, zorder=3.4
+            )
+        add_bolts(axes, now.bolt_ends)
+        add_fixed_points(axes, results)
+        add_boundaries(axes, results, now.shown_vertices, now.time)
+        value = _short_factor(float(amount.max()))
+        extent = float(np.ptp(np.array(axes.get_xlim())))
+        _scale_bar(
+            axes,
+            0.06 * extent,
+            _with_unit(value, units, "force"),
+            size * float(np.clip(3 * value / reference, 0.4, 3.6)),
+        )
+    return axes
+
+
+def joint_profile_data(results: Results, line: tuple[float, float, float, float], frame: int = -1) -> dict[str, Any]:
+    """Points of joints along a line, in their order: `distance` from its first end, `x1` and `x2` (of the part of the
+    joint), normal_stress, shear_stress, strength, opening, slip.
+
+    A joint belongs to the line where it is no farther than 2 % of its length and runs parallel within 15°.
+    """
+    need_contacts(results)
+    start, end = np.array(line[:2]), np.array(line[2:])
+    length = float(np.hypot(*(end - start)))
+    if not length > 0:
+        raise InputError("the line of a joint profile has no length")
+    along = (end - start) / length
+    points = results.joints(frame)
+    ends = points[["x1", "y1", "x2", "y2"]].to_numpy(dtype=float).reshape(-1, 2, 2)
+    direction = ends[:, 1] - ends[:, 0]
+    span = np.hypot(*direction.T)
+    offset = points[["x", "y"]].to_numpy() - start
+    far = np.abs(offset @ np.array([-along[1], along[0]]))
+    place = offset @ along
+    chosen = (span > 0) & (far <= BESIDE * length) & (place >= -BESIDE * length) & (place <= (1 + BESIDE) * length)
+    chosen &= np.abs(direction @ along) >= PARALLEL * span
+    if not chosen.any():
+        raise InputError("no joint runs along this line (within 2 % of its length and 15°)")
+    order = np.flatnonzero(chosen)[np.argsort(place[chosen], kind="stable")]
+    both = np.sort((ends[order] - start) @ along, axis=1)
+    shear, mobilised = (points[name].to_numpy(dtype=float)[order] for name in ("shear_stress", "mobilised"))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        strength = np.where(mobilised > 0, np.abs(shear) / mobilised, np.nan)
+    found = {"distance": place[order], "x1": both[:, 0], "x2": both[:, 1], "shear_stress": shear, "strength": strength}
+    return found | {name: points[name].to_numpy(dtype=float)[order] for name in ("normal_stress", "opening", "slip")}
+
+
+def joint_profile(
+    results: Results,
+    line: tuple[float, float, float, float] | None = None,
+    frame: int = -1,
+    *,
+    axes: Any = None,
+    units: str | Units | None = None,
+    title: str | None = None,
+) -> npt.NDArray[Any]:
+    """Normal and shear stress with the strength, and slip, along joints on a line from x1 y1 to x2 y2; two axes."""
+    import matplotlib.pyplot as plt
+
+    if line is None:
+        raise InputError("a joint profile needs the line along which it goes: x1, y1, x2, y2")
+    now, units = results.frames[frame], Units.parse(units, results)
+    data = joint_profile_data(results, line, frame)
+    with style():
+        if axes is None:
+            _, panels = plt.subplots(
+                2, figsize=(PAPER_WIDTH, 3.9), sharex=True, layout="constrained", height_ratios=(2, 1)
+            )
+        else:
+            panels = np.asarray(axes)
+        place = np.column_stack([data["x1"], data["x2"]]).ravel()
+        kinds = (
+            (0, "normal_stress", "normal (tension positive)", {"color": PALETTE[1]}),
+            (0, "shear_stress", "shear, size", {"color": PALETTE[2]}),
+            (0, "strength", "shear strength", {"color": PALETTE[2], "ls": (0, (4, 1.5)), "lw": 0.8}),
+            (1, "slip", "slip", {"color": PALETTE[3]}),
+            (1, "opening", "opening", {"color": PALETTE[4]}),
+        )
+        for panel, name, text, how in kinds:
+            values = np.abs(data[name]) if name == "shear_stress" else data[name]
+            panels[panel].plot(place, np.repeat(values, 2), label=text, **how)
+        name_axis(panels[0].yaxis, units, "stress", JOINT_FIELDS["normal_stress"].dimension)
+        name_axis(panels[1].yaxis, units, "movement", "length")
+        panels[1].set_xlim(0.0, float(np.hypot(line[2] - line[0], line[3] - line[1])))
+        name_axis(panels[1].xaxis, units, "along the line", "length")
+        for panel in panels:
+            panel.axhline(0, color="#777777", lw=0.5, zorder=1)
+            panel.grid(color="#E4E4E4", lw=0.5)
+            nice_ticks(panel.yaxis)
+            panel.legend(loc="upper left", bbox_to_anchor=(1.01, 1.03), handlelength=2.2)
+        ends = "({:g}, {:g}) to ({:g}, {:g})".format(*line)
+        moment = f"t = {now.time:.4g}" + (f" {units.time}" if units.time else "")
+        panels[0].set_title(f"joints along {ends}, {moment}" if title is None else title)
+    return panels
