@@ -3,7 +3,9 @@
 
 import json
 import re
+import shutil
 import subprocess
+import sys
 from html.parser import HTMLParser
 
 import h5py
@@ -15,6 +17,7 @@ from rockdda.cli import main
 from rockdda.critical import read_search
 from rockdda.plot.water_levels import acting_groups
 from rockdda.report import facts, report
+from rockdda.report.paper import BROWSERS
 from rockdda.units import Units
 from synthetic import add_bolts, write_wall
 from test_stages import dug  # noqa: F401  (a fixture)
@@ -47,7 +50,9 @@ def test_the_page_has_all_parts_and_needs_nothing_else(dug, tmp_path):  # noqa: 
     assert len(tags.sources) == 3 + 3 + 3 + 2 + 1
     assert all(source.startswith("data:image/png;base64,") for source in tags.sources)
     assert not re.search(r'(src|href)="(?!data:)', text)
-    assert re.findall("<h2>(.*?)</h2>", text) == ["Model", "Stages", "State at the end", "Checks", "Input"]
+    assert re.findall("<h2>(.*?)</h2>", text) == [
+        "Question", "Model", "Parameters", "Stages", "Result", "Checks", "Appendix: input",
+    ]  # fmt: skip
     assert "<h1>Wall &amp; fill</h1>" in text
     for shown in ("rock", "friction [°]", "digging, face near", "excavate middle", "pressure 10 kPa", "SHA-256"):
         assert shown in text
@@ -59,7 +64,7 @@ def test_the_page_has_all_parts_and_needs_nothing_else(dug, tmp_path):  # noqa: 
 
 
 def test_the_numbers_are_those_of_the_results(dug):  # noqa: F811
-    units = Units.parse("SI")
+    units = Units.parse("m,s,N")
     now = dug.frames[-1]
     shown = dict(facts.in_short(dug, units))
     moved = np.hypot(*now.displacement[now.active].T).max()
@@ -163,7 +168,7 @@ def test_the_largest_displacement_may_lie_before_the_end(tmp_path):
 
 def test_joints_that_carry_next_to_nothing_are_not_ranked(dug, tmp_path):  # noqa: F811
     """A corner that touches may use all of its strength, with any stress; and joints name their units."""
-    columns, rows = facts.joint_table(dug, Units.parse("SI"))
+    columns, rows = facts.joint_table(dug, Units.parse("m,s,N"))
     assert {"normal stress [Pa]", "slip [m]", "opening [m]"} < set(columns)
     names = [row[0] for row in rows]
     path = tmp_path / "touch.h5"
@@ -285,6 +290,33 @@ def test_endings(tmp_path):
         report(results, tmp_path / "a.docx")
 
 
+def test_what_the_engineer_adds_stands_in_its_place(dug, tmp_path, capsys):  # noqa: F811
+    command = ["report", str(dug.path), "-o", str(tmp_path / "r.html"), "--units", "SI", "--project", "Road <7>"]
+    words = ["--author", "A. B.", "--date", "2026-11-29", "--question", "Does the fill hold?"]
+    assert main([*command, *words, "--source", "joint=shear tests"]) == 0
+    text = (tmp_path / "r.html").read_text()
+    assert Tags(text).open == []
+    for shown in ("Road &lt;7&gt;", "A. B.", "2026-11-29", "Does the fill hold?", "<td>shear tests</td>"):
+        assert shown in text
+    assert "not computed; rockdda-post convergence does" in text
+    plain = report(dug, tmp_path / "plain.html").read_text()
+    fields = plain.count('class="fill"') - text.count('class="fill"')
+    assert fields == 4  # project, author, date, source of the joint
+    assert "Does the model come to rest in each stage" in plain
+    assert main([*command, "--source", "jont=x"]) == 2
+    assert "a source is given for 'jont'; the parameters are: " in capsys.readouterr().err
+
+
+def test_a_pdf_needs_weasyprint_or_chromium(tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "weasyprint", None)
+    results = rockdda.open(write_wall(tmp_path / "a.h5", 2, 2))
+    if any(map(shutil.which, BROWSERS)):
+        assert report(results, tmp_path / "a.pdf").read_bytes().startswith(b"%PDF")
+    monkeypatch.setenv("PATH", str(tmp_path))
+    with pytest.raises(rockdda.RockddaError, match=r"a PDF needs WeasyPrint, .* install weasyprint, or Chromium"):
+        report(results, tmp_path / "b.pdf")
+
+
 def test_pages_on_a4(tmp_path):
     pytest.importorskip("weasyprint", exc_type=(ImportError, OSError))
     results = rockdda.open(write_wall(tmp_path / "a.h5", 2, 2))
@@ -343,7 +375,7 @@ def test_a_failing_trial_has_a_part_of_its_own(program, tmp_path):
     results = rockdda.open(tmp_path / "f.h5")
     text = report(results, tmp_path / "f.html").read_text()
     assert Tags(text).open == []
-    part = text[text.index("<h2>Critical factor</h2>") : text.index("<h2>Checks</h2>")]
+    part = text[text.index("<h3>Critical factor</h3>") : text.index("<h3>State at the end</h3>")]
     found = read_search(results)
     assert str(found) in part
     assert part.count("<img") == 2  # the mechanism and the search

@@ -290,7 +290,8 @@ contains
       call table%add(option('shear_ratio', 'normal over shear stiffness', above=0.0_wp, default=2.5_wp), o%shear_ratio)
       call table%add(option('sliding_damping', 'dashpot of contacts that slide in dynamic stages, fraction of '// &
                             'critical, of joints without damping_ratio', least=0.0_wp, &
-                            remark='labelled files with contact by length: 0.5', see='theory.md#5-time-integration'), &
+                            default_text='0; 0.5 in a file with &model and contacts by length', &
+                            see='theory.md#5-time-integration'), &
                      o%sliding_damping, p%sliding_damping)
       call table%add_computed('shear_stiffness', 'contact stiffness, shear', 'force/length', p%shear_stiffness)
       call table%add(option('fixed_stiffness_factor', 'stiffness of fixed points over that of contacts', &

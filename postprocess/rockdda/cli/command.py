@@ -340,6 +340,19 @@ def report_command(
     output: Output = None,
     units: UnitNames = None,
     title: Annotated[str | None, typer.Option("--title", help="Title of the report.", show_default=False)] = None,
+    project: Annotated[str, typer.Option("--project", help="Project, at the head.", show_default=False)] = "",
+    author: Annotated[str, typer.Option("--author", help="Who signs it.", show_default=False)] = "",
+    date: Annotated[str, typer.Option("--date", help="Date of the report.", show_default=False)] = "",
+    question: Annotated[str, typer.Option("--question", help="What the model is to answer.", show_default=False)] = "",
+    sources: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--source",
+            metavar="NAME=TEXT",
+            help="Where the values of a material, or of loads, water …, come from; may be repeated.",
+            show_default=False,
+        ),
+    ] = None,
     check_step: Annotated[
         bool, typer.Option("--check-step", help="Run the model again at half the time step, and compare.")
     ] = False,
@@ -354,31 +367,42 @@ def report_command(
 ) -> None:
     """Write a report to hand in: one .html page, or .pdf on A4.
 
-    It holds the model and its materials, boundaries and stages, what happened (displacements, stresses, joints, bolts,
-    water, measured points), checks (energy balance, overlap of blocks, unbalanced forces), and the input for
-    reproduction. Whether half the time step gives the same is checked with --check-step only, by a second run. A .pdf
-    needs WeasyPrint (pip install weasyprint).
+    In the order of an engineer: question, model, parameters with their sources, stages, result with its ± (of
+    rockdda-post convergence, where it lies beside), checks (energy balance, overlap of blocks, unbalanced forces), and
+    the input for reproduction. What is not given (project, author, date, sources) is a field to be filled in, in the
+    browser or by hand. Whether half the time step gives the same is checked with --check-step only, by a second run. A
+    .pdf takes WeasyPrint (pip install weasyprint) or Chromium.
 
     Examples:
 
         rockdda-post report tunnel.h5
 
-        rockdda-post report tunnel.h5 -o tunnel.pdf --units SI --title "Tunnel, section 12"
+        rockdda-post report tunnel.h5 -o tunnel.pdf --units SI --title "Tunnel, section 12" --author "A. B."
+
+        rockdda-post report slope.h5 --source "bedding=shear tests of the laboratory"
 
         rockdda-post report slope.h5 --half slope_half.h5
     """
     import matplotlib as mpl
 
     mpl.use("Agg")
-    from ..report import report
+    from ..report import Cover, report
+    from ..report.paper import needs_for_pdf
 
+    given = [entry.partition("=") for entry in sources or []]
+    if unclear := [name for name, sign, _ in given if not (name and sign)]:
+        raise InputError(f"--source: expected NAME=TEXT, found {unclear[0]!r}")
+    cover = Cover(project, author, date, question, {name.strip(): text.strip() for name, _, text in given})
     results, units = in_shown_units(open_results(file), units, None)
     other = None if half is None else in_shown_units(open_results(half), units, None)[0]
     path = target(output, file, "_report.html")
     with progress_bar("pictures", quiet or as_json) as bar:
-        report(results, path, units=units, title=title, check_step=check_step, beside=other, progress=bar)
+        report(
+            results, path, units=units, title=title, cover=cover, check_step=check_step, beside=other, progress=bar
+        )  # fmt: skip
     size = path.stat().st_size
-    print_summary(quiet, as_json, f"{path}: {size / 1e6:.2f} MB", output=path, bytes=size)
+    by = f", laid out by {Path(needs_for_pdf()).name}" if path.suffix.lower() == ".pdf" else ""
+    print_summary(quiet, as_json, f"{path}: {size / 1e6:.2f} MB{by}", output=path, bytes=size)
 
 
 def version() -> str:

@@ -3,6 +3,6 @@
 
 from __future__ import annotations
 
-from .page import report
+from .page import Cover, report
 
-__all__ = ["report"]
+__all__ = ["Cover", "report"]

@@ -153,6 +153,20 @@ def in_words(results: Results, units: Units) -> str:
     return " ".join(words)
 
 
+def question(results: Results) -> str:
+    """What the run answers, in general words."""
+    if "search/factor" in results:
+        return "Does the model stand, how far is it from failure, and how does it fail?"
+    kinds = [group.get("until") == "equilibrium" for group in groups_of(results).get("stage", [])]
+    if kinds and all(kinds):
+        return (
+            "Does the model come to rest in each stage, and which displacements, stresses and forces does it have then?"
+        )
+    return (
+        "How do the blocks move in the time that was computed, and which stresses and forces do they have at its end?"
+    )
+
+
 def _names(names: list[str]) -> str:
     """Names or numbers of materials, not more than five."""
     found = [name.split(" ", 1)[-1] if " " in name else f"material {name}" for name in names]

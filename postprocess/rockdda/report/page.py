@@ -8,7 +8,8 @@ import hashlib
 import html
 import io
 import os
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -30,13 +31,14 @@ if TYPE_CHECKING:
     from ..certainty.half_step import HalfStep
     from ..results import Results
 
-__all__ = ["report"]
+__all__ = ["Cover", "report"]
 
 Progress = Callable[[int, int], None]
 MOST_STAGES = 6  # with a picture of their own
 MOST_ROWS = 20  # of a table
 SHEET_LINES = 45  # of an input text that is kept on one sheet
 MOST_LINES = 400  # of an input text that is printed
+FILL = "\0"  # a cell to be filled in by hand, on the screen or on paper
 STYLE = """
 :root { color: #1a1a1a; background: #fff; font: 15px/1.5 system-ui, "Segoe UI", Roboto, Helvetica, Arial, sans-serif; }
 body { max-width: 60rem; margin: 2rem auto; padding: 0 1.2rem; }
@@ -48,6 +50,7 @@ th { text-align: left; border-bottom: 1.5px solid #444; padding: .25rem .8rem .2
 td { border-bottom: 1px solid #e0e4e8; padding: .25rem .8rem .25rem 0; vertical-align: top; overflow-wrap: break-word; }
 .facts td:first-child { font-weight: 600; white-space: nowrap; }
 .warning { border-left: 4px solid #b03a00; background: #fdf1ea; padding: .5rem .8rem; }
+td.fill { min-width: 9rem; border-bottom: 1px dotted #888; } .cover td:nth-child(odd) { font-weight: 600; white-space: nowrap; } .cover td:nth-child(even) { width: 42%; }
 td.bad { color: #b03a00; font-weight: 700; } td.good { color: #1b6e3c; }
 figure { margin: .8rem 0 1.2rem; } figure img { max-width: 100%; height: auto; display: block; }
 figcaption { color: #5a646e; font-size: .86rem; margin-top: .3rem; }
@@ -64,23 +67,37 @@ pre.short { break-inside: avoid; }
 """  # noqa: E501
 
 
+@dataclass(frozen=True)
+class Cover:
+    """What the engineer adds to what the program knows; what is left out is a field to be filled in."""
+
+    project: str = ""
+    author: str = ""
+    date: str = ""
+    question: str = ""
+    #: where values come from, by the name of a material or a row of the parameters: {"rock": "laboratory, report 12"}
+    sources: Mapping[str, str] = field(default_factory=dict)
+
+
 def report(
     results: Results,
     output: str | os.PathLike[str],
     *,
     units: str | Units | None = None,
     title: str | None = None,
+    cover: Cover | None = None,
     check_step: bool = False,
     progress: Progress | None = None,
     beside: Results | None = None,
 ) -> Path:
     """Write a report of a run as one .html page, or as .pdf on A4; returns its path.
 
-    It holds the model and its materials, boundaries, stages, what happened (displacements, stresses, joints, bolts,
-    water, measured points), checks, and the input with which the run can be repeated. `units` are those of the file,
-    for the labels. With `check_step` the model runs again at half the time step, and the report tells how far the
-    ends differ; `beside` is such a run that is there. Without either it tells that this was not checked. `progress`
-    is called with the number of pictures done and their number. An existing file is replaced.
+    In the order of an engineer: question, model, parameters with their sources, stages, result with its ±, checks, and
+    as appendix the input with which the run can be repeated. `units` are those of the file, for the labels; `cover`
+    has project, author, date, question and sources. A .pdf is laid out by WeasyPrint where it is installed, else by
+    Chromium. With `check_step` the model runs again at half the time step, and the report tells how far the ends
+    differ; `beside` is such a run that is there. Without either it tells that this was not checked. `progress` is
+    called with the number of pictures done and their number. An existing file is replaced.
     """
     path = Path(output)
     if path.suffix.lower() not in (".html", ".pdf"):
@@ -96,7 +113,8 @@ def report(
     half = run_half_step(results) if check_step else None
     if beside is not None:
         half = compare_ends(results, beside)
-    text = _page(results, Units.parse(units, results), title or results.title or results.name, half, progress)
+    title = title or results.title or results.name
+    text = _page(results, Units.parse(units, results), title, cover or Cover(), half, progress)
     if path.suffix.lower() == ".pdf":
         with complete_file(path) as part:
             pdf_of(part, text=text)
@@ -105,7 +123,9 @@ def report(
     return path
 
 
-def _page(results: Results, units: Units, title: str, half: HalfStep | None, progress: Progress | None) -> str:
+def _page(
+    results: Results, units: Units, title: str, cover: Cover, half: HalfStep | None, progress: Progress | None
+) -> str:
     ended = "complete" if results.complete else f"ended early: {results.exit_reason}"
     program = f"RockDDA {results.program_version}"
     sub = f"Discontinuous deformation analysis with {program}, run of {_moment(results)}, {ended}"
@@ -119,14 +139,19 @@ def _page(results: Results, units: Units, title: str, half: HalfStep | None, pro
     parts = [
         f"<h1>{_text(title)}</h1>",
         f'<p class="sub">{_text(sub)}</p>',
+        _cover_part(cover),
         _warning(results, checked),
+        "<h2>Question</h2>",
+        _lead(cover.question or facts.question(results)),
         _table(["", "at the end of the run"], facts.in_short(results, units), "facts"),
         drawn["end"],
         *_model_part(results, units, drawn),
+        *_parameters_part(results, units, cover, drawn),
         *_stages_part(results, units, drawn),
-        *_end_part(results, units, drawn),
-        *_search_part(results, units, drawn),
+        "<h2>Result</h2>",
         *_certainty_part(results),
+        *_search_part(results, units, drawn),
+        *_end_part(results, units, drawn),
         *_checks_part(checked, half, drawn),
         *_input_part(results),
     ]
@@ -200,10 +225,39 @@ def _pictures(results: Results, units: Units) -> dict[str, tuple[Callable[[], An
     return found
 
 
+def _cover_part(cover: Cover) -> str:
+    """Project, author and date, and where the report is signed."""
+    rows = [
+        ("project", cover.project or FILL, "date", cover.date or FILL),
+        ("author", cover.author or FILL, "signature", FILL),
+        ("checked by", FILL, "signature", FILL),
+    ]
+    return _table(["", "", "", ""], rows, "cover")
+
+
 def _model_part(results: Results, units: Units, drawn: dict[str, str]) -> list[str]:
     areas = results.block_area
     factor, unit = units.multiple("area", float(areas.max()))
     rows = [("areas of blocks", f"{factor * areas.min():.3g} to {factor * areas.max():.3g} {unit}")]
+    parts = [
+        "<h2>Model</h2>",
+        _lead(facts.in_words(results, units)),
+        drawn["materials"],
+        _table(["", ""], rows, "facts"),
+    ]
+    if results.boundary_kinds:
+        parts += [
+            "<h3>Boundaries</h3>",
+            _lead("Forces are those on the blocks at the end of the run."),
+            _table(*facts.boundary_table(results, units)),
+        ]
+    return parts
+
+
+def _parameters_part(results: Results, units: Units, cover: Cover, drawn: dict[str, str]) -> list[str]:
+    """Values with the place where they come from, given or to be filled in."""
+    rows: list[tuple[str, ...]] = []
+    left = dict(cover.sources)
     groups = facts.groups_of(results)
     for name, words in (
         ("load", "loads"),
@@ -220,26 +274,27 @@ def _model_part(results: Results, units: Units, drawn: dict[str, str]) -> list[s
     ):
         for group in groups.get(name, []):
             values = (f"{key} {facts.option_text(name, key, value, units)}" for key, value in group.items())
-            rows.append((words, "; ".join(values)))
+            rows.append((words, "; ".join(values), cover.sources.get(words, FILL)))
+            left.pop(words, None)
     blocks, joints = facts.material_tables(results, units)
     given = "Values as in the input; consistent units" + (
         f" of {units.length}, {units.time}, {units.force}" if units.length else ""
     )
     if units.multiples:
-        given = f"The input is in {description(results.units)}; values are shown in the units that stand by them"
-    parts = [
-        "<h2>Model</h2>",
-        _lead(facts.in_words(results, units)),
-        drawn["materials"],
-        _table(["", ""], rows, "facts"),
-    ]
-    parts += ["<h3>Materials</h3>", _lead(f"{given}."), _table(*blocks), _table(*joints)]
-    if results.boundary_kinds:
-        parts += [
-            "<h3>Boundaries</h3>",
-            _lead("Forces are those on the blocks at the end of the run."),
-            _table(*facts.boundary_table(results, units)),
-        ]
+        system = description(results.units) if results.units != "none" else "m, s, N"
+        given = f"The input is in {system}; values are shown in the units that stand by them"
+    parts = ["<h2>Parameters</h2>", _lead(f"{given}.")]
+    for columns, materials in (blocks, joints):
+        sourced = []
+        for row in materials:
+            number, _, name = row[0].partition(" ")
+            sourced.append([*row, cover.sources.get(name, cover.sources.get(number, FILL))])
+            left.pop(name if name in left else number, None)
+        parts.append(_table([*columns, "source"], sourced))
+    if left:
+        known = ", ".join([*(row[0] for _, table in (blocks, joints) for row in table), *(row[0] for row in rows)])
+        raise InputError(f"a source is given for {next(iter(left))!r}; the parameters are: {known}")
+    parts.append(_table(["", "", "source"], rows, "facts"))
     motion = [figure.replace("<figure>", '<figure class="tall">') for name, figure in drawn.items() if "motion" in name]
     if motion:
         parts += ["<h3>Motion of the ground</h3>", *motion]
@@ -257,7 +312,7 @@ def _stages_part(results: Results, units: Units, drawn: dict[str, str]) -> list[
 
 
 def _end_part(results: Results, units: Units, drawn: dict[str, str]) -> list[str]:
-    parts = ["<h2>State at the end</h2>", drawn.get("history", ""), drawn["stress"]]
+    parts = ["<h3>State at the end</h3>", drawn.get("history", ""), drawn["stress"]]
     if "joints" in drawn:
         parts += ["<h3>Joints</h3>", drawn["joints"], drawn["shear"], drawn.get("mobilised", "")]
         columns, rows = facts.joint_table(results, units)
@@ -298,15 +353,19 @@ def _search_part(results: Results, units: Units, drawn: dict[str, str]) -> list[
         for t in sorted(found.trials, key=lambda trial: trial.value)
     ]  # fmt: skip
     columns = ["value", "verdict", "steps", "unbalanced force", f"displacement [{unit}]"]
-    return ["<h2>Critical factor</h2>", _lead(str(found)), drawn["mechanism"], drawn["factor"],
+    return ["<h3>Critical factor</h3>", _lead(str(found)), drawn["mechanism"], drawn["factor"],
             _table(columns, rows)]  # fmt: skip
 
 
 def _certainty_part(results: Results) -> list[str]:
     """Convergence and reliability of this model, where they are there."""
     parts = []
-    for answer in answers_beside(results):
-        parts.append(f"<h2>{'How sure the numbers are' if answer.kind == 'convergence' else 'Reliability'}</h2>")
+    answers = answers_beside(results)
+    if not any(answer.kind == "convergence" for answer in answers):
+        words = "The ± of the numbers was not computed; rockdda-post convergence does it, and is then shown here."
+        parts.append(f"<p>{_text(words)}</p>")
+    for answer in answers:
+        parts.append(f"<h3>{'Numbers and their ±' if answer.kind == 'convergence' else 'Reliability'}</h3>")
         if not answer.found:
             words = f"The {answer.kind} in {answer.folder.name} is that of another version of the model: not shown."
             parts.append(f"<p>{_text(words)}</p>")
@@ -355,7 +414,7 @@ def _input_part(results: Results) -> list[str]:
     beside = f", and the files that they name ({', '.join(files)})" if files else ""
     what = "the search gives the same trials" if "search/factor" in results else "this version gives the same numbers"
     words = f"With these texts, which the results hold{beside}, {what}, bit for bit."
-    parts = ["<h2>Input</h2>", _lead(words)]
+    parts = ["<h2>Appendix: input</h2>", _lead(words)]
     texts = {name: str(results[f"input/{name}"]) for name in ("config", "analysis", "geometry")}
     names = {"config": "options or labelled file", "analysis": "analysis file", "geometry": "geometry or block file"}
     rows = [
@@ -401,7 +460,7 @@ def _table(columns: Sequence[str], rows: Iterable[Sequence[str]], kind: str = ""
     rows = list(rows)
     if not rows:
         return ""
-    body = "".join("<tr>" + "".join(f"<td>{_text(str(cell))}</td>" for cell in row) + "</tr>" for row in rows)
+    body = "".join("<tr>" + "".join(map(_cell, row)) + "</tr>" for row in rows)
     head = "".join(f"<th>{_text(name)}</th>" for name in columns) if any(columns) else ""
     head = f"<thead><tr>{head}</tr></thead>" if head else ""
     kinds = " ".join(name for name in (kind, "long" if len(rows) > MOST_ROWS else "") if name)
@@ -410,6 +469,10 @@ def _table(columns: Sequence[str], rows: Iterable[Sequence[str]], kind: str = ""
         if kinds
         else (f"<table>{head}<tbody>{body}</tbody></table>")
     )
+
+
+def _cell(value: Any) -> str:
+    return '<td class="fill" contenteditable="true"></td>' if value == FILL else f"<td>{_text(str(value))}</td>"
 
 
 def _figure(axes: Any, caption: str) -> str:
