@@ -275,10 +275,11 @@ def _smaller(path: Path, width: int | None = None, largest: int | None = None) -
     if width is not None and plain.width > width:
         plain = plain.resize((width, round(plain.height * width / plain.width)), Image.Resampling.LANCZOS)
     plain.save(path, optimize=True)
-    for colours in (256, 128, 64):
+    for share in (1.0, 0.85, 0.7, 0.55):
         if largest is None or path.stat().st_size < largest:
             break
-        plain.quantize(colours).save(path, optimize=True)
+        size = (round(plain.width * share), round(plain.height * share))
+        plain.resize(size, Image.Resampling.LANCZOS).quantize(128).save(path, optimize=True)
     return path
 
 

@@ -32,6 +32,7 @@ from .style import (
     set_limits,
     size_of,
     style,
+    title_of,
     usual_view,
     without_splinters,
 )
@@ -130,7 +131,7 @@ def frame_axes(
     name_map(axes, units)
     if _height(axes) < FLAT:
         axes.yaxis.set_major_locator(MaxNLocator(2))
-    parts = [plain_text(results.title), f"{moment(frame, units)}"]
+    parts = [title_of(results), f"{moment(frame, units)}"]
     axes.set_title(", ".join(part for part in parts if part) if title is None else title)
     if beyond:
         text = f"{beyond} block{'s' if beyond > 1 else ''} beyond the picture"

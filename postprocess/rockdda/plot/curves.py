@@ -13,7 +13,7 @@ from ..errors import InputError
 from ..frames import field_name
 from ..text import plain_text
 from ..units import Units
-from .style import PALETTE, PAPER_WIDTH, STATES, field_words, name_axis, new_axes, nice_ticks, style
+from .style import PALETTE, PAPER_WIDTH, STATES, field_words, name_axis, new_axes, nice_ticks, style, title_of
 
 if TYPE_CHECKING:
     import pandas
@@ -86,7 +86,7 @@ def _title(results: Results, stage: str | None, title: str | None) -> str:
     """The title of a picture of a run, or of one of its stages."""
     if title is not None:
         return title
-    parts = [results.title, "" if stage is None else results.stage(stage).name]
+    parts = [title_of(results), "" if stage is None else results.stage(stage).name]
     return plain_text(", ".join(part for part in parts if part))
 
 
@@ -251,7 +251,7 @@ def profile(
         axes.grid(color="#E4E4E4", lw=0.5)
         nice_ticks(axes.yaxis)
         _legend(axes)
-        axes.set_title(plain_text(results.title) if title is None else title)
+        axes.set_title(title_of(results) if title is None else title)
     return axes
 
 

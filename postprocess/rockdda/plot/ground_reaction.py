@@ -10,9 +10,8 @@ import numpy.typing as npt
 
 from ..errors import InputError
 from ..namelist import parse_groups
-from ..text import plain_text
 from ..units import Units
-from .style import PALETTE, PAPER_WIDTH, name_axis, new_axes, nice_ticks, style
+from .style import PALETTE, PAPER_WIDTH, name_axis, new_axes, nice_ticks, style, title_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -126,5 +125,5 @@ def ground_reaction(
         name_axis(axes.xaxis, units, "convergence", "length")
         nice_ticks(axes.xaxis)
         axes.legend(loc="upper left", bbox_to_anchor=(1.01, 1))
-        axes.set_title(plain_text(results.title) if title is None else title)
+        axes.set_title(title_of(results) if title is None else title)
     return axes

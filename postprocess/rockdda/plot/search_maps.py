@@ -10,10 +10,9 @@ import numpy.typing as npt
 
 from ..critical import NAMES, UNITS, CriticalFactor, read_search
 from ..errors import InputError
-from ..text import plain_text
 from ..units import Units
 from .block_maps import add_blocks, add_bolts, add_boundaries, add_fixed_points, add_outline, frame_axes
-from .style import PAPER_WIDTH, name_axis, new_axes, nice_ticks, style
+from .style import PAPER_WIDTH, name_axis, new_axes, nice_ticks, style, title_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -82,7 +81,7 @@ def mechanism(
         labels = [f"{kind} ({count[kind]})" for kind in kinds] + [f"at rest ({results.n_blocks - len(motion)})"]
         axes.legend(handles, labels, loc="upper left", bbox_to_anchor=(1.01, 1))
         if title is None:
-            name = plain_text(results.title)
+            name = title_of(results)
             axes.set_title(f"{name + ', ' if name else ''}{_words(found)}")
     return axes
 

@@ -13,12 +13,15 @@ import numpy.typing as npt
 
 from ..errors import InputError
 from ..frames import FIELDS
+from ..text import plain_text
 from ..units import Units
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.axis import Axis
     from matplotlib.figure import Figure
+
+    from ..results import Results
 
 # Okabe and Ito (2008): black, blue, vermilion, green, orange, sky blue, purple, yellow
 PALETTE = ("#000000", "#0072B2", "#D55E00", "#009E73", "#E69F00", "#56B4E9", "#CC79A7", "#F0E442")
@@ -197,6 +200,11 @@ def without_splinters(
     whole = float(np.min(there)), float(np.max(there))
     low, high = colour_range(whole, usual_range(rows, areas, active))
     return np.clip(there, low, high) if whole[1] - whole[0] > 2 * (high - low) else there
+
+
+def title_of(results: Results) -> str:
+    """The title of a run, of which files without one have their name: with blanks, as a reader writes."""
+    return plain_text(results.title).replace("_", " ")
 
 
 def usual_view(

@@ -121,9 +121,10 @@ def _add_heads(axes: Axes, results: Results, frame: int, units: Units) -> None:
     lines = axes.tricontour(mesh, head, levels=MaxNLocator(7).tick_values(head.min(), head.max()), colors=HEADS,
                             linewidths=0.8, zorder=3)  # fmt: skip
     for level, segments in zip(lines.levels, lines.allsegs, strict=True):
-        if not segments:
+        places = np.concatenate([np.zeros((0, 2)), *segments])
+        if not len(places):
             continue
-        place = max(np.concatenate(segments), key=lambda point: point[1])  # contours are short: beside their upper end
+        place = places[np.argmax(places[:, 1])]  # contours are short: beside their upper end
         text = f"{level:g} {units.length}".strip()
         label = axes.annotate(text, place, (2, 1), textcoords="offset points", fontsize=6.5, color=HEADS, zorder=4)
         label.set_path_effects([withStroke(linewidth=2, foreground="white")])
