@@ -168,13 +168,13 @@ PICTURES: dict[str, tuple[str, Callable[[Runs], Any]]] = {
     "joint-profile": (
         "stresses along a chosen line of joints",
         lambda runs: plot.joint_profile(
-            runs("jointed_slope"), (0, 0, 20.785, 12), 0, units=UNITS, title="weak plane, at rest"
+            runs.dug("jointed_slope", WET, "wet"), (0, 0, 20.785, 12), units=UNITS, title="Weak plane, with water"
         ),
     ),
     "energy": ("energy ledger, and what does not close", lambda runs: plot.energy(runs("jointed_slope"), units=UNITS)),
     "iterations": ("steps, rounds, contacts", lambda runs: plot.iterations(runs("jointed_slope"), units=UNITS)),
     "ground-reaction": (
-        "released share of the forces of excavated blocks over convergence",
+        "ground reaction of an excavation",
         lambda runs: plot.ground_reaction(runs.dug("stack", DIG), units=UNITS),
     ),
     "mechanism": (

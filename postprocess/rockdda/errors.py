@@ -94,6 +94,7 @@ class OutputError(RockddaError, OSError):
 
 #: Packages that each extra of pyproject.toml brings. RockDDA itself may come from a wheel or from its source.
 EXTRAS = {
+    "tables": "pandas",
     "vtk": "pyvista vtk",
     "films": "imageio-ffmpeg",
     "dxf": "ezdxf shapely",
@@ -101,11 +102,11 @@ EXTRAS = {
     "xarray": "xarray",
     "notebook": "ipywidgets",
     "records": "scipy",
-    "reliability": "scipy",
-    "study": "distributed",
+    "reliability": "pandas scipy",
+    "study": "distributed pandas",
     "cluster": "dask-jobqueue",
     "pdf": "weasyprint",
-    "validation": "markdown-it-py scipy shapely",
+    "validation": "markdown-it-py pandas scipy shapely",
 }
 
 

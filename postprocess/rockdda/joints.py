@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from .columns import Columns
 from .errors import InputError
 from .fields import JOINT_FIELDS, JointField
 from .frames import Frame, FrameTables
@@ -27,7 +28,7 @@ from .materials import JointStrength
 if TYPE_CHECKING:
     import pandas
 
-__all__ = ["JOINT_FIELDS", "JointField", "joint_points", "joint_summary", "need_contacts"]
+__all__ = ["JOINT_FIELDS", "JointField", "joint_points", "joint_summary", "need_contacts", "summary_columns"]
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
@@ -39,10 +40,8 @@ def need_contacts(results: FrameTables) -> None:
         raise InputError("there are no contacts in it: they were not saved (&output contacts = .false.)", results.path)
 
 
-def joint_points(frame: Frame, strengths: Mapping[int, JointStrength]) -> pandas.DataFrame:
+def joint_points(frame: Frame, strengths: Mapping[int, JointStrength]) -> Columns:
     """A row for each point; `Results.joints` describes the columns. `strengths` by number of the joint material."""
-    import pandas
-
     contacts = frame.contacts
     if contacts.length is None or contacts.opening is None or contacts.slip is None:
         raise InputError("the file holds no stresses along joints: its version is older", frame.results.path)
@@ -73,25 +72,44 @@ def joint_points(frame: Frame, strengths: Mapping[int, JointStrength]) -> pandas
         "mobilised": _mobilised(normal, shear, _strength(normal, material, strengths)),
         "force_x": force[:, 0], "force_y": force[:, 1],
     }  # fmt: skip
-    return pandas.DataFrame(columns)
+    return Columns(columns)
 
 
 def joint_summary(points: pandas.DataFrame) -> pandas.DataFrame:
     """One row for each joint of a table of points: first, second, material (of its first point), length, points, those
     that are open, means of the stresses and of the slip over the length, largest opening, largest mobilised share of
     the strength, and the force on the first block."""
-    weights = points["length"]
-    weighted = points.assign(**{name: points[name] * weights for name in ("normal_stress", "shear_stress", "slip")})
-    groups = weighted.groupby("joint", sort=True)
-    table = groups.agg(
-        first=("first", "first"), second=("second", "first"), material=("material", "first"), length=("length", "sum"),
-        points=("state", "size"), open_points=("state", lambda states: int((states == 0).sum())),
-        normal_stress=("normal_stress", "sum"), shear_stress=("shear_stress", "sum"), slip=("slip", "sum"),
-        largest_opening=("opening", "max"), largest_mobilised=("mobilised", "max"),
-        force_x=("force_x", "sum"), force_y=("force_y", "sum"),
-    )  # fmt: skip
-    for name in ("normal_stress", "shear_stress", "slip"):
-        table[name] /= table["length"].where(table["length"] > 0)
+    found = summary_columns(Columns({str(name): points[name].to_numpy() for name in points.columns}))
+    return found.to_pandas("a summary of joints", "joint")
+
+
+def summary_columns(points: Columns) -> Columns:
+    """`joint_summary` as columns; the points of a joint need not stand together."""
+    order = np.argsort(points["joint"], kind="stable")
+    points = points.rows(order)
+    joint = points["joint"]
+    begin = np.flatnonzero(np.concatenate([[True], joint[1:] != joint[:-1]])) if len(joint) else np.zeros(0, dtype=int)
+    row = np.repeat(np.arange(len(begin)), np.diff(np.append(begin, len(joint))))
+
+    def total(values: npt.NDArray[Any]) -> npt.NDArray[Any]:
+        return np.bincount(row, values, len(begin))
+
+    def largest(values: FloatArray) -> FloatArray:
+        found = np.full(len(begin), np.nan)
+        np.fmax.at(found, row, values)
+        return found
+
+    table = Columns({name: points[name][begin] for name in ("joint", "first", "second", "material")})
+    table["length"] = total(points["length"])
+    table["points"] = np.bincount(row, minlength=len(begin))
+    table["open_points"] = np.bincount(row[points["state"] == 0], minlength=len(begin))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        for name in ("normal_stress", "shear_stress", "slip"):
+            mean = total(points[name] * points["length"]) / table["length"]
+            table[name] = np.where(table["length"] > 0, mean, np.nan)
+    table["largest_opening"], table["largest_mobilised"] = (largest(points[name]) for name in ("opening", "mobilised"))
+    for name in ("force_x", "force_y"):
+        table[name] = total(points[name])
     return table
 
 

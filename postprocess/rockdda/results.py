@@ -17,6 +17,7 @@ import h5py
 import numpy as np
 import numpy.typing as npt
 
+from .columns import Columns
 from .errors import InputError
 from .frames import BOLT_TABLES, CONTACT_TABLES, FIELDS, JOINT_TABLES, Contacts, Field, Frame, Frames
 from .joints import joint_points
@@ -394,6 +395,10 @@ class Results(StageTables):
         mobilised (shear stress over strength; NaN without strength), force_x, force_y (on the first block).
         Raises InputError for a file without these values.
         """
+        return self.joint_columns(frame).to_pandas("a table of joints")
+
+    def joint_columns(self, frame: int = -1) -> Columns:
+        """The columns of `joints`, as arrays."""
         return joint_points(self.frames[frame], self.joint_strengths())
 
     # -- frames --------------------------------------------------------------------------------------------------
@@ -434,17 +439,19 @@ class Results(StageTables):
         were ignored: column k of `results["history/measured_rotation"]` is measured_rotation_i with
         i = `results.point_numbers("measured")[k]`.
         """
-        import pandas
+        return self.history_columns().to_pandas("a table of the history", "step")
 
+    def history_columns(self) -> Columns:
+        """The columns of `history`, as arrays, after the step."""
         tables = {name: self[f"history/{name}"] for name in HISTORY_TABLES}
-        columns: dict[str, npt.NDArray[Any]] = {}
+        columns = Columns(step=tables["step"])
         for name in ("time", "dt", "open_close_iterations", "attempts", "solver_iterations"):
             columns[name] = tables[name]
         for i, name in enumerate(("open", "sliding", "locked")):
             columns[name] = tables["contacts"][:, i]
         columns["max_displacement"] = tables["max_displacement"]
         if "history/unbalanced" in self:
-            columns |= {name: self[f"history/{name}"] for name in STAGE_TABLES}
+            columns.update({name: self[f"history/{name}"] for name in STAGE_TABLES})
         for i, name in enumerate(self.energy_names):
             columns[f"energy_{name}"] = tables["energy"][:, i]
         for i, number in enumerate(self.point_numbers("measured")):
@@ -460,7 +467,7 @@ class Results(StageTables):
         for i in range(force.shape[1]):
             for c, component in enumerate("xy"):
                 columns[f"boundary_force_{i + 1}_{component}"] = force[:, i, c]
-        return pandas.DataFrame(columns, index=pandas.Index(tables["step"], name="step"))
+        return columns
 
     def to_xarray(self, contacts: bool = True) -> xarray.Dataset:
         """Frames, history and contacts as one labelled data set: see `rockdda.export.to_xarray`."""

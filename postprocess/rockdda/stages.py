@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from .columns import Columns
 from .errors import InputError
 from .frames import Frame, Frames
 from .start import StartArrays
@@ -168,13 +169,18 @@ class StageTables(StartArrays):
     def boundary_forces(self) -> pandas.DataFrame:
         """A row for each stage and boundary: stage, boundary (from 1), kind, and the force on the blocks at the end of
         the stage, force_x and force_y. Stages without steps are left out."""
-        import pandas
+        return self.boundary_columns().to_pandas("a table of boundaries")
 
+    def boundary_columns(self) -> Columns:
+        """The columns of `boundary_forces`, as arrays."""
         force, kinds, step = self.boundary_force, self.boundary_kinds, self["history/step"]
-        rows = []
+        rows: list[tuple[Any, ...]] = []
         for stage in self.stages:
             if stage.n_steps:
                 last = force[int(np.searchsorted(step, stage.last_step))].tolist()
-                rows += [(stage.name, i, *pair) for i, pair in enumerate(zip(kinds, last, strict=True), start=1)]
-        columns = ["stage", "boundary", "kind", "force_x", "force_y"]
-        return pandas.DataFrame([(name, i, kind, *both) for name, i, kind, both in rows], columns=columns)
+                for number, (kind, both) in enumerate(zip(kinds, last, strict=True), start=1):
+                    rows.append((stage.name, number, kind, *both))
+        names = ("stage", "boundary", "kind", "force_x", "force_y")
+        types: tuple[Any, ...] = (object, np.int64, object, np.float64, np.float64)
+        columns = list(zip(*rows, strict=True)) or [()] * len(names)
+        return Columns({n: np.array(c, dtype=t) for n, c, t in zip(names, columns, types, strict=True)})

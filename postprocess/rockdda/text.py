@@ -4,9 +4,14 @@
 from __future__ import annotations
 
 import codecs
+import csv
+import io
 import re
 import unicodedata
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 __all__ = ["csv_text", "decoded", "has_controls", "input_numbers", "plain_text", "readable", "short", "shown"]
 
@@ -78,15 +83,23 @@ def plain_text(text: str) -> str:
     return clean.replace("$", r"\$")
 
 
-def csv_text(table: pandas.DataFrame) -> str:
-    """A table as CSV whose texts no spreadsheet takes for formulas and no terminal for commands."""
-    return table.map(_cell).rename(columns=_cell).to_csv(index=False, lineterminator="\n")
+def csv_text(table: Mapping[str, Any] | pandas.DataFrame) -> str:
+    """Columns by name as CSV whose texts no spreadsheet takes for formulas and no terminal for commands.
+
+    Numbers have as many digits as it takes to read back the same value; what is not there is empty.
+    """
+    stream = io.StringIO()
+    writer = csv.writer(stream, lineterminator="\n")
+    writer.writerow(_cell(str(name)) for name in table)
+    columns = [np.asarray(values).tolist() for _, values in table.items()]
+    writer.writerows(map(_cell, row) for row in zip(*columns, strict=True))
+    return stream.getvalue()
 
 
 def _cell(value: Any) -> Any:
     """A text with visible control characters; one that begins like a formula, and is no number, behind a quote."""
     if not isinstance(value, str):
-        return value
+        return "" if value is None or value != value else value
     text = "".join(c.encode("unicode_escape").decode() if has_controls(c) else c for c in value)
     try:
         float(text)

@@ -4,6 +4,7 @@
 import contextlib
 import importlib.metadata
 import importlib.util
+import os
 import re
 import shlex
 import shutil
@@ -103,6 +104,35 @@ def test_the_advice_installs_for_this_python():
     assert how_to_install("pdf") == f"{shlex.quote(sys.executable)} -m pip install weasyprint"
     with pytest.raises(ImportError, match=r"a film needs the package is_missing: \S+ -m pip install imageio-ffmpeg \("):
         need("is_missing", "films", "a film")
+
+
+LIGHT = """
+import sys
+sys.modules["pandas"] = None
+from rockdda.cli import main
+name = sys.argv[1]
+for kind in ("blocks", "thrust", "joints", "history", "energy", "iterations"):
+    assert main(["plot", name, "--kind", kind, "--quiet"]) == 0, kind
+for table in ("history", "boundaries", "joints", "joint_points"):
+    assert main(["export", name, "--table", table, "-o", f"{table}.csv", "--quiet"]) == 0, table
+assert main(["report", name, "-o", "report.html", "--quiet"]) == 0
+import rockdda
+try:
+    rockdda.open(name).history()
+except ImportError as error:
+    assert "a table of the history needs the package pandas" in str(error)
+else:
+    raise AssertionError("pandas was there")
+"""
+
+
+def test_pictures_exports_and_reports_need_no_pandas(flat_arch, tmp_path):
+    path = os.pathsep.join([str(ROOT / "postprocess"), os.environ.get("PYTHONPATH", "")])
+    done = subprocess.run(
+        [sys.executable, "-c", LIGHT, flat_arch], cwd=tmp_path, capture_output=True, text=True,
+        env={**os.environ, "PYTHONPATH": path},
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr[-3000:]
 
 
 def requirements() -> dict[str, list[str]]:

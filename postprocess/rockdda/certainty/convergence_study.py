@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..critical import UNITS as SEARCH_UNITS
-from ..errors import ConvergenceError, InputError
+from ..errors import ConvergenceError, InputError, need
 from ..model import Model
 from ..results import Results
 from ..study import Study, read_study
@@ -67,7 +67,7 @@ class Convergence:
     @property
     def table(self) -> pandas.DataFrame:
         """A row a number: value, change by each variant, order, extrapolated value, errors."""
-        import pandas as pd
+        pd = need("pandas", "tables", "a study of convergence")
 
         rows = []
         for one in self.findings:

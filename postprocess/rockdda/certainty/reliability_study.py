@@ -16,7 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..critical import UNITS as SEARCH_UNITS
-from ..errors import ConvergenceError, InputError
+from ..errors import ConvergenceError, InputError, need
 from ..groups import as_list
 from ..labelled import labelled_text
 from ..model import Model
@@ -111,7 +111,7 @@ class Reliability:
     @property
     def table(self) -> pandas.DataFrame:
         """A row a run: inputs, seed, factor, mechanism, side, message."""
-        import pandas as pd
+        pd = need("pandas", "tables", "a study of reliability")
 
         rows = []
         for i, one in enumerate(self.found):

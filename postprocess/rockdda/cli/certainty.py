@@ -6,6 +6,8 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
+from inspect import Parameter, Signature, signature
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -79,10 +81,62 @@ Tolerance = Annotated[
 MaxSteps = Annotated[int | None, typer.Option("--max-steps", min=1, help="Steps of a trial.", show_default=False)]
 
 
+@dataclass(frozen=True)
+class Running:
+    """How the runs of a study are started, and what is printed."""
+
+    config: Config = None
+    output: Folder = None
+    jobs: Jobs = None
+    slurm: Slurm = False
+    dask: Dask = None
+    retry: Retry = False
+    quiet: Quiet = False
+    as_json: AsJson = False
+
+    def of_study(self) -> dict[str, Any]:
+        """What `convergence` and `reliability` take of it."""
+        return {name: getattr(self, name) for name in ("config", "output", "jobs", "dask", "retry")}
+
+
+def search_options(
+    search: Search = None,
+    joints: Joints = None,
+    loads: Loads = None,
+    factors: Factors = None,
+    stage: Stage = None,
+    from_: From = None,
+    to: To = None,
+    tolerance: Tolerance = None,
+    max_steps: MaxSteps = None,
+) -> dict[str, Any]:
+    """Options of a search by their names in Python."""
+    return dict(locals())
+
+
+def with_shared(command: Callable[..., None]) -> Callable[..., None]:
+    """A command with the options of a search and of running after its own; it gets them as `options` and `running`."""
+
+    def parameters(function: Callable[..., Any]) -> list[Parameter]:
+        found = signature(function, eval_str=True).parameters.values()
+        return [one.replace(kind=Parameter.KEYWORD_ONLY) for one in found if one.name not in ("options", "running")]
+
+    search, running = parameters(search_options), parameters(Running)
+
+    def run(**given: Any) -> None:
+        options = search_options(**{one.name: given.pop(one.name) for one in search})
+        how = Running(**{one.name: given.pop(one.name) for one in running})
+        command(**given, options=options, running=how)
+
+    run.__doc__ = command.__doc__
+    run.__signature__ = Signature([*parameters(command), *search, *running])  # type: ignore[attr-defined]
+    return run
+
+
 def register(app: typer.Typer) -> None:
     """Add the commands."""
-    app.command(name="convergence")(convergence_command)
-    app.command(name="reliability")(reliability_command)
+    app.command(name="convergence")(with_shared(convergence_command))
+    app.command(name="reliability")(with_shared(reliability_command))
 
 
 def convergence_command(
@@ -98,26 +152,12 @@ def convergence_command(
         ),
     ] = None,
     fos: Annotated[bool, typer.Option("--fos", help="Judge the critical factor, too, with the options below.")] = False,
-    search: Search = None,
-    joints: Joints = None,
-    loads: Loads = None,
-    factors: Factors = None,
-    stage: Stage = None,
-    from_: From = None,
-    to: To = None,
-    tolerance: Tolerance = None,
-    max_steps: MaxSteps = None,
     limit: Annotated[
         str, typer.Option("--limit", help="Share of a number by which it may change: 0.05 or 5%.")
     ] = "0.05",
-    config: Config = None,
-    output: Folder = None,
-    jobs: Jobs = None,
-    slurm: Slurm = False,
-    dask: Dask = None,
-    retry: Retry = False,
-    quiet: Quiet = False,
-    as_json: AsJson = False,
+    *,
+    options: dict[str, Any],
+    running: Running,
 ) -> None:
     """Does a number depend on numbers of the method, and how far on the stiffness of the joints?
 
@@ -143,20 +183,19 @@ def convergence_command(
     from ..certainty.running import write_arrays
     from ..certainty.template import read_source
 
-    options = _options(search, joints, loads, factors, stage, from_, to, tolerance, max_steps)
     share = _share(limit)
     files = _files(model)
-    if slurm:
-        with read_source(*files, config) as source:
-            studies = prepare_convergence(source, output, fos, options)
-            _tell_arrays(write_arrays(studies, retry), quiet, as_json)
+    if running.slurm:
+        with read_source(*files, running.config) as source:
+            studies = prepare_convergence(source, running.output, fos, options)
+            _tell_arrays(write_arrays(studies, running.retry), running)
         return
-    with _progress(quiet or as_json) as report:
+    with _progress(running.quiet or running.as_json) as report:
         found = convergence(
-            *files, quantities=quantity or (), fos=fos, limit=share, config=config, output=output, jobs=jobs, dask=dask,
-            retry=retry, progress=report, **options,
+            files[0], files[1], quantities=quantity or (), fos=fos, limit=share, progress=report,
+            **running.of_study(), **options,
         )  # fmt: skip
-    _tell(found, NO_CONVERGENCE if found.exceeded else 0, "convergence", quiet, as_json)
+    _tell(found, NO_CONVERGENCE if found.exceeded else 0, "convergence", running)
 
 
 def reliability_command(
@@ -193,23 +232,9 @@ def reliability_command(
         typer.Option("--back-analysis", metavar="F", help="Find the pairs of inputs that give this factor.",
                      show_default=False),
     ] = None,
-    search: Search = None,
-    joints: Joints = None,
-    loads: Loads = None,
-    factors: Factors = None,
-    stage: Stage = None,
-    from_: From = None,
-    to: To = None,
-    tolerance: Tolerance = None,
-    max_steps: MaxSteps = None,
-    config: Config = None,
-    output: Folder = None,
-    jobs: Jobs = None,
-    slurm: Slurm = False,
-    dask: Dask = None,
-    retry: Retry = False,
-    quiet: Quiet = False,
-    as_json: AsJson = False,
+    *,
+    options: dict[str, Any],
+    running: Running,
 ) -> None:  # fmt: skip
     """How likely does a model fail, where its inputs scatter or its joints are drawn anew?
 
@@ -234,29 +259,19 @@ def reliability_command(
     from ..certainty.running import write_arrays
     from ..certainty.template import read_source
 
-    options = _options(search, joints, loads, factors, stage, from_, to, tolerance, max_steps)
     files = _files(model)
-    if slurm:
-        with read_source(*files, config) as source:
+    if running.slurm:
+        with read_source(*files, running.config) as source:
             plan = make_plan(source, vary, runs, seed, seeds, precision, correlate, below, back_analysis, options)
-            _tell_arrays(write_arrays([prepare_reliability(source, plan, output, options)], retry), quiet, as_json)
+            study = prepare_reliability(source, plan, running.output, options)
+            _tell_arrays(write_arrays([study], running.retry), running)
         return
-    with _progress(quiet or as_json) as report:
+    with _progress(running.quiet or running.as_json) as report:
         found = reliability(
             files[0], vary, files[1], runs=runs, seed=seed, seeds=seeds, precision=precision, correlate=correlate,
-            below=below, back_analysis=back_analysis, config=config, output=output, jobs=jobs, dask=dask, retry=retry,
-            progress=report, **options,
+            below=below, back_analysis=back_analysis, progress=report, **running.of_study(), **options,
         )  # fmt: skip
-    _tell(found, NO_CONVERGENCE if found.refusal else 0, "reliability", quiet, as_json)
-
-
-def _options(
-    search: str | None, joints: str | None, loads: str | None, factors: str | None, stage: str | None,
-    from_: float | None, to: float | None, tolerance: float | None, max_steps: int | None,
-) -> dict[str, Any]:  # fmt: skip
-    """Options of a search by their names in Python."""
-    return {"search": search, "joints": joints, "loads": loads, "factors": factors, "stage": stage, "from_": from_,
-            "to": to, "tolerance": tolerance, "max_steps": max_steps}  # fmt: skip
+    _tell(found, NO_CONVERGENCE if found.refusal else 0, "reliability", running)
 
 
 def _files(model: list[Path]) -> tuple[Path, Path | None]:
@@ -298,22 +313,22 @@ def _progress(quiet: bool) -> Iterator[Callable[[int, int, Outcome], None]]:
             raise
 
 
-def _tell_arrays(paths: list[Path], quiet: bool, as_json: bool) -> None:
-    if as_json:
+def _tell_arrays(paths: list[Path], running: Running) -> None:
+    if running.as_json:
         typer.echo(json.dumps({"status": "done", "exit_code": 0, "scripts": list(map(str, paths))}))
-    elif not quiet:
+    elif not running.quiet:
         typer.echo(
             "\n".join(f"{path}: submit it with sbatch; then give this command again without --slurm" for path in paths)
         )
 
 
-def _tell(found: Any, code: int, name: str, quiet: bool, as_json: bool) -> None:
+def _tell(found: Any, code: int, name: str, running: Running) -> None:
     """The answer; the exit code."""
     files = [str(found.folder / file) for file in (f"{name}.json", "table.csv", f"{name}.png")]
-    if as_json:
+    if running.as_json:
         answer = json.loads((found.folder / f"{name}.json").read_text(encoding="utf-8"))
         typer.echo(json.dumps({"status": "done", "exit_code": code} | answer | {"files": files}, ensure_ascii=False))
-    elif not quiet:
+    elif not running.quiet:
         typer.echo("\n".join([found.verdict, *files]))
     if code:
         raise typer.Exit(code)

@@ -198,8 +198,10 @@ def plot_command(
         plot.interactive(runs[0], field, frame, units=units)
         return
     given = {"scale": scale, "limits": limits, "title": title, "columns": columns or None, "units": units}
-    given |= {"stage": stage, "joints": joints or None, "heads": heads or None}
+    given |= {"stage": stage}
     options: dict[str, Any] = {name: value for name, value in given.items() if value is not None}
+    options |= {"joints": joints} if joints else {}
+    options |= {"heads": True} if heads else {}
     if line is not None:
         options["line"] = _four_numbers(line, "line")
     if window is not None:

@@ -107,14 +107,14 @@ def _bolts(frame: Frame) -> Grid:
 
 def _joints(frame: Frame) -> Grid:
     """The joints of a frame as a grid of lines, one for each of their points."""
-    table = frame.results.joints(frame.index)
-    ends = table[["x1", "y1", "x2", "y2"]].to_numpy(dtype=float).reshape(-1, 2)
-    cells: Arrays = {name: table[name].to_numpy(dtype=float) for name in (*JOINT_FIELDS, "length")}
-    cells |= {name: table[name].to_numpy().astype(np.int32) for name in ("state", "material")}
-    cells["joint"] = (table["joint"].to_numpy() + 1).astype(np.int32)
-    cells["blocks"] = (table[["first", "second"]].to_numpy() + 1).astype(np.int32)
-    cells["force"] = in_space(table[["force_x", "force_y"]].to_numpy(dtype=float))
-    return Grid(ends, 2 * np.arange(len(table) + 1), LINE, {}, cells)
+    table = frame.results.joint_columns(frame.index)
+    ends = table.stack("x1", "y1", "x2", "y2").reshape(-1, 2)
+    cells: Arrays = {name: table[name].astype(float) for name in (*JOINT_FIELDS, "length")}
+    cells |= {name: table[name].astype(np.int32) for name in ("state", "material")}
+    cells["joint"] = (table["joint"] + 1).astype(np.int32)
+    cells["blocks"] = (table.stack("first", "second") + 1).astype(np.int32)
+    cells["force"] = in_space(table.stack("force_x", "force_y"))
+    return Grid(ends, 2 * np.arange(table.n_rows + 1), LINE, {}, cells)
 
 
 def _boundaries(results: Results, frame: Frame) -> Grid:

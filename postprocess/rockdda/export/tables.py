@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..errors import InputError
-from ..joints import joint_summary, need_contacts
+from ..joints import need_contacts, summary_columns
 from ..results import FIELDS
 from ..text import csv_text
 from ..units import Units, with_units
@@ -20,8 +20,7 @@ from ..writing import write_file
 from .common import Progress, chosen
 
 if TYPE_CHECKING:
-    import pandas
-
+    from ..columns import Columns
     from ..results import Frame, Results
 
 __all__ = ["to_csv"]
@@ -50,15 +49,9 @@ def to_csv(
     path = Path(path)
     units = Units.parse(None, results)
     if what == "history":
-        table = results.history()
-        table.columns = with_units(map(str, table.columns), units)
-        write_file(path, lambda stream: table.to_csv(stream, lineterminator="\n"))
-        return path
+        return _write_columns(path, results.history_columns(), units)
     if what == "boundaries":
-        table = results.boundary_forces()
-        table.columns = with_units(map(str, table.columns), units)
-        write_file(path, csv_text(table))
-        return path
+        return _write_columns(path, results.boundary_columns(), units)
     tables = {
         "blocks": _block_rows, "vertices": _vertex_rows, "contacts": _contact_rows, "joints": _joint_rows,
         "joint_points": _joint_point_rows, "bolts": _bolt_rows,
@@ -82,6 +75,11 @@ def to_csv(
                 progress(k + 1, len(numbers))
 
     write_file(path, write)
+    return path
+
+
+def _write_columns(path: Path, table: Columns, units: Units) -> Path:
+    write_file(path, csv_text(dict(zip(with_units(table, units), table.values(), strict=True))))
     return path
 
 
@@ -110,17 +108,17 @@ def _contact_rows(frame: Frame) -> dict[str, Any]:
 
 
 def _joint_point_rows(frame: Frame) -> dict[str, Any]:
-    return _counted_from_1(frame.results.joints(frame.index).drop(columns="edge"))
+    return _counted_from_1(frame.results.joint_columns(frame.index).without("edge"))
 
 
 def _joint_rows(frame: Frame) -> dict[str, Any]:
-    return _counted_from_1(joint_summary(frame.results.joints(frame.index)).reset_index())
+    return _counted_from_1(summary_columns(frame.results.joint_columns(frame.index)))
 
 
-def _counted_from_1(table: pandas.DataFrame) -> dict[str, Any]:
+def _counted_from_1(table: Columns) -> dict[str, Any]:
     """The columns of a table whose joints and blocks count from 0."""
     counted = ("joint", "first", "second")
-    return {str(name): table[name].to_numpy() + (name in counted) for name in table.columns}
+    return {name: values + (name in counted) for name, values in table.items()}
 
 
 def _bolt_rows(frame: Frame) -> dict[str, Any]:

@@ -174,11 +174,11 @@ def _blocks(frame: Frame) -> tuple[dict[str, Any], list[Any]]:
 def _joints(frame: Frame) -> tuple[dict[str, Any], Any]:
     from shapely import linestrings
 
-    table = frame.results.joints(frame.index)
-    ends = table[["x1", "y1", "x2", "y2"]].to_numpy(dtype=float).reshape(-1, 2, 2)
+    table = frame.results.joint_columns(frame.index)
+    ends = table.stack("x1", "y1", "x2", "y2").reshape(-1, 2, 2)
     counted = ("joint", "first", "second")
-    rest = table.drop(columns=["edge", "x1", "y1", "x2", "y2"])
-    return {str(name): rest[name].to_numpy() + (name in counted) for name in rest.columns}, linestrings(ends)
+    rest = table.without("edge", "x1", "y1", "x2", "y2")
+    return {name: values + (name in counted) for name, values in rest.items()}, linestrings(ends)
 
 
 def _contact_points(frame: Frame) -> tuple[dict[str, Any], Any]:

@@ -29,10 +29,10 @@ def shown_joints(results: Results, units: Units) -> Shown:
     """Factor and unit of each field of joints, by its largest value in the last frame."""
     if not results.has_joints:
         return {}
-    points = results.joints(-1)
+    points = results.joint_columns(-1)
     found = {}
     for name, field in JOINT_FIELDS.items():
-        values = np.abs(points[name].to_numpy(dtype=float))
+        values = np.abs(points[name].astype(float))
         found[PREFIX + name] = units.multiple(field.dimension, float(np.nanmax(values, initial=0.0)))
     return found
 
@@ -53,18 +53,16 @@ def joint_rows(frame: Frame, shown: Shown | None = None) -> FloatArray:
     """(n, 9) edge, share of its begin, share of its end, and the COLUMNS of every point along the joints, times the
     factors of `shown`."""
     results = frame.results
-    points = results.joints(frame.index)
-    edge = points["edge"].to_numpy()
+    points = results.joint_columns(frame.index)
+    edge = points["edge"]
     offset = results.vertex_offset
     block = np.searchsorted(offset, edge, side="right") - 1
     after = np.where(edge + 1 < offset[block + 1], edge + 1, offset[block])
     start, along = frame.vertices[edge], frame.vertices[after] - frame.vertices[edge]
     square = np.maximum(np.einsum("ij,ij->i", along, along), np.finfo(float).tiny)
-    shares = [
-        np.einsum("ij,ij->i", points[[f"x{end}", f"y{end}"]].to_numpy() - start, along) / square for end in (1, 2)
-    ]
+    shares = [np.einsum("ij,ij->i", points.stack(f"x{end}", f"y{end}") - start, along) / square for end in (1, 2)]
     factors = [1.0 if shown is None or PREFIX + name not in shown else shown[PREFIX + name][0] for name in COLUMNS]
-    return np.column_stack([edge, *shares, points[list(COLUMNS)].to_numpy(dtype=float) * factors])
+    return np.column_stack([edge, *shares, points.stack(*COLUMNS) * factors])
 
 
 def joint_range(rows: FloatArray, name: str) -> tuple[float, float, float, float]:

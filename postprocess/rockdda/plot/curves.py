@@ -16,9 +16,9 @@ from ..units import Units
 from .style import PALETTE, PAPER_WIDTH, STATES, field_words, name_axis, new_axes, nice_ticks, style, title_of
 
 if TYPE_CHECKING:
-    import pandas
     from matplotlib.axes import Axes
 
+    from ..columns import Columns
     from ..results import Results
 
 FloatArray = npt.NDArray[np.float64]
@@ -70,16 +70,16 @@ def default_columns(results: Results) -> list[str]:
     return [f"measured_displacement_{i}_{k}" for i in numbers for k in "xy"] or ["max_displacement"]
 
 
-def _rows(results: Results, stage: str | None) -> pandas.DataFrame:
+def _rows(results: Results, stage: str | None) -> Columns:
     """The rows of the history of a stage (None: all)."""
-    table = results.history()
+    table = results.history_columns()
     if stage is None:
         return table
     chosen = results.stage(stage)
-    rows = np.flatnonzero(table["stage"].to_numpy() == chosen.index) if "stage" in table else np.arange(len(table))
+    rows = np.flatnonzero(table["stage"] == chosen.index) if "stage" in table else np.arange(table.n_rows)
     if not len(rows):
         raise InputError(f"stage {chosen.name!r} has no steps", results.path)
-    return table.iloc[rows]
+    return table.rows(rows)
 
 
 def _title(results: Results, stage: str | None, title: str | None) -> str:
@@ -132,13 +132,14 @@ def history(
     """
     units = Units.parse(units, results)
     table = _rows(results, stage)
+    known = [name for name in table if name != "step"]
     start = stage is None or results.stage(stage).index == 0  # later stages may begin to count displacements anew
     wanted = [columns] if isinstance(columns, str) else list(columns or default_columns(results))
     chosen: list[str] = []
     for name in wanted:
-        found = [c for c in table.columns if c == name] or [c for c in table.columns if str(c).startswith(f"{name}_")]
+        found = [c for c in known if c == name] or [c for c in known if c.startswith(f"{name}_")]
         if not found:
-            raise InputError(f"there is no column {name!r}; the columns are: {', '.join(map(str, table.columns))}")
+            raise InputError(f"there is no column {name!r}; the columns are: {', '.join(known)}")
         chosen += found
     kinds = {_dimension(name) for name in chosen}
     if "energy" in kinds:
@@ -150,7 +151,7 @@ def history(
         time = np.concatenate([[0.0] * start, table["time"]])
         cumulative = kinds == {"length"} and "max_displacement" not in chosen
         for i, name in enumerate(chosen):
-            first = 0.0 if cumulative else table[name].iloc[0]
+            first = 0.0 if cumulative else table[name][0]
             values = np.concatenate([[first] * start, table[name]])
             axes.plot(time, values, label=_readable(name), **_line_style(i))
         _time_axis(axes, units, float(time[-1]), float(time[0]))
@@ -275,8 +276,8 @@ def energy(
     _need_energies(results)
     table = _rows(results, stage)
     names = [name for name in results.energy_names if name not in CHECKS]
-    time = table["time"].to_numpy()
-    turnover = float(np.max([table[f"energy_{name}"].abs().max() for name in names])) or 1.0
+    time = table["time"]
+    turnover = float(np.max([np.abs(table[f"energy_{name}"]).max(initial=0.0) for name in names])) or 1.0
     with style():
         if axes is None:
             _, panels = plt.subplots(
@@ -287,7 +288,7 @@ def energy(
         for i, name in enumerate(names):
             values = table[f"energy_{name}"]
             kind: dict[str, Any] = {"linestyle": "-" if name in STORED else (0, (4, 1.5))}
-            none = values.abs().max() <= 1e-3 * turnover
+            none = np.abs(values).max(initial=0.0) <= 1e-3 * turnover
             label = name.replace("_", " ") + (" (≈ 0)" if none else "")
             kind["linewidth"] = 0.7 if none else 1.3
             panels[0].plot(time, values, label=label, **_line_style(i) | kind)
@@ -296,7 +297,7 @@ def energy(
         nice_ticks(panels[0].yaxis)
         _legend(panels[0])
         for i, name in enumerate(CHECKS):
-            share = np.maximum(np.abs(table[f"energy_{name}"].to_numpy()) / turnover, 1e-16)
+            share = np.maximum(np.abs(table[f"energy_{name}"]) / turnover, 1e-16)
             panels[1].semilogy(time, share, label=f"|{name}|", **_line_style(i))
         panels[1].set_ylabel("share of\nlargest energy")
         panels[1].set_ylim(1e-16, max(1.0, panels[1].get_ylim()[1]))
@@ -330,7 +331,7 @@ def iterations(
 
     units = Units.parse(units, results)
     table = _rows(results, stage)
-    step = table.index.to_numpy()
+    step = table["step"]
     with style():
         if axes is None:
             _, panels = plt.subplots(3, figsize=(PAPER_WIDTH, 5.0), sharex=True, layout="constrained")
@@ -338,7 +339,7 @@ def iterations(
             panels = np.asarray(axes)
         panels[0].step(step, table["dt"], where="mid", color=PALETTE[0])
         panels[0].set_ylabel(units.label("time step", "time"))
-        panels[0].set_ylim(0, 1.08 * float(table["dt"].max()) if len(table) else 1.0)
+        panels[0].set_ylim(0, 1.08 * float(table["dt"].max()) if table.n_rows else 1.0)
         nice_ticks(panels[0].yaxis, 4)
         panels[1].step(step, table["open_close_iterations"], where="mid", label="open–close rounds", color=PALETTE[1])
         panels[1].step(step, table["attempts"], where="mid", label="attempts", color=PALETTE[2], ls=(0, (4, 1.5)))

@@ -31,21 +31,21 @@ PARALLEL = np.cos(np.radians(15.0))
 
 def _resultants(results: Results, frame: int) -> tuple[npt.NDArray[np.int64], FloatArray, FloatArray]:
     """Blocks (n, 2) of each joint that bears, the force (n, 2) on the first one, and where it acts (n, 2)."""
-    points = results.joints(frame)
-    joint = points["joint"].to_numpy()
+    points = results.joint_columns(frame)
+    joint = points["joint"]
     if not len(joint):
         return np.zeros((0, 2), dtype=np.int64), np.zeros((0, 2)), np.zeros((0, 2))
     n = int(joint[-1]) + 1
-    force, place = points[["force_x", "force_y"]].to_numpy(), points[["x", "y"]].to_numpy()
+    force, place = points.stack("force_x", "force_y"), points.stack("x", "y")
     total = np.column_stack([np.bincount(joint, force[:, i], n) for i in (0, 1)])
     size = np.hypot(*total.T)
     bearing = size > LOADED * float(np.percentile(size, 90)) if size.any() else np.zeros(n, dtype=bool)
     # parts of the force along the resultant weigh the places: the resultant crosses the joint there
     share = np.einsum("ij,ij->i", force, (total / np.where(size > 0, size, 1.0)[:, None])[joint])
-    where = np.column_stack([np.bincount(joint, share * place[:, i], n) for i in (0, 1)])
-    where /= np.where(size > 0, size, 1.0)[:, None]
+    moments = np.column_stack([np.bincount(joint, share * place[:, i], n) for i in (0, 1)])
+    where = moments / np.where(size > 0, size, 1.0)[:, None]
     first = np.searchsorted(joint, np.arange(n))
-    pair = points[["first", "second"]].to_numpy()[first]
+    pair = np.column_stack([points["first"], points["second"]])[first]
     return pair[bearing], total[bearing], where[bearing]
 
 
@@ -125,11 +125,11 @@ def joint_profile_data(results: Results, line: tuple[float, float, float, float]
     if not length > 0:
         raise InputError("the line of a joint profile has no length")
     along = (end - start) / length
-    points = results.joints(frame)
-    ends = points[["x1", "y1", "x2", "y2"]].to_numpy(dtype=float).reshape(-1, 2, 2)
+    points = results.joint_columns(frame)
+    ends = points.stack("x1", "y1", "x2", "y2").reshape(-1, 2, 2)
     direction = ends[:, 1] - ends[:, 0]
     span = np.hypot(*direction.T)
-    offset = points[["x", "y"]].to_numpy() - start
+    offset = points.stack("x", "y") - start
     far = np.abs(offset @ np.array([-along[1], along[0]]))
     place = offset @ along
     chosen = (span > 0) & (far <= BESIDE * length) & (place >= -BESIDE * length) & (place <= (1 + BESIDE) * length)
@@ -138,11 +138,11 @@ def joint_profile_data(results: Results, line: tuple[float, float, float, float]
         raise InputError("no joint runs along this line (within 2 % of its length and 15°)")
     order = np.flatnonzero(chosen)[np.argsort(place[chosen], kind="stable")]
     both = np.sort((ends[order] - start) @ along, axis=1)
-    shear, mobilised = (points[name].to_numpy(dtype=float)[order] for name in ("shear_stress", "mobilised"))
+    shear, mobilised = (points[name][order] for name in ("shear_stress", "mobilised"))
     with np.errstate(divide="ignore", invalid="ignore"):
         strength = np.where(mobilised > 0, np.abs(shear) / mobilised, np.nan)
     found = {"distance": place[order], "x1": both[:, 0], "x2": both[:, 1], "shear_stress": shear, "strength": strength}
-    return found | {name: points[name].to_numpy(dtype=float)[order] for name in ("normal_stress", "opening", "slip")}
+    return found | {name: points[name][order] for name in ("normal_stress", "opening", "slip")}
 
 
 def joint_profile(
@@ -168,7 +168,8 @@ def joint_profile(
             )
         else:
             panels = np.asarray(axes)
-        place = np.column_stack([data["x1"], data["x2"]]).ravel()
+        gap = np.full(len(data["x1"]), np.nan)  # pieces of neighbouring joints are not joined
+        place = np.column_stack([data["x1"], data["x2"], gap]).ravel()
         kinds = (
             (0, "normal_stress", "normal (tension positive)", {"color": PALETTE[1]}),
             (0, "shear_stress", "shear, size", {"color": PALETTE[2]}),
@@ -178,7 +179,7 @@ def joint_profile(
         )
         for panel, name, text, how in kinds:
             values = np.abs(data[name]) if name == "shear_stress" else data[name]
-            panels[panel].plot(place, np.repeat(values, 2), label=text, **how)
+            panels[panel].plot(place, np.repeat(values, 3), label=text, **how)
         name_axis(panels[0].yaxis, units, "stress", JOINT_FIELDS["normal_stress"].dimension)
         name_axis(panels[1].yaxis, units, "movement", "length")
         panels[1].set_xlim(0.0, float(np.hypot(line[2] - line[0], line[3] - line[1])))

@@ -58,16 +58,16 @@ def joints(
     joint_field_name(field)
     need_contacts(results)
     now, units = results.frames[frame], Units.parse(units, results)
-    points = results.joints(frame)
-    values = points[field].to_numpy(dtype=float)
-    without = np.isnan(values) | ((points["state"].to_numpy() == OPEN) & (field != "opening"))
-    if field == "mobilised" and len(points) and not results.joint_strengths():
+    points = results.joint_columns(frame)
+    values = points[field].astype(float)
+    without = np.isnan(values) | ((points["state"] == OPEN) & (field != "opening"))
+    if field == "mobilised" and points.n_rows and not results.joint_strengths():
         raise InputError("the strengths of joints cannot be read from the input files in it", results.path)
-    span = points["length"].to_numpy(dtype=float)[~without]
+    span = points["length"][~without]
     usual = without_splinters(values[~without], span) if (span > 0).any() else values[~without]
     low, high, colour_map = _limits(field, usual, limits)
-    ends = points[["x1", "y1", "x2", "y2"]].to_numpy(dtype=float).reshape(-1, 2, 2)
-    line = points["length"].to_numpy() > 0
+    ends = points.stack("x1", "y1", "x2", "y2").reshape(-1, 2, 2)
+    line = points["length"] > 0
     with style():
         axes = frame_axes(results, now, now.shown_vertices, axes, units, title)
         width = size * _width(axes, results)

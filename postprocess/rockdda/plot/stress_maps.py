@@ -127,10 +127,11 @@ def contours(
     points, at, mesh = _mesh(now, values)
     with style():
         axes = frame_axes(results, now, now.shown_vertices, axes, units, title)
-        known = np.isfinite(points).all(axis=1)
+        known = np.asarray(np.isfinite(points).all(axis=1))
+        x, y = np.where(known[:, None], points, 0.0).T
+        mesh_of_blocks = Triangulation(x, y, mesh)
         bands = axes.tricontourf(
-            Triangulation(*np.where(known[:, None], points, 0.0).T, mesh), np.where(known, at, 0.0), levels=levels,
-            cmap=colour_map, extend="both",
+            mesh_of_blocks, np.where(known, at, 0.0), levels=levels, cmap=colour_map, extend="both"
         )  # fmt: skip
         inside = PathPatch(_outline(now), transform=axes.transData, visible=False)
         axes.add_patch(inside)

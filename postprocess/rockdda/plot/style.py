@@ -215,7 +215,7 @@ def usual_view(
     Blocks with the outermost 2 % of the area are out of sight where the rest takes less than half of the sides.
     """
     low, high = np.nanmin(start, axis=0), np.nanmax(start, axis=0)
-    there = np.isfinite(np.add.reduceat(shown, offset[:-1], axis=0)).all(axis=1)
+    there = np.asarray(np.isfinite(np.add.reduceat(shown, offset[:-1], axis=0)).all(axis=1))
     if not there.any():
         return low, high
     known = np.where(np.isfinite(shown), shown, 0.0)

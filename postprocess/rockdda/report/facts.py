@@ -13,7 +13,7 @@ from .. import records
 from ..certainty.half_step import FILES, HalfStep, path_of
 from ..errors import InputError
 from ..groups import as_list
-from ..joints import joint_summary
+from ..joints import summary_columns
 from ..materials import material_rows
 from ..namelist import parse_groups
 from ..options import option_rows
@@ -287,12 +287,13 @@ def stages_before(results: Results) -> list[Stage]:
 def joint_table(results: Results, units: Units) -> Table:
     """The joints that use most of their strength at the end of the run, of those that carry more than next to nothing:
     a corner that touches may use all of it."""
-    table = joint_summary(results.joints(-1))
+    table = summary_columns(results.joint_columns(-1))
     force = np.hypot(table["force_x"], table["force_y"])
-    loaded = table[table["largest_mobilised"].notna() & (force >= LEAST_FORCE * force.max())]
-    ranked = loaded.sort_values("largest_mobilised", ascending=False).head(RANKED)
+    use = np.where(force >= LEAST_FORCE * force.max(initial=0.0), table["largest_mobilised"], np.nan)
+    order = np.argsort(-use, kind="stable")  # without use last
+    ranked = table.rows(order[: min(RANKED, int(np.isfinite(use).sum()))])
     shown = {
-        name: units.multiple(dimension, float(np.abs(ranked[list(columns)].to_numpy()).max(initial=0.0)))
+        name: units.multiple(dimension, float(np.abs(ranked.stack(*columns)).max(initial=0.0)))
         for name, dimension, columns in (
             ("length", "length", ("length",)), ("stress", "stress", ("normal_stress", "shear_stress")),
             ("slip", "length", ("slip",)), ("opening", "length", ("largest_opening",)),
@@ -304,7 +305,8 @@ def joint_table(results: Results, units: Units) -> Table:
         f"slip [{shown['slip'][1]}]", f"opening [{shown['opening'][1]}]", "mobilised",
     ]  # fmt: skip
     rows = []
-    for row in ranked.to_dict("records"):
+    for found in zip(*ranked.values(), strict=True):
+        row = dict(zip(ranked, found, strict=True))
         values = [
             number(shown[kind][0] * row[name])
             for name, kind in (("length", "length"), ("normal_stress", "stress"), ("shear_stress", "stress"),
@@ -338,11 +340,11 @@ def in_short(results: Results, units: Units) -> list[tuple[str, str]]:
     gone = results.n_blocks - len(there)
     facts.append(("blocks", f"{len(there)} of {results.n_blocks} are there" if gone else f"{results.n_blocks}"))
     if results.has_joints:
-        points = results.joints(-1)
+        points = results.joint_columns(-1)
         length = points["length"].sum()
         if length > 0:
             names = ("open", "sliding", "locked or tied")
-            shares = [points.loc[points["state"] == k, "length"].sum() / length for k in range(3)]
+            shares = [points["length"][points["state"] == k].sum() / length for k in range(3)]
             facts.append(
                 ("joints by length", ", ".join(f"{100 * s:.1f} % {n}" for s, n in zip(shares, names, strict=True)))
             )

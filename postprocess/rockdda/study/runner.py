@@ -29,7 +29,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..errors import InputError, OutputError, RockddaError, how_to_install
+from ..errors import InputError, OutputError, RockddaError, how_to_install, need
 from ..program import find_program
 from ..results import Results
 from ..text import decoded, has_controls, shown
@@ -486,7 +486,7 @@ def collect(study: Study) -> pandas.DataFrame:
 
     A case whose results do not hold a quantity has failed, as in the run that finds it missing.
     """
-    import pandas as pd
+    pd = need("pandas", "tables", "the table of a study")
 
     rows = []
     for case in study.cases:
