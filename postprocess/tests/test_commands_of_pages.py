@@ -44,7 +44,6 @@ ELSEWHERE = {
     "scripts/bench": "test_bench.py runs --quick and --compare; options are checked below",
     "scripts/campaign": "tests/campaign/test_campaign.py runs a sample of it",
     "scripts/wheels": "long: test_install.py, by .ci/long",
-    "scripts/release": "an hour: wheels, site; test_packages.py runs --check",
     "fpm build": "compiles all of the library: the workflow test.yml",
     "pip install": "long: test_install.py",
     "python3 -m venv": "long: test_install.py and, as docs/installation.md has it, scripts/try_wheel",
