@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: MIT
 !> The steel of a bolt and the ties that hold it in the rock, along one line; nothing here knows of blocks.
 !>
-!> Nodes 1 to n lie along the bar, from the head to the toe; element e joins the nodes e and e + 1. A tie holds a node to
-!> the rock: grout that slips at its strength, or a plate or an anchor. The rock is given by points along the bar,
+!> Nodes 1 to n lie along the bar, from the head to the toe; element e joins the nodes e and e + 1. A tie holds a node
+!> to the rock: grout that slips at its strength, or a plate or an anchor. The rock is given by points along the bar,
 !> two for each part of it that moves as one; a tie lies between the points p and p + 1. With the displacements u of the
 !> points along the bar, w of the nodes:
 !>
@@ -20,7 +20,8 @@ module rockdda_interaction_bar
    use rockdda_base_kinds, only : wp
    implicit none
    private
-   public :: bar_type, bar_form_type, bar_state_type, bar_response_type, new_bar, respond, condense, accept, tension, &
+   public :: bar_type, bar_form_type, bar_state_type, bar_response_type, new_bar, respond, condense, accept, &
+      tension, &
       stored_energy, node_forces
 
    !> Share of the stiffness beyond a limit.
@@ -319,7 +320,7 @@ contains
    pure subroutine solve_nodes(bar, response, x)
       type(bar_type), intent(in) :: bar
       type(bar_response_type), intent(in) :: response
-      real(wp), intent(inout) :: x(:)                !! (n) forces, of nodes that a tie holds displacements; displacements
+      real(wp), intent(inout) :: x(:)    !! (n) forces, displacements where a tie holds the node; displacements
       real(wp) :: d(bar%n), off(bar%n - 1), least
       integer :: i, l
       d = [response%f_tangent, 0.0_wp] + [0.0_wp, response%f_tangent]

@@ -165,6 +165,7 @@ contains
       case (option_kind%text)
          text = 'text'
          if (row%or_number) text = 'whole ≥ 1 or text'
+         if (row%or_number .and. len(row%unit) > 0) text = 'number or text'
       case (option_kind%choice)
          text = ''
          do i = 1, n_choices(row)
@@ -301,7 +302,9 @@ contains
       case (option_kind%whole); text = text//'"type": "integer"'//schema_bounds(row)
       case (option_kind%logical); text = text//'"type": "boolean"'
       case (option_kind%text)
-         if (row%or_number) then
+         if (row%or_number .and. len(row%unit) > 0) then
+            text = text//'"type": ["number", "string"]'
+         else if (row%or_number) then
             text = text//'"type": ["integer", "string"], "minimum": 1'
          else
             text = text//'"type": "string"'
