@@ -942,6 +942,10 @@ contains
       work = work/bolt%spacing
       slipped = slipped/bolt%spacing
       yielded = yielded/bolt%spacing
+      if (all(new%state%broken .eqv. bolt%state%broken) .and. all(new%state%weak .eqv. bolt%state%weak)) then
+         stored(2) = stored(2) - freed
+         freed = 0
+      end if
    end subroutine finish_bolt
 
    !> Stored energy, and the work of slip, of yield and of breaking.

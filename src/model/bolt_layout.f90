@@ -100,7 +100,8 @@ contains
          do while (at <= ends + length*(1 + 1.0e-12_wp) .and. n < most_bolts)
             head = bolt%along(2*k - 1:2*k) + (at - ends)*along
             normal = rock_side(head, [-along(2), along(1)])
-            angle = bolt%angle*degree
+            angle = 0
+            if (is_set(bolt%angle)) angle = bolt%angle*degree
             normal = [cos(angle)*normal(1) - sin(angle)*normal(2), sin(angle)*normal(1) + cos(angle)*normal(2)]
             n = n + 1
             call append(group, title_of_bolt(bolt, group)//' '//to_string(n), head, head + bolt%length*normal, lines)

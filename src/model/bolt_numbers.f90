@@ -51,14 +51,14 @@ contains
       end if
       if (is_set(bolt%rupture_strain)) numbers%rupture_strain = bolt%rupture_strain
       numbers%pretension = bolt%pretension
-      numbers%spacing = bolt%spacing_out_of_plane
+      if (is_set(bolt%spacing_out_of_plane)) numbers%spacing = bolt%spacing_out_of_plane
       if (numbers%grouted) then
          numbers%element = length/usual_elements
          if (is_set(bolt%element)) numbers%element = bolt%element
          numbers%grout_stiffness = bolt%grout_stiffness
          numbers%grout_strength = bolt%grout_strength
-         numbers%grout_residual = bolt%grout_residual
-         numbers%plate_strength = bolt%plate_strength
+         if (is_set(bolt%grout_residual)) numbers%grout_residual = bolt%grout_residual
+         if (is_set(bolt%plate_strength)) numbers%plate_strength = bolt%plate_strength
          if (allocated(bolt%free_length)) numbers%free = bolt%free_length(1:2)
       end if
       if (is_given(bolt%shear_stiffness)) then
@@ -136,9 +136,6 @@ contains
          if (.not. allocated(bolt%from)) call fail(problem, "'from' is missing")
          if (.not. allocated(bolt%to)) call fail(problem, "'to' is missing")
          if (len(problem) > 0) return
-         if (size(bolt%from) /= 2) call fail(problem, "'from' needs 2 numbers, x and y")
-         if (size(bolt%to) /= 2) call fail(problem, "'to' needs 2 numbers, x and y")
-         if (len(problem) > 0) return
          if (all(abs(bolt%from - bolt%to) <= 0)) call fail(problem, "'from' and 'to' are the same point")
       end if
       if (is_spring(bolt)) then
@@ -147,7 +144,7 @@ contains
          if (is_set(bolt%young) .or. is_set(bolt%area) .or. is_set(bolt%diameter) .or. &
              is_given(bolt%shear_stiffness) .or. is_set(bolt%grout_stiffness) .or. is_set(bolt%rupture_strain) .or. &
                 is_set(bolt%stroke) .or. &
-             abs(bolt%spacing_out_of_plane - 1) > 0) &
+             is_set(bolt%spacing_out_of_plane)) &
             call fail(problem, "a spring has 'stiffness', 'pretension' and 'yield_force' only; give another 'kind'")
          return
       end if
@@ -159,9 +156,7 @@ contains
          if (.not. is_set(bolt%grout_stiffness)) call fail(problem, "'grout_stiffness' is missing")
          if (.not. is_set(bolt%grout_strength)) call fail(problem, "'grout_strength' is missing")
          if (allocated(bolt%free_length)) then
-            if (size(bolt%free_length) /= 2) then
-               call fail(problem, "'free_length' needs 2 numbers")
-            else if (bolt%free_length(1) < 0 .or. .not. bolt%free_length(2) > bolt%free_length(1)) then
+            if (bolt%free_length(1) < 0 .or. .not. bolt%free_length(2) > bolt%free_length(1)) then
                call fail(problem, "'free_length' must rise from 0 or more")
             end if
          end if
@@ -197,7 +192,7 @@ contains
       if (len(problem) > 0) return
       if (abs(bolt%pretension) > limit_of_steel()) call fail(problem, &
          "'pretension' is larger than the force at which it yields")
-      if (grouted .and. bolt%plate_strength > 0 .and. bolt%pretension > bolt%plate_strength) &
+      if (grouted .and. is_set(bolt%plate_strength) .and. bolt%pretension > bolt%plate_strength) &
          call fail(problem, "'pretension' is larger than 'plate_strength'")
 
    contains

@@ -3,7 +3,7 @@
 module rockdda_model_bolt_options
    use rockdda_base_kinds, only : wp
    use rockdda_model_options, only : bolt_type
-   use rockdda_model_option, only : option
+   use rockdda_model_option, only : option, list_rule
    use rockdda_model_option_rows, only : option_rows_type
    implicit none
    private
@@ -18,10 +18,9 @@ contains
       integer :: i, n
       if (.not. allocated(bolts)) allocate (bolts(0))
       n = size(bolts)
-      call table%begin_list('bolt', &
-         'A bolt, or a pattern of equal ones along a line: steel in grout, or held at its '// &
-                            'ends, or a spring as in geometry files, whose bolts come first. Forces are those of one '// &
-                            'bolt.', n)
+      call table%begin_list('bolt', 'A bolt, or a pattern of equal ones along a line: steel in grout, or held at '// &
+                            'its ends, or a spring as in geometry files, whose bolts come first. Forces are those '// &
+                            'of one bolt.', n)
       if (n /= size(bolts)) then
          deallocate (bolts)
          allocate (bolts(n))
@@ -40,11 +39,12 @@ contains
       call table%add(option('kind', &
       "held by grout, at its ends alone, at its ends with a constant force, by friction "// &
                             "of the grout without yield; 'spring': with a stiffness, between two blocks", &
-                            choices='spring|grouted|end_anchored|yielding|friction', default_word='spring'), &
+                            choices='spring|grouted|end_anchored|yielding|friction', default_text='spring'), &
                                bolt%kind)
       call table%add(option('from', 'head, in a block or on its edge', unit='length', columns='x, y', &
-                            default_text='a pattern'), bolt%from)
-      call table%add(option('to', 'toe', unit='length', columns='x, y', default_text='a pattern'), bolt%to)
+                            default_text='a pattern', rule=list_rule%pair), bolt%from)
+      call table%add(option('to', 'toe', unit='length', columns='x, y', default_text='a pattern', rule=list_rule%pair), &
+                     bolt%to)
       call table%add(option('along', 'points of a line on which the heads of a pattern lie', unit='length', &
                             columns='x, y', default_text='none'), bolt%along)
       call table%add(option('outline', 'region on whose outer line the heads of a pattern lie', default_text='none', &
@@ -54,7 +54,8 @@ contains
       call table%add(option('length', 'length of the bolts', unit='length', above=0.0_wp, applies='pattern', &
                             default_text='required in a pattern'), bolt%length)
       call table%add(option('angle', "angle from the normal of the line on the side of the rock, counter-clockwise", &
-                            unit='degrees', above=-90.0_wp, below=90.0_wp, applies='pattern'), bolt%angle)
+                            unit='degrees', above=-90.0_wp, below=90.0_wp, applies='pattern', default_text='0'), &
+                     bolt%angle)
       call table%add(option('offset', 'distance of the first head from the start of the line', unit='length', &
                             least=0.0_wp, applies='pattern', default_text='half of spacing'), bolt%offset)
       call table%add(option('stiffness', 'force over change of length', unit='force/length', above=0.0_wp, &
@@ -74,7 +75,8 @@ contains
                             default_text='none: it does not break'), bolt%rupture_strain)
       call table%add(option('spacing_out_of_plane', &
          'distance of bolts normal to the plane; the model has the forces '// &
-                            'of one bolt over it', unit='length', above=0.0_wp), bolt%spacing_out_of_plane)
+                            'of one bolt over it', unit='length', above=0.0_wp, default_text='1'), &
+ bolt%spacing_out_of_plane)
       call table%add(option('grout_stiffness', 'shear stiffness of the grout over length', unit='force/length^2', &
                             above=0.0_wp, applies='grouted, friction', default_text='required there'), &
                      bolt%grout_stiffness)
@@ -82,9 +84,11 @@ contains
                             above=0.0_wp, applies='grouted, friction', default_text='required there'), &
                      bolt%grout_strength)
       call table%add(option('grout_residual', 'share of the strength that remains from the step after slip', &
-                            least=0.0_wp, most=1.0_wp, applies='grouted, friction'), bolt%grout_residual)
+                            least=0.0_wp, most=1.0_wp, applies='grouted, friction', default_text='1'), &
+ bolt%grout_residual)
       call table%add(option('free_length', 'start and end of the part without grout, from the head', unit='length', &
-                            columns='a, b', applies='grouted, friction', default_text='none'), bolt%free_length)
+                            columns='a, b', applies='grouted, friction', default_text='none', rule=list_rule%pair), &
+                     bolt%free_length)
       call table%add(option('plate_strength', 'force at which the plate at the head gives way', unit='force', &
                             above=0.0_wp, applies='grouted, friction', default_text='no plate'), bolt%plate_strength)
       call table%add(option('element', 'largest distance of nodes in grout; a joint has a node of its own', &

@@ -21,7 +21,7 @@ module rockdda_model_geometry_input
       character(len=:), allocatable :: outline   !! region instead of it
       real(wp) :: spacing = unset_real        !! of the heads [length]
       real(wp) :: length = unset_real         !! of the bolts [length]
-      real(wp) :: angle = 0                   !! from the normal of the line [degrees]
+      real(wp) :: angle = unset_real          !! from the normal of the line [degrees]
       real(wp) :: offset = unset_real         !! of the first head from the start of the line [length]
       real(wp) :: stiffness = unset_real      !! of a spring [force/length], > 0
       real(wp) :: diameter = unset_real, area = unset_real   !! of the steel [length, length^2]
@@ -29,12 +29,12 @@ module rockdda_model_geometry_input
       real(wp) :: pretension = 0              !! [force]
       real(wp) :: yield_force = 0             !! [force], 0: unlimited
       real(wp) :: rupture_strain = unset_real !! plastic strain
-      real(wp) :: spacing_out_of_plane = 1    !! [length]
+      real(wp) :: spacing_out_of_plane = unset_real   !! [length]
       real(wp) :: grout_stiffness = unset_real   !! [force/length^2]
       real(wp) :: grout_strength = unset_real    !! [force/length]
-      real(wp) :: grout_residual = 1          !! share of the strength after slip
+      real(wp) :: grout_residual = unset_real    !! share of the strength after slip
       real(wp), allocatable :: free_length(:) !! (2) part without grout, from the head [length]
-      real(wp) :: plate_strength = 0          !! [force], 0: no plate
+      real(wp) :: plate_strength = unset_real !! [force]
       real(wp) :: element = unset_real        !! distance of nodes [length]
       real(wp) :: plateau_force = unset_real  !! [force]
       real(wp) :: stroke = unset_real         !! [length]

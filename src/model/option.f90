@@ -32,6 +32,7 @@ module rockdda_model_option
       integer :: rising = 2         !! the first number of the rows does not decrease
       integer :: frequency = 3      !! the third number of each row is not negative
       integer :: any_order = 4      !! rows of a file: the first number may decrease
+      integer :: pair = 6           !! two numbers, or none
       integer :: or_constant = 5    !! as rising, or one row without its first number, which is 0
    end type list_rule_enum
    type(list_rule_enum), parameter :: list_rule = list_rule_enum()

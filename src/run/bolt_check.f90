@@ -25,15 +25,11 @@ contains
       type(block_system_type), intent(in) :: blocks
       type(diagnostics_type), intent(inout) :: messages
       type(bolt_line_type), allocatable :: lines(:)
-      character(len=:), allocatable :: problem
       integer :: g, l
       logical :: ok
       ok = .true.
       do g = 1, size(options%bolts)
-         problem = bolt_problem(options%bolts(g))
-         if (len(problem) == 0) cycle
-         ok = .false.
-         call messages%add(severity%error, '&bolt: '//problem, options%bolts(g)%origin)
+         ok = ok .and. len(bolt_problem(options%bolts(g))) == 0   ! else it was told
       end do
       call check_stage_names(options, messages)
       if (.not. ok .or. all(is_spring(options%bolts))) return

@@ -230,7 +230,8 @@ contains
             call demand_possible(self, row, entry, values)
             call move_alloc(values, given%numbers)
          case (option_kind%list)
-            call get_reals(self%namelist, entry, 1, .true., given%numbers, self%messages)
+            call get_reals(self%namelist, entry, merge(2, 1, row%rule == list_rule%pair), &
+                           row%rule /= list_rule%pair, given%numbers, self%messages)
          case (option_kind%wholes)
             call get_integers(self%namelist, entry, least, given%wholes, self%messages)
          case (option_kind%rows)
