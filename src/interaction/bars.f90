@@ -1,12 +1,12 @@
 ! SPDX-License-Identifier: MIT
 !> Bolts with nodes along their length, in all blocks that they cross (docs/theory.md, "Bolts").
 !>
-!> A bolt lies in parts of blocks, from its head to its toe; each part has two points that move with its block. The
-!> direction of the bolt is that from the first to the last of the points that hold it. Displacements of the points are
-!> measured along it; their differences are the elongations e. The steel and its grout give forces N on these and
-!> their derivatives D (rockdda_interaction_bar), and each pair of points becomes a link with the stiffness that D has
-!> for it: a bolt couples the blocks that it crosses, and no others. The forces are on the links between neighbouring
-!> points alone. Elongations are those of the expected motion exactly, as of the springs in rockdda_interaction_bolts.
+!> A bolt lies in parts of blocks, from its head to its toe; each part has two points that move with its block. Between
+!> neighbouring points that hold the bolt it changes its length: by the strain of a block within it, by the motion along
+!> the bolt where it crosses a joint. The steel and its grout give forces N on these elongations e and their derivatives
+!> D (rockdda_interaction_bar). Each pair of points becomes a link with the stiffness that D has for it: a bolt couples
+!> the blocks that it crosses, and no others. The forces are on the links between neighbours alone, and elongations are
+!> those of the expected motion, as of the springs in rockdda_interaction_bolts.
 !>
 !> Each round linearises at the motion of the last one, and is repeated until forces follow their laws there. Where
 !> a joint is crossed a dowel acts at a right angle to the bolt, elastic, perfectly plastic.
@@ -35,7 +35,7 @@ module rockdda_interaction_bars
    public :: bars_type, node_state
 
    !> Forces agree with their laws to this share.
-   real(wp), parameter :: agreement = 1.0e-9_wp
+   real(wp), parameter :: agreement = 1.0e-8_wp
    !> Rounding of lengths, as a share of them.
    real(wp), parameter :: rounding = 1.0e-13_wp
 
@@ -54,6 +54,7 @@ module rockdda_interaction_bars
       real(wp), allocatable :: u(:)             !! (points) [length]
       real(wp), allocatable :: force(:)         !! (points) of the rock on the bar
       real(wp), allocatable :: stiffness(:, :)  !! (points, points)
+      real(wp), allocatable :: e(:)             !! (pairs of points) elongations of the step [length]
    end type tangent_type
 
    !> One bolt.
@@ -72,16 +73,15 @@ module rockdda_interaction_bars
       logical :: is_there = .false.
       type(bar_state_type) :: state
       real(wp), allocatable :: place(:, :)      !! (2, points) now [length]
-      real(wp), allocatable :: datum(:)         !! (points) place along the bolt when it was installed [length]
+      real(wp), allocatable :: origin(:, :)     !! (2, points) when it was installed [length]
       real(wp), allocatable :: dowel_slip(:)    !! (crossings) displacement without force [length]
       ! of the step
       integer, allocatable :: acting(:)         !! of `used`, those whose block is there
       logical, allocatable :: holds(:)          !! (crossings)
-      real(wp) :: along(2) = 0                  !! direction at its start
       real(wp), allocatable :: start(:)         !! (points) displacements there [length]
       real(wp), allocatable :: across(:)        !! (crossings) displacement of the joint there [length]
       ! of the attempt
-      real(wp), allocatable :: e(:), kept_e(:)  !! (used - 1) elongations of the step where forces act [length]
+      real(wp), allocatable :: e(:), kept_e(:)  !! (pairs of points) elongations of the step where forces act [length]
       real(wp), allocatable :: shift(:), kept_shift(:)   !! (crossings)
       logical, allocatable :: shears(:)         !! (crossings) the dowel is held at its strength
       type(tangent_type) :: tangent
@@ -207,13 +207,14 @@ contains
       allocate (bolt%crossing(0))
       if (bolt%dowel_stiffness > 0) bolt%crossing = pack([(2*c, c=1, size(block) - 1)], &
                                                          block(2:) /= block(:size(block) - 1))
-      associate (n => size(bolt%crossing), m => max(0, size(bolt%used) - 1))
-         allocate (bolt%datum(size(bolt%block)), bolt%dowel_slip(n), bolt%across(n), bolt%shift(n), &
+      associate (n => size(bolt%crossing), m => size(bolt%used)*(size(bolt%used) - 1)/2)
+         allocate (bolt%dowel_slip(n), bolt%across(n), bolt%shift(n), &
             bolt%kept_shift(n), &
                    bolt%e(m), bolt%kept_e(m), bolt%start(size(bolt%block)), source=0.0_wp)
          allocate (bolt%holds(n), bolt%shears(n), source=.false.)
          allocate (bolt%acting(0))
       end associate
+      bolt%origin = bolt%place
       bolt%state = tension(bolt%bar, spread(.false., 1, size(bolt%bar%node)), 0.0_wp)
    end subroutine draw_bolt
 
@@ -241,9 +242,7 @@ contains
       end do
       bolt%is_there = .true.
       call find_acting(context%state%active, bolt)
-      if (size(bolt%acting) == 0) return
-      bolt%along = direction_of(bolt)
-      bolt%datum = matmul(bolt%along, bolt%place)
+      bolt%origin = bolt%place
       bolt%state = tension(bolt%bar, is_held(bolt, context%state%active), bolt%pretension)
       bolt%dowel_slip = joint_motion(bolt)
    end subroutine install
@@ -304,34 +303,70 @@ contains
       bolt%state%held = is_held(bolt, active)
    end subroutine find_acting
 
-   !> Direction from the first to the last point that acts.
-   pure function direction_of(bolt) result(along)
+   !> Direction of a bolt from point p to point q, for some places of its points: that of the line between them, or, at
+   !> a joint, the mean of those of the parts on both sides.
+   pure function direction(bolt, place, p, q) result(along)
       type(bolt_type), intent(in) :: bolt
+      real(wp), intent(in) :: place(:, :)      !! (2, points)
+      integer, intent(in) :: p, q
       real(wp) :: along(2)
-      along = bolt%place(:, bolt%acting(size(bolt%acting))) - bolt%place(:, bolt%acting(1))
+      if (is_joint(bolt, p, q)) then
+         along = of_part((p + 1)/2) + of_part((q + 1)/2)
+      else
+         along = place(:, q) - place(:, p)
+      end if
       if (norm2(along) > 0) along = along/norm2(along)
-   end function direction_of
 
-   !> Displacements of all points along the bolt since it was installed, from its first point that acts.
+   contains
+
+      !> Direction of a part.
+      pure function of_part(part) result(n)
+         integer, intent(in) :: part
+         real(wp) :: n(2)
+         n = place(:, 2*part) - place(:, 2*part - 1)
+         if (norm2(n) > 0) n = n/norm2(n)
+      end function of_part
+
+   end function direction
+
+   !> Do two points lie on both sides of a joint?
+   pure logical function is_joint(bolt, p, q)
+      type(bolt_type), intent(in) :: bolt
+      integer, intent(in) :: p, q
+      is_joint = .not. bolt%distance(q) - bolt%distance(p) > 1.0e-9_wp*bolt%distance(size(bolt%distance))
+   end function is_joint
+
+   !> Distance of point q from point p along the bolt, for some places of its points.
+   pure real(wp) function separation(bolt, place, p, q)
+      type(bolt_type), intent(in) :: bolt
+      real(wp), intent(in) :: place(:, :)      !! (2, points)
+      integer, intent(in) :: p, q
+      separation = dot_product(direction(bolt, place, p, q), place(:, q) - place(:, p))
+   end function separation
+
+   !> Displacements along the bolt since it was installed, from its first point that acts, of all points that do.
    pure function points_along(bolt) result(u)
       type(bolt_type), intent(in) :: bolt
       real(wp) :: u(size(bolt%block))
+      integer :: k
       u = 0
-      if (size(bolt%acting) == 0) return
-      associate (first => bolt%acting(1))
-         u = matmul(bolt%along, bolt%place - spread(bolt%place(:, first), 2, size(u))) - (bolt%datum - &
-            bolt%datum(first))
-      end associate
+      do k = 2, size(bolt%acting)
+         associate (p => bolt%acting(k - 1), q => bolt%acting(k))
+            u(q) = u(p) + (separation(bolt, bolt%place, p, q) - separation(bolt, bolt%origin, p, q))
+         end associate
+      end do
    end function points_along
 
    !> Displacements across the bolt, of the second part against the first one, at the joints with a dowel.
    pure function joint_motion(bolt) result(across)
       type(bolt_type), intent(in) :: bolt
-      real(wp) :: across(size(bolt%crossing))
+      real(wp) :: across(size(bolt%crossing)), n(2)
       integer :: c
       do c = 1, size(across)
-         across(c) = dot_product([-bolt%along(2), bolt%along(1)], bolt%place(:, bolt%crossing(c) + 1) - &
-                                 bolt%place(:, bolt%crossing(c)))
+         associate (p => bolt%crossing(c))
+            n = direction(bolt, bolt%place, p, p + 1)
+            across(c) = dot_product([-n(2), n(1)], bolt%place(:, p + 1) - bolt%place(:, p))
+         end associate
       end do
    end function joint_motion
 
@@ -340,7 +375,6 @@ contains
       logical, intent(in) :: active(:)     !! (blocks)
       type(bolt_type), intent(inout) :: bolt
       call find_acting(active, bolt)
-      if (size(bolt%acting) > 0) bolt%along = direction_of(bolt)
       bolt%start = points_along(bolt)
       bolt%across = joint_motion(bolt)
    end subroutine measure_bolt
@@ -422,7 +456,7 @@ contains
       do l = 1, size(self%bolts)
          associate (bolt => self%bolts(l))
             bolt%place = bolt%place - spread(datum, 2, size(bolt%block))
-            if (bolt%is_there) bolt%datum = bolt%datum - dot_product(bolt%along, datum)
+            bolt%origin = bolt%origin - spread(datum, 2, size(bolt%block))
          end associate
       end do
    end subroutine subtract_datum
@@ -612,16 +646,22 @@ contains
       type(step_context_type), intent(in) :: context
       type(equations_type), intent(inout) :: equations
       real(wp) :: n(2), a(6, 2), b(6, 2), v(6, 2, 2)
+      real(wp), allocatable :: then(:, :)
       integer, allocatable :: points(:, :)
-      integer :: k, l, n_axial, side
+      integer :: k, l, n_axial, p, side
       do l = 1, size(self%bolts)
          associate (bolt => self%bolts(l))
             if (size(bolt%acting) == 0) cycle
-            n = mean_direction(context, bolt)
+            then = bolt%place
+            do p = 1, size(bolt%block)
+               if (bolt%block(p) > 0) then(:, p) = then(:, p) + &
+                  mean_displacement(context%moving(bolt%block(p))%d, bolt%place(:, p), context%moving(bolt%block(p)))
+            end do
             points = link_points(bolt)
             n_axial = size(points, 2) - size(bolt%crossing)
             do k = 1, size(points, 2)
                if (points(1, k) == 0) cycle
+               n = mean_direction(bolt, then, points(1, k), points(2, k))
                v = 0
                do side = 1, 2
                   associate (block => bolt%block(points(side, k)), x => bolt%place(:, points(side, k)))
@@ -643,25 +683,21 @@ contains
       end do
    end subroutine place
 
-   !> Mean of the directions of a bolt at the start and the end of the step, weighed so that length is exact.
-   pure function mean_direction(context, bolt) result(n)
-      type(step_context_type), intent(in) :: context
+   !> Mean of the directions between two points at the start and the end of the step; between points that have a
+   !> distance weighed so that its change is exact.
+   pure function mean_direction(bolt, then, p, q) result(n)
       type(bolt_type), intent(in) :: bolt
-      real(wp) :: n(2), b(2), b_end(2), length(2)
-      integer :: side, p
-      associate (ends => bolt%acting([1, size(bolt%acting)]))
-         b = bolt%place(:, ends(2)) - bolt%place(:, ends(1))
-         b_end = b
-         do side = 1, 2
-            p = ends(side)
-            if (bolt%block(p) > 0) b_end = b_end + merge(-1, 1, side == 1)* &
-                                           mean_displacement(context%moving(bolt%block(p))%d, bolt%place(:, p), &
-                                                             context%moving(bolt%block(p)))
-         end do
-      end associate
-      length = [norm2(b), norm2(b_end)]
-      n = 0
-      if (sum(length) > 0) n = (b + b_end)/sum(length)
+      real(wp), intent(in) :: then(:, :)       !! (2, points) places at the end of the step
+      integer, intent(in) :: p, q
+      real(wp) :: n(2), length(2)
+      if (is_joint(bolt, p, q)) then
+         n = direction(bolt, bolt%place, p, q) + direction(bolt, then, p, q)
+         if (norm2(n) > 0) n = n/norm2(n)
+      else
+         length = [norm2(bolt%place(:, q) - bolt%place(:, p)), norm2(then(:, q) - then(:, p))]
+         n = 0
+         if (sum(length) > 0) n = ((bolt%place(:, q) - bolt%place(:, p)) + (then(:, q) - then(:, p)))/sum(length)
+      end if
    end function mean_direction
 
    !> Displacements of the points where forces act, with elongations of the step.
@@ -710,8 +746,7 @@ contains
                f = 0
                if (points(1, i) > 0 .and. i <= n_axial) then
                   k = -t%stiffness(points(1, i), points(2, i))
-                  f = k*((t%u(points(2, i)) - bolt%start(points(2, i))) - (t%u(points(1, i)) - bolt%start(points(1, &
-                     i))))
+                  f = k*t%e(i)
                   if (i <= size(chain)) f = f - chain(i)
                end if
                if (i <= n_axial) then
@@ -744,7 +779,7 @@ contains
       do l = 1, size(self%bolts)
          associate (bolt => self%bolts(l))
             bolt%e = 0
-            do k = 1, size(bolt%acting) - 1
+            do k = 1, size(bolt%acting)*(size(bolt%acting) - 1)/2
                bolt%e(k) = self%level*motion_along(bolt%first_link + k, 1)
             end do
             bolt%shift = 0
@@ -834,7 +869,7 @@ contains
       type(step_context_type), intent(in) :: context
       type(equations_type), intent(inout) :: equations
       type(bolt_type) :: moved
-      real(wp), allocatable :: u(:), chain(:)
+      real(wp), allocatable :: chain(:)
       real(wp) :: load, scale, off
       integer :: b, k, l, p
       do l = 1, size(self%bolts)
@@ -845,10 +880,14 @@ contains
                b = bolt%block(p)
                if (b > 0) moved%place(:, p) = bolt%place(:, p) + end_displacement(context%moved(b), bolt%place(:, p))
             end do
-            moved%along = direction_of(moved)
-            u = points_along(moved) - points_with(bolt, bolt%e/self%level)
             chain = chain_forces(bolt, t%force)
             do k = 1, size(bolt%acting) - 1
+               associate (p => bolt%acting(k), q => bolt%acting(k + 1))
+                  if (is_joint(bolt, p, q)) cycle
+                  off = abs(t%stiffness(p, q)*(separation(bolt, moved%place, p, q) - separation(bolt, bolt%place, &
+                     p, q) &
+                                               - bolt%e(k)/self%level))
+               end associate
                load = huge(load)
                do p = k, k + 1
                   b = bolt%block(bolt%acting(p))
@@ -856,7 +895,6 @@ contains
                end do
                if (load >= huge(load)) cycle
                scale = max(load, abs(chain(k))/bolt%spacing)
-               off = abs(t%stiffness(bolt%acting(k), bolt%acting(k + 1))*(u(bolt%acting(k + 1)) - u(bolt%acting(k))))
                if (scale > 0) equations%link_off(bolt%first_link + k) = off/bolt%spacing/scale
             end do
          end associate
@@ -878,8 +916,10 @@ contains
          associate (bolt => self%bolts(l))
             if (size(bolt%acting) == 0) cycle
             new%u = points_with(bolt, bolt%e)
+            new%e = bolt%e
             if (.not. allocated(bolt%tangent%u)) then
                bolt%tangent%u = new%u
+               bolt%tangent%e = new%e
                allocate (bolt%tangent%force(size(new%u)), bolt%tangent%stiffness(size(new%u), size(new%u)), &
                   source=0.0_wp)
             end if
@@ -888,7 +928,7 @@ contains
             new%stiffness = bolt%tangent%stiffness
             call condense(bolt%bar, response, new%force, new%stiffness)
             missing = new%force - (bolt%tangent%force + matmul(bolt%tangent%stiffness, new%u - bolt%tangent%u))
-            if (maxval(abs(missing)) > agreement*maxval(abs(new%force)) + &
+            if (maxval(abs(missing)) + bent(bolt, new%u) > agreement*maxval(abs(new%force)) + &
                 rounding*maxval(abs(new%stiffness))*maxval(abs(new%u))) n_changes = n_changes + 1
             bolt%tangent = new
             do c = 1, size(bolt%crossing)
@@ -901,6 +941,24 @@ contains
       end do
       n_unsettled = n_changes
    end subroutine judge
+
+   !> Largest force by which the links between points that are no neighbours differ from those between, where the bolt
+   !> is bent.
+   pure real(wp) function bent(bolt, u) result(largest)
+      type(bolt_type), intent(in) :: bolt
+      real(wp), intent(in) :: u(:)             !! (points) [length]
+      integer :: i, points(2, links_of(bolt))
+      points = link_points(bolt)
+      largest = 0
+      associate (t => bolt%tangent)
+         do i = size(bolt%acting), size(bolt%acting)*(size(bolt%acting) - 1)/2
+            associate (p => points(1, i), q => points(2, i))
+               largest = max(largest, abs(t%stiffness(p, q)*((bolt%e(i) - t%e(i)) - ((u(q) - t%u(q)) - &
+                                                                                    (u(p) - t%u(p))))))
+            end associate
+         end do
+      end associate
+   end function bent
 
    !> What a bolt does in a step.
    pure subroutine finish_bolt(bolt, level, new, work, slipped, yielded, stored, freed)
@@ -1008,10 +1066,10 @@ contains
       type(block_forces_type), intent(inout) :: forces
       type(bar_response_type) :: response
       type(bolt_type) :: bolt
-      real(wp), allocatable :: on_bar(:)
-      real(wp) :: dowel
+      real(wp), allocatable :: on_bar(:), chain(:)
+      real(wp) :: dowel, n(2)
       logical :: shears
-      integer :: c, l, p, side
+      integer :: c, k, l
       do l = 1, size(self%bolts)
          bolt = self%bolts(l)
          call measure_bolt(context%state%active, bolt)
@@ -1019,15 +1077,18 @@ contains
          call respond(bolt%bar, bolt%state, bolt%start, response)
          on_bar = bolt%start
          call condense(bolt%bar, response, on_bar)
-         do p = 1, size(bolt%block)
-            if (abs(on_bar(p)) > 0) call add(p, -on_bar(p)*bolt%along)
+         chain = chain_forces(bolt, on_bar)
+         do k = 1, size(chain)
+            n = direction(bolt, bolt%place, bolt%acting(k), bolt%acting(k + 1))
+            call add(bolt%acting(k), chain(k)*n)
+            call add(bolt%acting(k + 1), -chain(k)*n)
          end do
          do c = 1, size(bolt%crossing)
             if (.not. bolt%holds(c)) cycle
             call dowel_response(bolt, bolt%across(c) - bolt%dowel_slip(c), dowel, shears)
-            do side = 0, 1
-               call add(bolt%crossing(c) + side, merge(dowel, -dowel, side == 0)*[-bolt%along(2), bolt%along(1)])
-            end do
+            n = direction(bolt, bolt%place, bolt%crossing(c), bolt%crossing(c) + 1)
+            call add(bolt%crossing(c), dowel*[-n(2), n(1)])
+            call add(bolt%crossing(c) + 1, -dowel*[-n(2), n(1)])
          end do
       end do
 
@@ -1075,7 +1136,7 @@ contains
    !> Numbers of what lasts of a bolt.
    pure integer function n_numbers(bolt)
       type(bolt_type), intent(in) :: bolt
-      n_numbers = 1 + bolt%bar%n + 2*(bolt%bar%n - 1) + 2*size(bolt%bar%node) + 3*size(bolt%block) + &
+      n_numbers = 1 + bolt%bar%n + 2*(bolt%bar%n - 1) + 2*size(bolt%bar%node) + 4*size(bolt%block) + &
          size(bolt%crossing)
    end function n_numbers
 
@@ -1088,7 +1149,8 @@ contains
       do l = 1, size(bolts)
          associate (b => bolts(l))
             numbers = [numbers, as_number(b%is_there), b%state%w, b%state%plastic, as_number(b%state%broken), &
-                       b%state%slip, as_number(b%state%weak), reshape(b%place, [2*size(b%block)]), b%datum, &
+                       b%state%slip, as_number(b%state%weak), reshape(b%place, [2*size(b%block)]), &
+                          reshape(b%origin, [2*size(b%block)]), &
                           b%dowel_slip]
          end associate
       end do
@@ -1116,7 +1178,8 @@ contains
       at = at + size(bolt%bar%node)
       bolt%place = reshape(numbers(at + 1:at + 2*size(bolt%block)), [2, size(bolt%block)])
       at = at + 2*size(bolt%block)
-      call take(numbers, at, bolt%datum)
+      bolt%origin = reshape(numbers(at + 1:at + 2*size(bolt%block)), [2, size(bolt%block)])
+      at = at + 2*size(bolt%block)
       call take(numbers, at, bolt%dowel_slip)
    end subroutine unpack_bolt
 
@@ -1141,8 +1204,9 @@ contains
       call check%holds(all(self%work >= 0), 'work')
       do l = 1, size(self%bolts)
          associate (b => self%bolts(l))
-            call check%is_finite([b%state%w, b%state%plastic, b%state%slip, b%datum, b%dowel_slip], 'numbers')
-            call check%holds(all(abs(b%place) <= largest_coordinate), 'numbers')
+            call check%is_finite([b%state%w, b%state%plastic, b%state%slip, b%dowel_slip], 'numbers')
+            call check%holds(all(abs(b%place) <= largest_coordinate) .and. &
+                             all(abs(b%origin) <= largest_coordinate), 'numbers')
          end associate
       end do
    end subroutine check_state
