@@ -32,7 +32,7 @@ module rockdda_interaction_bar
    real(wp), parameter :: unlimited = 0.5_wp*huge(1.0_wp)
    !> A pivot below this share of the stiffness is that of a piece without ties.
    real(wp), parameter :: least_pivot = 1.0e-14_wp
-   integer, parameter :: most_steps = 200
+   integer, parameter :: most_steps = 100
 
    !> What a bolt is made of.
    type :: bar_form_type
@@ -259,7 +259,7 @@ contains
          step = missing
          call solve_nodes(bar, response, step)
          g_start = dot_product(missing, step)
-         if (.not. g_start > 0) exit
+         if (.not. g_start > 0 .or. is_rounding(bar, response, missing)) exit
          w = response%w
          f_limit = response%f_limit
          t_limit = response%t_limit
@@ -282,6 +282,16 @@ contains
          if (.not. a < 1 .and. all(f_limit == response%f_limit) .and. all(t_limit == response%t_limit)) exit
       end do
    end subroutine respond
+
+   !> Is what the nodes lack no more than the rounding of forces and displacements?
+   pure logical function is_rounding(bar, r, missing)
+      type(bar_type), intent(in) :: bar
+      type(bar_response_type), intent(in) :: r
+      real(wp), intent(in) :: missing(:)    !! (n)
+      real(wp), parameter :: share = 16*epsilon(1.0_wp)
+      is_rounding = maxval(abs(missing)) <= share*(maxval(abs(r%f)) + maxval([0.0_wp, abs(r%t)]) + &
+                                                   maxval([bar%steel, bar%grout])*maxval(abs(r%w)))
+   end function is_rounding
 
    !> Forces, and what the nodes lack to equilibrium.
    pure subroutine measure(bar, state, pull, r, missing)

@@ -968,10 +968,11 @@ contains
       real(wp), intent(out) :: work                    !! of the forces that have acted
       real(wp), intent(out) :: slipped, yielded        !! work of slip and of yield
       real(wp), intent(out) :: stored(2)               !! energy at the start and the end
-      real(wp), intent(out) :: freed                   !! of the latter, by what has broken
+      real(wp), intent(out) :: freed                   !! before the latter, by what has broken
       type(bar_response_type) :: response
-      real(wp) :: force(size(bolt%block)), dowel
-      logical :: shears
+      type(bar_state_type) :: old
+      real(wp) :: force(size(bolt%block)), dowel, before, more(2)
+      logical :: changes, shears
       integer :: c
       new = bolt
       call respond(bolt%bar, bolt%state, bolt%start, response)
@@ -994,16 +995,34 @@ contains
          new%dowel_slip(c) = new%across(c) - dowel/bolt%dowel_stiffness
          yielded = yielded + dowel*(new%dowel_slip(c) - bolt%dowel_slip(c))
       end do
-      stored(2) = energy_of(new, response)
-      call respond(bolt%bar, new%state, new%start, response)
-      freed = stored(2) - energy_of(new, response)
       work = work/bolt%spacing
+      freed = 0
+      stored(2) = energy_of(new, response)
+      changes = .not. same_state(bolt%state, new%state)
+      do
+         ! what has broken or weakened lets the rest of the bolt move at once
+         call respond(bolt%bar, new%state, new%start, response)
+         before = stored(2)
+         stored(2) = energy_of(new, response)
+         if (.not. changes) exit
+         old = new%state
+         call accept(bolt%bar, response, new%state, more(1), more(2))
+         slipped = slipped + more(1)
+         yielded = yielded + more(2)
+         freed = freed + (before - stored(2)) - sum(more)/bolt%spacing
+         changes = .not. same_state(old, new%state)
+      end do
       slipped = slipped/bolt%spacing
       yielded = yielded/bolt%spacing
-      if (all(new%state%broken .eqv. bolt%state%broken) .and. all(new%state%weak .eqv. bolt%state%weak)) then
-         stored(2) = stored(2) - freed
-         freed = 0
-      end if
+
+   contains
+
+      !> Is nothing more broken or weakened?
+      pure logical function same_state(a, b)
+         type(bar_state_type), intent(in) :: a, b
+         same_state = all(a%broken .eqv. b%broken) .and. all(a%weak .eqv. b%weak)
+      end function same_state
+
    end subroutine finish_bolt
 
    !> Stored energy, and the work of slip, of yield and of breaking.
@@ -1023,10 +1042,10 @@ contains
          if (size(self%bolts(l)%acting) == 0) cycle
          call finish_bolt(self%bolts(l), self%level, new, work, slipped, yielded, stored, freed)
          call balance%add(energy%friction, slipped)
-         call balance%add(energy%dissipated, work - (stored(2) - stored(1)) - slipped)
+         call balance%add(energy%dissipated, work - (stored(2) - stored(1)) - slipped - freed)
          call balance%add(energy%discarded, freed)
          start = start + stored(1)
-         end = end + stored(2) - freed
+         end = end + stored(2)
       end do
       if (size(self%bolts) == 0) return
       call balance%add(energy%geometry, start - balance%bar_energy)
