@@ -36,13 +36,19 @@ contains
       type(stage_type), intent(in) :: stages(:)
       type(bolt_line_type), allocatable, intent(out) :: lines(:)
       logical, allocatable :: rock(:)
+      real(wp), allocatable :: along(:)
       integer :: g
       allocate (lines(0))
       do g = 1, size(bolts)
          if (is_spring(bolts(g))) cycle
-         if (allocated(bolts(g)%along)) then
+         if (allocated(bolts(g)%along) .or. is_given(bolts(g)%outline)) then
+            if (allocated(bolts(g)%along)) then
+               along = bolts(g)%along
+            else
+               along = outer_line(blocks, blocks_of_region(blocks, regions, bolts(g)%outline))
+            end if
             rock = rock_at(blocks, regions, stages, max(1, stage_with(stages, bolts(g)%name, installs=.true.)))
-            call add_pattern(bolts(g), g, blocks, rock, lines)
+            call add_pattern(bolts(g), g, along, blocks, rock, lines)
          else if (allocated(bolts(g)%from) .and. allocated(bolts(g)%to)) then
             call append(g, title_of_bolt(bolts(g), g), bolts(g)%from(1:2), bolts(g)%to(1:2), lines)
          end if
@@ -79,9 +85,10 @@ contains
    end subroutine append
 
    !> Bolts at equal distances along a line.
-   pure subroutine add_pattern(bolt, group, blocks, rock, lines)
+   pure subroutine add_pattern(bolt, group, line, blocks, rock, lines)
       type(bolt_type), intent(in) :: bolt
       integer, intent(in) :: group
+      real(wp), intent(in) :: line(:)            !! x y of its points [length]
       type(block_system_type), intent(in) :: blocks
       logical, intent(in) :: rock(:)             !! (blocks)
       type(bolt_line_type), allocatable, intent(inout) :: lines(:)
@@ -92,13 +99,13 @@ contains
       if (is_set(bolt%offset)) at = bolt%offset
       ends = 0
       n = 0
-      do k = 1, size(bolt%along)/2 - 1
-         along = bolt%along(2*k + 1:2*k + 2) - bolt%along(2*k - 1:2*k)
+      do k = 1, size(line)/2 - 1
+         along = line(2*k + 1:2*k + 2) - line(2*k - 1:2*k)
          length = norm2(along)
          if (.not. length > 0) cycle
          along = along/length
          do while (at <= ends + length*(1 + 1.0e-12_wp) .and. n < most_bolts)
-            head = bolt%along(2*k - 1:2*k) + (at - ends)*along
+            head = line(2*k - 1:2*k) + (at - ends)*along
             normal = rock_side(head, [-along(2), along(1)])
             angle = 0
             if (is_set(bolt%angle)) angle = bolt%angle*degree
@@ -137,6 +144,94 @@ contains
       end function in_rock
 
    end subroutine add_pattern
+
+   !> The outer line of the union of some blocks, closed, counter-clockwise; empty where there is none.
+   pure function outer_line(blocks, inside) result(line)
+      type(block_system_type), intent(in) :: blocks
+      logical, intent(in) :: inside(:)           !! (blocks)
+      real(wp), allocatable :: line(:)           !! x y of its points, the first one again at the end [length]
+      real(wp), allocatable :: edges(:, :), pieces(:, :), loop(:), t(:)
+      logical, allocatable :: is_used(:)
+      real(wp) :: near, largest, area
+      integer :: i, k, l, n
+      allocate (edges(4, 0), pieces(4, 0), line(0))
+      do i = 1, blocks%n_blocks
+         if (.not. inside(i)) cycle
+         associate (v => blocks%vertices(:, blocks%vertex_offset(i) + 1:blocks%vertex_offset(i + 1)))
+            n = size(v, 2)
+            edges = reshape([edges, [(v(:, k), v(:, 1 + mod(k, n)), k=1, n)]], [4, size(edges, 2) + n])
+         end associate
+      end do
+      if (size(edges) == 0) return
+      near = 1.0e-7_wp*maxval(maxval(edges, 2) - minval(edges, 2))
+      do k = 1, size(edges, 2)
+         t = free_ends(edges, k, near)
+         do l = 1, size(t), 2
+            pieces = reshape([pieces, along_edge(edges(:, k), t(l)), along_edge(edges(:, k), t(l + 1))], &
+                             [4, size(pieces, 2) + 1])
+         end do
+      end do
+      allocate (is_used(size(pieces, 2)), source=.false.)
+      largest = 0
+      do k = 1, size(pieces, 2)
+         if (is_used(k)) cycle
+         loop = pieces(1:2, k)
+         l = k
+         area = 0
+         do while (l > 0)
+            is_used(l) = .true.
+            loop = [loop, pieces(3:4, l)]
+            area = area + 0.5_wp*(pieces(1, l)*pieces(4, l) - pieces(2, l)*pieces(3, l))
+            l = findloc(.not. is_used .and. norm2(pieces(1:2, :) - spread(pieces(3:4, l), 2, size(is_used)), &
+               1) <= near, &
+                        .true., 1)
+         end do
+         if (area > largest) line = loop
+         largest = max(largest, area)
+      end do
+
+   contains
+
+      !> A point of an edge.
+      pure function along_edge(edge, t) result(point)
+         real(wp), intent(in) :: edge(4), t
+         real(wp) :: point(2)
+         point = edge(1:2) + t*(edge(3:4) - edge(1:2))
+      end function along_edge
+
+   end function outer_line
+
+   !> Starts and ends of the parts of an edge that lie on no other edge, as shares of it.
+   pure function free_ends(edges, k, near) result(t)
+      real(wp), intent(in) :: edges(:, :)        !! (4, edges)
+      integer, intent(in) :: k
+      real(wp), intent(in) :: near               !! [length]
+      real(wp), allocatable :: t(:), ends(:, :)
+      real(wp) :: along(2), length, s(2), reached
+      integer, allocatable :: order(:)
+      integer :: j
+      along = edges(3:4, k) - edges(1:2, k)
+      length = norm2(along)
+      allocate (t(0), ends(2, 0))
+      if (.not. length > near) return
+      along = along/length
+      do j = 1, size(edges, 2)
+         if (j == k) cycle
+         associate (a => edges(1:2, j) - edges(1:2, k), b => edges(3:4, j) - edges(1:2, k))
+            if (max(abs(along(1)*a(2) - along(2)*a(1)), abs(along(1)*b(2) - along(2)*b(1))) > near) cycle
+            s = [dot_product(along, b), dot_product(along, a)]   ! the other way round
+            if (.not. min(s(2), length) - max(s(1), 0.0_wp) > near) cycle
+            ends = reshape([ends, s], [2, size(ends, 2) + 1])
+         end associate
+      end do
+      order = sorted_order(ends(1, :))
+      reached = 0
+      do j = 1, size(order)
+         if (ends(1, order(j)) - reached > near) t = [t, reached/length, ends(1, order(j))/length]
+         reached = max(reached, ends(2, order(j)))
+      end do
+      if (length - reached > near) t = [t, reached/length, 1.0_wp]
+   end function free_ends
 
    !> Parts of a bolt in blocks, from its head: block, and distances of both ends from the head.
    pure subroutine trace_bolt(head, toe, blocks, rock, block, from, to)

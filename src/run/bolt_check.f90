@@ -4,14 +4,15 @@
 module rockdda_run_bolt_check
    use rockdda_base_kinds, only : wp
    use rockdda_base_diagnostics, only : diagnostics_type, severity
-   use rockdda_base_strings, only : is_given
+   use rockdda_base_strings, only : counted, is_given
    use rockdda_geometry_polygons, only : distance_to_outline, point_in_polygon
    use rockdda_model_blocks, only : block_system_type
    use rockdda_model_bolt_layout, only : bolt_line_type, bolt_lines, trace_bolt, rock_at, stage_with, title_of_bolt
    use rockdda_model_bolt_numbers, only : bolt_numbers_type, numbers_of_bolt, bolt_problem
    use rockdda_model_geometry_input, only : is_spring
    use rockdda_model_options, only : run_options_type
-   use rockdda_model_regions, only : count_words, word_of, same_name
+   use rockdda_model_regions, only : count_words, word_of, same_name, has_region
+   use rockdda_model_stage_options, only : stage_name
    use rockdda_io_suggest, only : did_you_mean
    implicit none
    private
@@ -25,11 +26,17 @@ contains
       type(block_system_type), intent(in) :: blocks
       type(diagnostics_type), intent(inout) :: messages
       type(bolt_line_type), allocatable :: lines(:)
-      integer :: g, l
+      integer :: g, l, s
       logical :: ok
       ok = .true.
       do g = 1, size(options%bolts)
          ok = ok .and. len(bolt_problem(options%bolts(g))) == 0   ! else it was told
+         if (.not. is_given(options%bolts(g)%outline)) cycle
+         if (has_region(options%regions, options%bolts(g)%outline)) cycle
+         ok = .false.
+         call messages%add(severity%error, &
+            "&bolt: there is no region '"//trim(adjustl(options%bolts(g)%outline))//"'", &
+                           options%bolts(g)%origin)
       end do
       call check_stage_names(options, messages)
       if (.not. ok .or. all(is_spring(options%bolts))) return
@@ -42,7 +49,34 @@ contains
       do l = 1, size(lines)
          call check_line(lines(l), options, blocks, messages)
       end do
+      do s = 1, size(options%stages)
+         if (is_given(options%stages(s)%excavate)) call report_lost_parts(s, lines, options, blocks, messages)
+      end do
    end subroutine check_bolts
+
+   !> Bolts that lose a part of the rock around them with a stage.
+   subroutine report_lost_parts(stage, lines, options, blocks, messages)
+      integer, intent(in) :: stage
+      type(bolt_line_type), intent(in) :: lines(:)
+      type(run_options_type), intent(in) :: options
+      type(block_system_type), intent(in) :: blocks
+      type(diagnostics_type), intent(inout) :: messages
+      real(wp), allocatable :: from(:), to(:)
+      integer, allocatable :: block(:)
+      logical, allocatable :: before(:), after(:)
+      integer :: l, n
+      n = 0
+      before = rock_at(blocks, options%regions, options%stages, stage - 1)
+      after = rock_at(blocks, options%regions, options%stages, stage)
+      do l = 1, size(lines)
+         if (stage_with(options%stages, options%bolts(lines(l)%group)%name, installs=.true.) >= stage) cycle
+         call trace_bolt(lines(l)%head, lines(l)%toe, blocks, before .and. .not. after, block, from, to)
+         if (size(block) > 0) n = n + 1
+      end do
+      if (n > 0) call messages%add(severity%warning, stage_name(options%stages, stage)//' takes out rock around '// &
+                                   counted(n, 'bolt')//', which lose that part and go on with the rest', &
+                                   options%stages(stage)%origin)
+   end subroutine report_lost_parts
 
    !> One bolt where it lies when it is installed.
    subroutine check_line(line, options, blocks, messages)
@@ -77,7 +111,8 @@ contains
             if (numbers%grouted) then
                call messages%add(severity%warning, text('lies outside the rock in part'), bolt%origin)
             else
-               call messages%add(severity%warning, text('lies outside the rock in part: an end there is a fixed point'), &
+               call messages%add(severity%warning, &
+                  text('lies outside the rock in part: an end there is a fixed point'), &
                                  bolt%origin)
             end if
          end if

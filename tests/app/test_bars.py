@@ -229,6 +229,37 @@ class Bars(ProgramTest):
             self.assertEqual(sorted(nodes[::2, 0].tolist()), [-1.5, -0.5, 0.5, 1.5])
             self.assertEqual(nodes[1::2, 1].tolist(), [2.0] * 4)
 
+    def test_a_pattern_around_a_region(self):
+        """Bolts go out from the room that a later stage takes out, and those of the roof lose what is excavated."""
+        still = "&stage until = 'equilibrium', tolerance = 1e-5"
+        groups = FIXED.format(-3, 4, 3, 4) + "&region name = 'room', box = -1, 0, 1, 2 /\n"
+        groups += "&region name = 'top', box = -1, 2, 1, 4 /\n"
+        groups += (
+            "&bolt name = 'ring', outline = 'room', spacing = 1, length = 1.5, kind = 'end_anchored', "
+            "diameter = 0.02, young = 2e11 /\n"
+        )
+        groups += (
+            f"{still} /\n{still}, excavate = 'room', install = 'ring' /\n&stage until_step = 99, excavate = 'top' /\n"
+        )
+        boxes = [(-3.0, -2.0, 3.0, 0.0), (-3.0, 0.0, -1.0, 4.0), (1.0, 0.0, 3.0, 4.0), (-1.0, 2.0, 1.0, 4.0)]
+        boxes += [(-1.0, 0.0, 0.0, 2.0), (0.0, 0.0, 1.0, 2.0)]
+        self.make("ring", boxes, groups + "&boundary along = -3, -2, 3, -2, kind = 'fixed' /\n", gravity=10)
+        told = self.run_program("check", "ring.nml").err
+        self.assertIn("stage 3 takes out rock around 2 bolts, which lose that part and go on with the rest", told)
+        self.assertNotIn("no free face", told)
+        with self.solve("ring") as file:
+            stage = file["frames/step"][()]
+            nodes = file["frames/bolt_node"][-1].reshape(-1, 2, 2)
+            heads = sorted(map(tuple, nodes[:, 0].round(2).tolist()))
+            self.assertEqual(len(heads), 8)
+            self.assertEqual(heads[0], (-1.0, 0.5))
+            toes = nodes[:, 1]
+            out = (abs(toes[:, 0]) > 2) | (toes[:, 1] < -1) | (toes[:, 1] > 3)
+            self.assertTrue(out.all(), toes)
+            states = file["frames/bolt_state"][-1].reshape(-1, 2)[:, 0]
+            self.assertEqual(sorted(states.tolist()), [0, 0] + [1] * 6)
+            self.assertGreater(len(stage), 2)
+
 
 if __name__ == "__main__":
     unittest.main()
