@@ -75,8 +75,9 @@ def plot_command(
         typer.Option(
             "--kind",
             "-k",
-            help="blocks (the default), stress, contacts, joints, displacements, water, history, profile, energy, "
-            "iterations, ground-reaction, mechanism or factor; of a geometry file lines (the default) or blocks.",
+            help="blocks (the default), stress, contacts, joints, displacements, water, bolts, history, profile, "
+            "energy, iterations, ground-reaction, mechanism or factor; of a geometry file lines (the default) or "
+            "blocks.",
             show_default=False,
         ),
     ] = None,
