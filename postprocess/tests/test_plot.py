@@ -318,8 +318,8 @@ def test_small_multiples_share_one_scale(wall, flat_arch):
 def test_plot_draws_every_kind_of_a_real_run(flat_arch, tmp_path):
     results = rockdda.open(flat_arch)
     for kind in pictures.KINDS:
-        if kind in ("ground-reaction", "water", "mechanism", "factor"):
-            continue  # of other runs: test_stage_pictures.py, test_plot_water.py, test_critical.py
+        if kind in ("ground-reaction", "water", "bolts", "mechanism", "factor"):
+            continue  # of other runs: test_stage_pictures.py, test_plot_water.py, test_plot_bolts.py, test_critical.py
         axes = results.plot(kind=kind)
         for ending in ("pdf", "svg", "png") if kind == "blocks" else ("svg",):
             path = pictures.save(axes, tmp_path / f"{kind}.{ending}")
