@@ -161,6 +161,31 @@ class Bars(ProgramTest):
                 self.assertEqual(state, 4)
                 self.assertEqual(force[-1], 0)
 
+    def test_dowels_stiffen_a_layered_roof(self):
+        """B8: two layers of 0.25 m over 6 m, as tied cells; 8.100 mm without, 5.7899 mm with dowels."""
+        for stiffness, expected in (("0", 8.1), ("52.3145e6", 5.7899)):
+            rows = [" ".join(map(repr, line)) + " 1" for y in (0.0, 0.25) for line in rectangle(0.0, y, 6.0, y + 0.25)]
+            ends = [f"{x} {y} {x} {y}" for x in (0, 6) for y in (0.125, 0.375)]
+            self.write("layers.dc", "\n".join(["0.001\n8 8\n0\n0\n4\n0\n1\n0", *rows, *ends, "3 0.1"]) + "\n")
+            dowels = "".join(
+                f"&bolt kind = 'end_anchored', from = {x}, 0, to = {x}, 0.5, area = 4.909e-4, young = 1e6, "
+                f"shear_stiffness = {stiffness} /\n"
+                for x in (0.51, 1.51, 2.51, 3.51, 4.51, 5.49)
+            )
+            self.write(
+                "layers.nml",
+                "&model geometry = 'layers.dc', units = 'none' /\n"
+                "&block_material number = 1, density = 2500, young = 10e9, poisson = 0 /\n"
+                "&joint_material number = 1, friction = 0, normal_stiffness = 1e11, shear_stiffness = 1 /\n"
+                "&joint_material number = 2, name = 'tied', friction = 30, tie = .true., normal_stiffness = 1e13, "
+                "shear_stiffness = 1e13 /\n&load gravity = 10 /\n&subdivide size = 0.125, joint_material = 'tied' /\n"
+                f"{dowels}&stage until = 'equilibrium', tolerance = 1e-5 /\n",
+            )
+            with self.solve("layers") as file:
+                sag = -1e3 * file["history/measured_displacement"][-1][0][1]
+                self.assertAlmostEqual(sag, expected, delta=0.03 * expected)
+                self.assertEqual(abs(file["history/bolt_dowel"][-1]).max() > 3e4, stiffness != "0")
+
     def test_bolts_by_stage(self):
         still = "&stage until = 'equilibrium', tolerance = 1e-8"
         stages = f"{still} /\n{still}, remove = 'b1' /\n{still}, install = 'b3' /\n{still}, remove = 'b0, b2' /\n"
