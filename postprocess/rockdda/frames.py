@@ -13,17 +13,19 @@ import numpy as np
 import numpy.typing as npt
 
 from .callers import stack_level
+from .columns import Columns
 from .errors import InputError
 from .fields import FIELD_TEXTS, OLD_FIELDS
 
 if TYPE_CHECKING:
-    from .columns import Columns
+    import pandas
 
 __all__ = [
     "BOLT_TABLES",
     "CONTACT_TABLES",
     "FIELDS",
     "JOINT_TABLES",
+    "NODE_TABLES",
     "OLD_FIELDS",
     "Contacts",
     "Field",
@@ -67,6 +69,12 @@ class FrameTables(Protocol):
     @property
     def bolt_blocks(self) -> IntArray: ...
     @property
+    def bolt_names(self) -> list[str]: ...
+    @property
+    def bolt_first(self) -> IntArray: ...
+    @property
+    def bolt_spacing(self) -> FloatArray: ...
+    @property
     def fixed_points(self) -> FloatArray: ...
     @property
     def has_contacts(self) -> bool: ...
@@ -82,6 +90,7 @@ class FrameTables(Protocol):
     def rows(self, path: str, start: int, stop: int) -> npt.NDArray[Any]: ...
 
 
+NODE_TABLES = ["bolt_node", "bolt_force", "bolt_slip", "bolt_state"]
 BOLT_TABLES = ["bolt_ends", "bolt_force"]
 CONTACT_TABLES = ["contact_point", "contact_force", "contact_state", "contact_blocks"]
 #: Of each contact, from version 2 of the results on.
@@ -252,8 +261,34 @@ class Frame:
 
     @property
     def bolt_force(self) -> FloatArray:
-        """(n,) axial forces of the bolts, tension positive [force]."""
-        return self._bolt_row("bolt_force", (0,))
+        """(n,) axial forces of the bolts that are springs, tension positive [force]."""
+        return self._bolt_row("bolt_force", (0,))[: len(self.results.bolt_ends)]
+
+    @property
+    def bolt_nodes(self) -> pandas.DataFrame:
+        """Nodes of the bolts: bolt (from 0), its name, x, y, force (tension positive, per bolt), slip (bar against
+        rock), state (0 absent, 1 elastic, 2 slipping, 3 yielding, 4 ruptured). Empty where bolts are springs alone."""
+        return self.bolt_node_columns.to_pandas("a table of bolts")
+
+    @property
+    def bolt_node_columns(self) -> Columns:
+        """The columns of `bolt_nodes`, as arrays."""
+        first, names = self.results.bolt_first, self.results.bolt_names
+        bolt = np.repeat(np.arange(len(names)), np.diff(first))
+        place, force, slip, state = (
+            self._row(name) if names else np.zeros((0, 2)[: 2 if name == "bolt_node" else 1]) for name in NODE_TABLES
+        )
+        columns = {"bolt": bolt, "name": np.array(names, dtype=object)[bolt], "x": place[:, 0], "y": place[:, 1]}
+        return Columns(columns | {"force": force, "slip": slip, "state": state})
+
+    def bolt_parts(self) -> tuple[FloatArray, FloatArray]:
+        """Bolts as drawn: (n, 2, 2) ends of springs and of the parts between nodes, (n,) their forces."""
+        nodes = self.bolt_node_columns
+        bolt, there, place, force = nodes["bolt"], nodes["state"] > 0, nodes.stack("x", "y"), nodes["force"]
+        same = (bolt[1:] == bolt[:-1]) & there[1:] & there[:-1]
+        parts = np.stack([place[:-1], place[1:]], axis=1)[same] if len(place) else np.zeros((0, 2, 2))
+        ends = self.bolt_ends.reshape(-1, 2, 2)
+        return np.concatenate([ends, parts]), np.concatenate([self.bolt_force, (0.5 * (force[1:] + force[:-1]))[same]])
 
     def _bolt_row(self, name: str, shape: tuple[int, ...]) -> FloatArray:
         return self._row(name) if len(self.results.bolt_ends) else np.zeros(shape)

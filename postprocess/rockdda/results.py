@@ -19,7 +19,7 @@ import numpy.typing as npt
 
 from .columns import Columns
 from .errors import InputError
-from .frames import BOLT_TABLES, CONTACT_TABLES, FIELDS, JOINT_TABLES, Contacts, Field, Frame, Frames
+from .frames import BOLT_TABLES, CONTACT_TABLES, FIELDS, JOINT_TABLES, NODE_TABLES, Contacts, Field, Frame, Frames
 from .joints import joint_points
 from .materials import JointStrength, joint_strengths
 from .namelist import parse_groups
@@ -117,6 +117,13 @@ class Results(StageTables):
         """The unit of a dataset, 'Pa', or its dimension where the units are not known; '' in older files."""
         return str(plain(self._source.use(lambda file: file[path].attrs.get("units", ""))))
 
+    @property
+    def bolt_spacing(self) -> FloatArray:
+        """(n,) distance of bolts with nodes out of the plane [length]: their forces over it are those of the model."""
+        if not self.bolt_names:
+            return np.zeros(0)
+        return np.array(self._source.use(lambda file: file["model/bolt_first"].attrs["spacing_out_of_plane"]))
+
     def _repr_html_(self) -> str:
         """What a notebook shows: facts, and the blocks of the last frame."""
         state = "complete" if self.complete else self.exit_reason
@@ -145,7 +152,8 @@ class Results(StageTables):
             histories += [f"history/{name}" for name in STAGE_TABLES if f"history/{name}" in file]
             histories += [BOUNDARY_FORCE] if BOUNDARY_FORCE in file else []
             steps = min(file[name].shape[0] for name in histories)
-            bolts = [name for name in (*BOLT_TABLES, "active") if f"frames/{name}" in file]  # older files have none
+            # older files have none
+            bolts = [name for name in (*BOLT_TABLES, *NODE_TABLES, "active") if f"frames/{name}" in file]
             frames = min(file[f"frames/{name}"].shape[0] for name in (*FRAME_TABLES, *bolts))
             offsets = file["frames/contact_offset"]
             frames = min(frames, offsets.shape[0] - 1)
@@ -309,7 +317,7 @@ class Results(StageTables):
         group, _, name = path.partition("/")
         if group == "history":
             return self._n_steps
-        if group == "frames" and name in (*FRAME_TABLES, *BOLT_TABLES, "active"):
+        if group == "frames" and name in (*FRAME_TABLES, *BOLT_TABLES, *NODE_TABLES, "active"):
             return self._n_frames
         return self._n_frames + 1 if path == "frames/contact_offset" else None
 

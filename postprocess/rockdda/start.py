@@ -119,6 +119,16 @@ class StartArrays(ABC):
         return self._or_none("bolt_ends", np.zeros((0, 2, 2)))
 
     @property
+    def bolt_names(self) -> list[str]:
+        """Names of the bolts where some have nodes, springs first; else empty."""
+        return [str(name) for name in self["model/bolt_names"]] if "model/bolt_names" in self else []
+
+    @property
+    def bolt_first(self) -> IntArray:
+        """(n + 1,) nodes before each of these bolts, of a spring its first end alone."""
+        return self._or_none("bolt_first", np.zeros(1, dtype=np.int64))
+
+    @property
     def bolt_blocks(self) -> IntArray:
         """(n, 2) the blocks that hold the ends of the bolts, from 0; -1 the fixed outside."""
         return self._or_none("bolt_blocks", np.zeros((0, 2), dtype=np.int64))

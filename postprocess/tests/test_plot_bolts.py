@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: MIT
 """Bolts: read from results, drawn, exported."""
 
+import subprocess
+
 import ezdxf
 import matplotlib
 
@@ -120,3 +122,53 @@ def test_input_is_drawn_before_any_run(native, tmp_path):
         plot.input_plot(tmp_path / "tunnel.blk", "lines")
     with pytest.raises(rockdda.InputError, match="not as 'stress'"):
         plot.input_plot(tmp_path / "tunnel.blk", "stress")
+
+
+MODEL = """\
+&model geometry = 'two.dc', units = 'none' /
+&block_material number = 1, density = 2500, young = 1e12, poisson = 0 /
+&joint_material number = 1, friction = 30 /
+&load gravity = 10 /
+&boundary along = -1, 3, 1, 3, kind = 'fixed' /
+&bolt name = 'roof', along = -1, 0, 1, 0, spacing = 1, length = 2, kind = 'grouted', area = 1e-4, young = 2e11,
+      grout_stiffness = 1e8, grout_strength = 2e5, plate_strength = 1e5, spacing_out_of_plane = 2 /
+&stage until = 'equilibrium' /
+"""
+LINES = "0.001\n8 8\n0\n0\n0\n0\n0\n0\n" + "".join(
+    f"-1 {low} 1 {low} 1\n1 {low} 1 {high} 1\n1 {high} -1 {high} 1\n-1 {high} -1 {low} 1\n"
+    for low, high in ((0, 1), (1, 3))
+)
+
+
+def test_bolts_with_nodes_are_read_drawn_and_exported(program, tmp_path):
+    (tmp_path / "two.dc").write_text(LINES)
+    (tmp_path / "two.nml").write_text(MODEL)
+    subprocess.run([program, "run", tmp_path / "two.nml", "-o", tmp_path / "two.h5", "--quiet"], check=True)
+    results = rockdda.open(tmp_path / "two.h5")
+    assert results.bolt_names == ["roof 1", "roof 2"]
+    assert results.bolt_spacing.tolist() == [2, 2]
+    now = results.frames[-1]
+    nodes = now.bolt_nodes
+    assert len(nodes) == results.bolt_first[-1] == 2 * (len(nodes) // 2)
+    assert now.bolt_force.size == 0  # no springs
+    # each holds half of what hangs on both: 2 m3 of rock in every metre, per bolt twice that
+    at_joint = nodes.groupby("bolt")["force"].max()
+    assert at_joint.to_numpy() == pytest.approx([50e3, 50e3], rel=0.01)
+    parts, force = now.bolt_parts()
+    assert len(parts) == len(nodes) - 2 == len(force)
+    assert np.hypot(*(parts[:, 1] - parts[:, 0]).T).sum() == pytest.approx(4, rel=2e-3)
+    axes = results.plot(kind="bolts")
+    lines = [artist for artist in axes.get_children() if isinstance(artist, LineCollection)]
+    assert any(len(line.get_segments()) == len(parts) for line in lines)
+    plt.close("all")
+    table = pandas.read_csv(export.to_csv(results, tmp_path / "bolts.csv", "bolts"))
+    last = table[table["frame"] == table["frame"].max()]
+    assert last["name"].tolist() == nodes["name"].tolist()
+    np.testing.assert_allclose(last["force_per_metre"], nodes["force"] / 2)
+
+
+def test_a_run_without_bolts_has_no_picture_of_them(tmp_path):
+    results = rockdda.open(write_wall(tmp_path / "wall.h5", 2, 2, frames=1))
+    with pytest.raises(rockdda.InputError, match="has no bolts in this frame"):
+        results.plot(kind="bolts")
+    plt.close("all")

@@ -20,6 +20,7 @@ module rockdda_interaction_balance
       real(wp) :: resting_energy = 0           !! of it, of contacts that are left out of the step
       real(wp), allocatable :: fixed_energy(:) !! (nf) fixed points
       real(wp) :: bolt_energy = 0
+      real(wp) :: bar_energy = 0               !! bolts with nodes
       real(wp), allocatable :: boundary_energy(:)
       real(wp) :: other_energy = 0             !! of interactions beside those of the program, in this step
       ! of the step

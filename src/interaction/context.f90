@@ -39,6 +39,7 @@ module rockdda_interaction_context
       real(wp) :: motion_start = 0              !! time at which base motion begins; huge: not yet
       character(len=:), allocatable :: water    !! names of the groups of &water that act; empty: all
       logical, allocatable :: released(:)       !! (nf) fixed points that were let go
+      logical, allocatable :: bolted(:)         !! (nb) blocks that a bolt with nodes crosses; no array: none
       logical, allocatable :: held(:)           !! (nb) blocks with an edge that a boundary holds in all directions
       type(moving_block_type), allocatable :: moving(:)   !! (nb) blocks with the motion expected of them
       logical, allocatable :: renewed(:)        !! (nb) for which that is new

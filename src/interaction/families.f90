@@ -10,6 +10,7 @@ module rockdda_interaction_families
    use rockdda_base_value_check, only : value_check_type
    use rockdda_interaction_balance, only : energy_balance_type
    use rockdda_interaction_block_forces, only : block_forces_type
+   use rockdda_interaction_bars, only : bars_type
    use rockdda_interaction_bolts, only : bolts_type
    use rockdda_interaction_boundaries, only : boundaries_type
    use rockdda_interaction_contact_law, only : new_contact_laws, act_along_length
@@ -33,7 +34,7 @@ module rockdda_interaction_families
    public :: families_type
 
    !> Number of families of the program: as many as `family` has cases.
-   integer, parameter :: n_own = 10
+   integer, parameter :: n_own = 11
 
    !> A family that was added.
    type :: added_family_type
@@ -51,6 +52,7 @@ module rockdda_interaction_families
       type(quiet_boundaries_type) :: quiet
       type(held_forces_type) :: held
       type(water_family_type) :: water
+      type(bars_type) :: bars
       type(added_family_type), allocatable, private :: added(:)
    contains
       procedure :: init
@@ -92,6 +94,7 @@ contains
          call self%loads%init(blocks, parameters, context%line_ends, known)
          call self%supports%init(blocks, parameters)
          call self%bolts%init(blocks%bolts)
+         call self%bars%init(context)
          call self%water%init(blocks, parameters, known)
          call self%water%begin(context)
          call pressure_on_edges(self%water, blocks, parameters, pressure)
@@ -117,6 +120,7 @@ contains
       case (8); item => self%quiet
       case (9); item => self%held
       case (10); item => self%water
+      case (11); item => self%bars
       case default; item => self%added(i - n_own)%item
       end select
    end function family

@@ -6,17 +6,41 @@
 module rockdda_model_geometry_input
    use rockdda_base_kinds, only : wp
    use rockdda_base_diagnostics, only : origin_type
+   use rockdda_base_strings, only : is_given, lower_case
+   use rockdda_model_analysis_input, only : unset_real
    implicit none
    private
-   public :: geometry_input_type, bolt_type
+   public :: geometry_input_type, bolt_type, is_spring
 
-   !> A bolt: a spring between two points, from its columns in a geometry file or from options.
+   !> A bolt, from its columns in a geometry file (a spring) or from options.
    type :: bolt_type
       character(len=:), allocatable :: name   !! not given in a geometry file
-      real(wp) :: from(2) = 0, to(2) = 0      !! its ends at the start [length]
-      real(wp) :: stiffness = 0               !! [force/length], > 0
+      character(len=:), allocatable :: kind   !! 'grouted' | 'end_anchored' | 'yielding' | 'friction'; else a spring
+      real(wp), allocatable :: from(:), to(:) !! (2) its ends at the start, the head first [length]
+      real(wp), allocatable :: along(:)       !! x y of the points of a line on which the heads of a pattern lie [length]
+      character(len=:), allocatable :: outline   !! region instead of it
+      real(wp) :: spacing = unset_real        !! of the heads [length]
+      real(wp) :: length = unset_real         !! of the bolts [length]
+      real(wp) :: angle = unset_real          !! from the normal of the line [degrees]
+      real(wp) :: offset = unset_real         !! of the first head from the start of the line [length]
+      real(wp) :: stiffness = unset_real      !! of a spring [force/length], > 0
+      real(wp) :: diameter = unset_real, area = unset_real   !! of the steel [length, length^2]
+      real(wp) :: young = unset_real          !! [stress]
       real(wp) :: pretension = 0              !! [force]
       real(wp) :: yield_force = 0             !! [force], 0: unlimited
+      real(wp) :: rupture_strain = unset_real !! plastic strain
+      real(wp) :: spacing_out_of_plane = unset_real   !! [length]
+      real(wp) :: grout_stiffness = unset_real   !! [force/length^2]
+      real(wp) :: grout_strength = unset_real    !! [force/length]
+      real(wp) :: grout_residual = unset_real    !! share of the strength after slip
+      real(wp), allocatable :: free_length(:) !! (2) part without grout, from the head [length]
+      real(wp) :: plate_strength = unset_real !! [force]
+      real(wp) :: element = unset_real        !! distance of nodes [length]
+      real(wp) :: plateau_force = unset_real  !! [force]
+      real(wp) :: stroke = unset_real         !! [length]
+      character(len=:), allocatable :: shear_stiffness   !! of the dowel, a number or 'auto' [force/length]
+      character(len=:), allocatable :: shear_strength    !! of the dowel, a number or 'auto' [force], 0: unlimited
+      real(wp) :: bedding_stiffness = unset_real   !! [stress]
       type(origin_type) :: origin             !! where it was read
    end type bolt_type
 
@@ -40,6 +64,13 @@ module rockdda_model_geometry_input
    end type geometry_input_type
 
 contains
+
+   !> Is a bolt a spring between its ends?
+   elemental logical function is_spring(bolt)
+      type(bolt_type), intent(in) :: bolt
+      is_spring = .true.
+      if (is_given(bolt%kind)) is_spring = lower_case(trim(adjustl(bolt%kind))) == 'spring'
+   end function is_spring
 
    !> Allocate every array (all zero, all origins empty), also those of length 0.
    pure subroutine allocate_all(self, n_lines, n_material_lines, n_bolts, n_fixed, n_loading, n_measured, n_holes)

@@ -32,6 +32,7 @@ module rockdda_model_option
       integer :: rising = 2         !! the first number of the rows does not decrease
       integer :: frequency = 3      !! the third number of each row is not negative
       integer :: any_order = 4      !! rows of a file: the first number may decrease
+      integer :: pair = 6           !! two numbers, or none
       integer :: or_constant = 5    !! as rising, or one row without its first number, which is 0
    end type list_rule_enum
    type(list_rule_enum), parameter :: list_rule = list_rule_enum()
@@ -78,7 +79,7 @@ module rockdda_model_option
       logical :: required = .false.
       logical :: adds_up = .false.                   !! given again in a group: one row more
       logical :: not_blank = .false.                 !! a text that must have a character
-      logical :: or_number = .false.                 !! a text for which a whole number >= 1 may stand
+      logical :: or_number = .false.                 !! a text for which a whole number >= 1 may stand, with a unit any number
       integer :: n_in_unit = huge(1)                 !! so many numbers of a row are in the unit, not those behind
       integer :: rule = 0                            !! one of list_rule%...
       ! what follows from the place of the row in the table

@@ -48,7 +48,7 @@ module rockdda_model_options
       real(wp) :: relax = unset_real             !! share of the forces of excavated blocks that is released
       integer :: relax_steps = 10                !! in so many steps
       character(len=:), allocatable :: place     !! regions that are absent until the stage begins
-      character(len=:), allocatable :: install, remove   !! not there yet
+      character(len=:), allocatable :: install, remove   !! names of bolts
       character(len=:), allocatable :: water     !! groups of &water that act from the stage on
       type(origin_type) :: origin                !! where it was read
    end type stage_type

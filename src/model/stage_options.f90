@@ -61,10 +61,10 @@ contains
                             least=1.0_wp), stage%relax_steps)
       call table%add(option('place', regions//'their blocks are absent until the stage begins', &
                             default_text='none', not_blank=.true., see=guide), stage%place)
-      call table%add(option('install', 'bolts or liners that are installed when the stage begins; not there yet', &
-                            default_text='none'), stage%install)
-      call table%add(option('remove', 'bolts or liners that are removed when the stage begins; not there yet', &
-                            default_text='none'), stage%remove)
+      call table%add(option('install', 'names of bolts that are installed when the stage begins, commas between them', &
+                            default_text='none', not_blank=.true.), stage%install)
+      call table%add(option('remove', 'names of bolts that are removed when the stage begins, commas between them', &
+                            default_text='none', not_blank=.true.), stage%remove)
       call table%add(option('water', "names of the groups of &water that act from the stage on, commas between "// &
                             "them; 'none': none of them", &
                             default_text='those of the stage before; in the first stage all', &

@@ -4,7 +4,7 @@ module rockdda_model_state
    use rockdda_base_kinds, only : wp
    implicit none
    private
-   public :: block_state_type, step_record_type, n_energies, energy_names, energy, radius_of_inertia
+   public :: block_state_type, step_record_type, bolt_nodes_type, n_energies, energy_names, energy, radius_of_inertia
 
    !> Places of the ledger in `step_record_type%energy` (theory manual, "energy ledger").
    type :: energy_enum
@@ -54,6 +54,14 @@ module rockdda_model_state
       real(wp), allocatable :: bolt_plastic(:)         !! (n_bolts) yielded part of the elongation
    end type block_state_type
 
+   !> Nodes of bolts, in a frame.
+   type :: bolt_nodes_type
+      real(wp), allocatable :: place(:, :)     !! (2, nodes) [length]
+      real(wp), allocatable :: force(:)        !! (nodes) axial, tension positive
+      real(wp), allocatable :: slip(:)         !! (nodes) bar against rock [length]
+      integer, allocatable :: state(:)         !! (nodes) 0 absent, 1 elastic, 2 slipping, 3 yielding, 4 ruptured
+   end type bolt_nodes_type
+
    !> What the history keeps of one accepted step.
    type :: step_record_type
       integer :: step = 0
@@ -74,6 +82,10 @@ module rockdda_model_state
       real(wp), allocatable :: measured_rotation(:)        !! (nm)
       real(wp), allocatable :: fixed_force(:, :)           !! (2, nf) of the support on the block
       real(wp), allocatable :: boundary_force(:, :)        !! (2, boundaries) on the blocks
+      real(wp), allocatable :: bolt_force(:)               !! (bolts) largest along the bolt, where bolts have nodes
+      real(wp), allocatable :: bolt_head_force(:)          !! (bolts)
+      real(wp), allocatable :: bolt_dowel(:)               !! (bolts) largest
+      real(wp) :: bolt_energy(4) = 0                       !! stored, slipped, yielded, set free by breaking
    end type step_record_type
 
 contains

@@ -5,6 +5,7 @@ module rockdda_run_files
    use rockdda_base_error, only : error_type
    use rockdda_base_diagnostics, only : diagnostics_type
    use rockdda_contact_view, only : contact_view_type
+   use rockdda_model_state, only : bolt_nodes_type
    use rockdda_stepping_simulation, only : simulation_type
    use rockdda_io_checkpoint, only : checkpoint_facts_type, checkpoint_path
    use rockdda_io_digest, only : digest_length
@@ -114,10 +115,12 @@ contains
       class(run_files_type), intent(inout) :: self
       type(simulation_type), intent(in) :: sim
       type(error_type), allocatable, intent(out) :: error
+      type(bolt_nodes_type) :: nodes
       integer :: first, last
       self%last_frame = sim%state%step
       if (.not. self%facts%header%frames) return
-      call self%results%append_frame(sim%state, sim%contacts%n, sim%bolt_forces(), error)
+      call sim%show_bolts(nodes)
+      call self%results%append_frame(sim%state, sim%contacts%n, nodes%force, error, nodes)
       last = 0
       do while (last < sim%contacts%n .and. .not. allocated(error))
          first = last + 1

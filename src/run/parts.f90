@@ -3,9 +3,12 @@
 module rockdda_run_parts
    use rockdda_base_diagnostics, only : diagnostics_type
    use rockdda_model_blocks, only : block_system_type
-   use rockdda_model_options, only : run_options_type, bolt_type
+   use rockdda_model_bolt_numbers, only : bolt_problem
+   use rockdda_model_geometry_input, only : is_spring
+   use rockdda_model_options, only : run_options_type
    use rockdda_cutting_assignment, only : assign_bolts
    use rockdda_cutting_location, only : block_locator_type
+   use rockdda_run_bolt_check, only : check_bolts
    use rockdda_run_cells, only : number_regions, check_regions, report_cut_blocks, count_regions, &
                                  check_cells, make_cells
    use rockdda_run_described_materials, only : find_described
@@ -42,7 +45,7 @@ contains
       if (.not. found%has_errors()) call messages%append(counts)
       call messages%append(found)
       if (.not. messages%has_errors()) call report_cut_blocks(input%blocks, input%options%regions, messages)
-      call add_bolts(input%options%bolts, input%blocks, messages)
+      call add_bolts(input%options, input%blocks, messages)
       call number_changes(input%options%block_materials, input%options%changes, messages)
       call check_stage_regions(input%options%stages, input%options%changes, input%options%regions, n(1), &
                                n(2), [input%options%joint_materials, input%options%joint_laws], messages)
@@ -58,18 +61,22 @@ contains
       if (.not. messages%has_errors()) call make_cells(options%regions, options%subdivisions, huge(1), &
                                                        [options%joint_materials, options%joint_laws], blocks, messages)
       if (.not. messages%has_errors()) call report_cut_blocks(blocks, options%regions, messages)
-      if (.not. messages%has_errors()) call add_bolts(options%bolts, blocks, messages)
+      if (.not. messages%has_errors()) call add_bolts(options, blocks, messages)
    end subroutine make_parts_of_options
 
-   !> Add the bolts of the options; an end is in a block or one of its cells.
-   subroutine add_bolts(bolts, blocks, messages)
-      type(bolt_type), intent(in) :: bolts(:)
+   !> Check the bolts of the options, and add those that are springs; an end is in a block or one of its cells.
+   subroutine add_bolts(options, blocks, messages)
+      type(run_options_type), intent(in) :: options
       type(block_system_type), intent(inout) :: blocks
       type(diagnostics_type), intent(inout) :: messages
       type(block_locator_type) :: locator
-      if (size(bolts) == 0) return
+      logical :: usable(size(options%bolts))
+      integer :: i
+      call check_bolts(options, blocks, messages)
+      usable = [(is_spring(options%bolts(i)) .and. len(bolt_problem(options%bolts(i))) == 0, i=1, size(usable))]
+      if (.not. any(usable)) return
       call locator%init(blocks, blocks%edge_node_distance)
-      call assign_bolts(bolts, blocks, locator, messages)
+      call assign_bolts(pack(options%bolts, usable), blocks, locator, messages)
    end subroutine add_bolts
 
 end module rockdda_run_parts

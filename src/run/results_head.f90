@@ -59,6 +59,7 @@ contains
       header%single = sim%parameters%single_frames
       header%units = sim%parameters%units
       header%n_boundaries = size(sim%parameters%boundaries)
+      call sim%list_bolts(header%n_bolt_nodes, header%bolt_names, header%bolt_first, header%bolt_spacing)
       header%stage_names = stage_names(sim%parameters%stages, sim%parameters%ends_with_stages)
       allocate (header%stage_resets(size(header%stage_names)), source=0)
       associate (stages => sim%parameters%stages)

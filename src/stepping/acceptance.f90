@@ -217,6 +217,25 @@ contains
       record%fixed_force = step%families%supports%force
       record%boundary_force = step%families%boundaries%force + step%families%quiet%force
       call measure_points(step%blocks, step%state, record)
+      call record_bolts(step, record)
    end subroutine fill_record
+
+   !> Forces and energies of bolts, where some have nodes: springs first.
+   subroutine record_bolts(step, record)
+      type(trial_step_type), intent(in) :: step
+      type(step_record_type), intent(inout) :: record
+      real(wp) :: stored
+      integer :: m, n
+      m = size(step%families%bars%bolts)
+      if (m == 0) return
+      n = step%blocks%bolts%n
+      if (.not. allocated(record%bolt_force)) allocate (record%bolt_force(n + m), record%bolt_head_force(n + m), &
+                                                        record%bolt_dowel(n + m), source=0.0_wp)
+      record%bolt_force(:n) = step%families%bolts%present_forces(step%step_context_type)
+      record%bolt_head_force(:n) = record%bolt_force(:n)
+      call step%families%bars%show_bolts(step%step_context_type, record%bolt_force(n + 1:), &
+                                         record%bolt_head_force(n + 1:), record%bolt_dowel(n + 1:), stored)
+      record%bolt_energy = [stored, step%families%bars%work]
+   end subroutine record_bolts
 
 end module rockdda_stepping_acceptance

@@ -49,8 +49,9 @@ contains
             self%bolt_energy = self%bolt_energy + 0.5_wp*bolts%pretension(l)**2/bolts%stiffness(l)
          end do
       end associate
+      self%bar_energy = families%bars%start_energy(context)
       self%boundary_energy = families%boundaries%springs%start_energy(context%blocks%n_blocks)
-      self%total(energy%springs) = self%bolt_energy + sum(self%boundary_energy)
+      self%total(energy%springs) = self%bolt_energy + sum(self%boundary_energy) + self%bar_energy
       self%at_start = sum(self%total(1:4))
       self%before = self%total
       call self%given%start(self%total(energy%kinetic))
@@ -93,7 +94,7 @@ contains
       self%total(energy%kinetic) = k01**2*self%moved(1)
       self%total(energy%strain) = self%moved(2)
       self%total(energy%springs) = self%contact_energy + sum(self%fixed_energy) + self%bolt_energy + &
-                                   sum(self%boundary_energy) + self%other_energy
+                                   sum(self%boundary_energy) + self%other_energy + self%bar_energy
       self%total(energy%residual) = (sum(self%total(1:4)) - self%at_start) - self%total(energy%external) &
                                     + self%total(energy%friction) + self%total(energy%dissipated) &
                                     + self%total(energy%discarded) - self%total(energy%geometry)

@@ -7,10 +7,11 @@
 module rockdda_stepping_simulation
    use rockdda_base_kinds, only : wp
    use rockdda_base_error, only : error_type
+   use rockdda_base_strings, only : to_string
    use rockdda_base_interruption, only : interruption_type
    use rockdda_model_blocks, only : block_system_type
    use rockdda_model_parameters, only : parameters_type
-   use rockdda_model_state, only : step_record_type
+   use rockdda_model_state, only : step_record_type, bolt_nodes_type
    use rockdda_contact_table, only : cut_no_interval
    use rockdda_contact_view, only : contact_view_type, view_contacts
    use rockdda_interaction_block_forces, only : block_forces_type
@@ -46,7 +47,8 @@ module rockdda_stepping_simulation
       procedure :: contact_stresses
       procedure :: contact_slab
       procedure :: bonds_hold
-      procedure :: bolt_forces
+      procedure :: show_bolts
+      procedure :: list_bolts
       procedure :: list_boundaries
       procedure :: list_water
       procedure :: weak_starts
@@ -171,12 +173,56 @@ contains
       hold = self%families%contacts%laws%tension > 0
    end function bonds_hold
 
-   !> Axial forces of the bolts in the present state, tension positive.
-   pure function bolt_forces(self) result(force)
+   !> Bolts in the present state: the springs, each by its head alone, then the nodes of all others. Without nodes only
+   !> the forces of the springs.
+   subroutine show_bolts(self, nodes)
       class(simulation_type), intent(in) :: self
-      real(wp) :: force(self%blocks%bolts%n)
-      force = self%families%bolts%present_forces(self%step_context_type)
-   end function bolt_forces
+      type(bolt_nodes_type), intent(out) :: nodes
+      real(wp) :: of_springs(self%blocks%bolts%n)
+      integer :: k, n, m
+      of_springs = self%families%bolts%present_forces(self%step_context_type)
+      n = size(of_springs)
+      m = self%families%bars%n_nodes()
+      allocate (nodes%force(n + m), source=[of_springs, (0.0_wp, k=1, m)])
+      if (m == 0) return
+      allocate (nodes%place(2, n + m), nodes%slip(n + m), source=0.0_wp)
+      allocate (nodes%state(n + m), source=1)
+      if (n > 0) nodes%place(:, :n) = self%state%bolt_ends(1:2, :)
+      call self%families%bars%show_nodes(self%step_context_type, nodes%place(:, n + 1:), nodes%force(n + 1:), &
+                                         nodes%slip(n + 1:), nodes%state(n + 1:))
+      nodes%place = nodes%place + spread(self%state%datum, 2, n + m)
+   end subroutine show_bolts
+
+   !> Names of all bolts, where some have nodes, and how many nodes are before those of each.
+   pure subroutine list_bolts(self, n_nodes, names, first, spacing)
+      class(simulation_type), intent(in) :: self
+      integer, intent(out) :: n_nodes                               !! 0: no bolt has nodes
+      character(len=:), allocatable, intent(inout) :: names(:)
+      integer, allocatable, intent(inout) :: first(:)
+      real(wp), allocatable, intent(inout) :: spacing(:)
+      integer :: l, longest, n
+      n_nodes = 0
+      if (allocated(names)) deallocate (names)
+      if (self%families%bars%n_nodes() == 0) return
+      associate (bolts => self%families%bars%bolts)
+         n = self%blocks%bolts%n
+         longest = len('spring 2147483647')
+         do l = 1, size(bolts)
+            longest = max(longest, len(bolts(l)%name))
+         end do
+         allocate (character(len=longest) :: names(n + size(bolts)))
+         do l = 1, n
+            names(l) = 'spring '//to_string(l)
+         end do
+         first = [(l, l=0, n)]
+         spacing = [(1.0_wp, l=1, n), bolts%spacing]
+         do l = 1, size(bolts)
+            names(n + l) = bolts(l)%name
+            first = [first, first(size(first)) + bolts(l)%bar%n]
+         end do
+         n_nodes = first(size(first))
+      end associate
+   end subroutine list_bolts
 
    !> Edges of the boundaries, each by its boundary and its first vertex, and what kinds the boundaries are of.
    pure subroutine list_boundaries(self, n, edges, kinds)

@@ -54,6 +54,7 @@ contains
                if (i > 0) state%calm(i) = bolted
             end do
          end do
+         if (allocated(context%bolted)) where (context%bolted) state%calm = bolted
          allocate (may(context%blocks%n_blocks), source=.false.)
          do i = 1, context%blocks%n_blocks
             if (state%calm(i) == disturbed) then

@@ -60,6 +60,7 @@ contains
          call construction%place(s, step%blocks, step%parameters, step%state, balance)
          call bring_back(step, construction, s)
          call take_out_blocks(step, construction, s, balance)
+         call step%families%bars%begin_stage(s, step%step_context_type, balance)
          if (any(construction%excavated(:, s) > 0) .or. is_set(step%parameters%stages(s)%relax)) &
             call step%control%begin_release(step%parameters)
          call take_new_materials(step, construction, s, balance)

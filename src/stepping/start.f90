@@ -49,6 +49,7 @@ contains
       step%water = step%control%water(parameters)
       call step%families%init(step%step_context_type)
       call subtract_datum(step%step_context_type)
+      call step%families%bars%subtract_datum(step%state%datum)
       call step%finder%init(blocks)
       call step%contacts%resize(0)
       call step%equations%set_size(blocks%n_blocks, 0)

@@ -559,7 +559,6 @@ class Mistakes(StageTest):
             "&stage name = 'c', duration = 1, until_step = 3 /\n"
             "&stage name = 'd', duration = 1, max_steps = 3 /\n"
             "&stage name = 'e', duration = 1, relax = 0.5 /\n"
-            "&stage name = 'f', duration = 1, install = 'bolts' /\n"
             "&stage name = 'g', duration = 1, water = 'low' /\n"
             "&change stage = 'bb', block_material = 1, young = 1e9 /\n"
             "&change stage = 'b', young = 1e9 /\n"
@@ -574,11 +573,10 @@ class Mistakes(StageTest):
             ("4:1", "give one of until_step or until_time, duration, until, not several"),
             ("5:1", "max_steps needs until = 'equilibrium'"),
             ("6:1", "relax needs excavate, here or in an earlier stage"),
-            ("7:1", "install is not there yet"),
-            ("8:1", "there is no &water 'low'"),
-            ("9:1", "there is no stage 'bb'; did you mean 'b'?"),
-            ("10:1", "joint_material, block_material or region is missing"),
-            ("11:1", "no new value is given"),
+            ("7:1", "there is no &water 'low'"),
+            ("8:1", "there is no stage 'bb'; did you mean 'b'?"),
+            ("9:1", "joint_material, block_material or region is missing"),
+            ("10:1", "no new value is given"),
         ):
             self.assertTrue(any(line.startswith(place) and text in line for line in found), (place, text, found))
 

@@ -76,8 +76,8 @@ def plot_command(
             "--kind",
             "-k",
             help="blocks (the default), contours, stress (crosses), trajectories, thrust, contacts, joints, "
-            "displacements, water, history, profile, joint-profile, energy, iterations, ground-reaction, mechanism "
-            "or factor; of a geometry file lines (the default) or blocks.",
+            "displacements, water, bolts, history, profile, joint-profile, energy, iterations, ground-reaction, "
+            "mechanism or factor; of a geometry file lines (the default) or blocks.",
             show_default=False,
         ),
     ] = None,

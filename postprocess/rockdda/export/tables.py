@@ -41,7 +41,8 @@ def to_csv(
     the stage), 'blocks' (per frame and block: centroid, every field, index of the stage, 1 where the block is there),
     'vertices' (per frame and vertex), 'contacts' (per frame and contact), 'joints' (per frame and pair of blocks: see
     `rockdda.joints.joint_summary`), 'joint_points' (per frame and point of a joint: see `Results.joints`) or 'bolts'
-    (per frame and bolt: its ends, their blocks, its length and axial force).
+    (per frame and bolt: its ends, their blocks, its length and axial force; where bolts have nodes, per node: place,
+    force per bolt and per metre, slip, state).
 
     Numbers have as many digits as it takes to read back the same value. Blocks, vertices, points and bolts count from
     1, as in the input files (block 0 of a bolt: the fixed outside); frame 0 is the start.
@@ -70,7 +71,7 @@ def to_csv(
             if k == 0:
                 stream.write(",".join(with_units(columns, units)) + "\n")
             lists = [v.tolist() if isinstance(v, np.ndarray) else [v] * length for v in columns.values()]
-            stream.writelines(",".join(map(repr, row)) + "\n" for row in zip(*lists, strict=True))
+            stream.writelines(",".join(map(_cell, row)) + "\n" for row in zip(*lists, strict=True))
             if progress is not None:
                 progress(k + 1, len(numbers))
 
@@ -81,6 +82,10 @@ def to_csv(
 def _write_columns(path: Path, table: Columns, units: Units) -> Path:
     write_file(path, csv_text(dict(zip(with_units(table, units), table.values(), strict=True))))
     return path
+
+
+def _cell(value: Any) -> str:
+    return value if isinstance(value, str) else repr(value)
 
 
 def _block_rows(frame: Frame) -> dict[str, Any]:
@@ -122,6 +127,10 @@ def _counted_from_1(table: Columns) -> dict[str, Any]:
 
 
 def _bolt_rows(frame: Frame) -> dict[str, Any]:
+    if frame.results.bolt_names:
+        table = frame.bolt_node_columns
+        spacing = frame.results.bolt_spacing[table["bolt"]]
+        return table | {"bolt": table["bolt"] + 1, "force_per_metre": table["force"] / spacing}
     ends, blocks = frame.bolt_ends, frame.results.bolt_blocks + 1
     columns: dict[str, Any] = {"bolt": np.arange(1, len(ends) + 1), "first": blocks[:, 0], "second": blocks[:, 1]}
     columns |= {f"{axis}{end + 1}": ends[:, end, k] for end in (0, 1) for k, axis in enumerate("xy")}

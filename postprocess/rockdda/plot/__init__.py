@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from ..units import Units
 from .block_maps import blocks, contact_forces, displacements, stress_crosses
+from .bolt_maps import bolts
 from .curves import energy, history, iterations, profile, profile_data
 from .ground_reaction import ground_reaction, ground_reaction_data
 from .input_files import INPUT_KINDS, input_plot, is_input
@@ -31,6 +32,7 @@ __all__ = [
     "KINDS",
     "Units",
     "blocks",
+    "bolts",
     "contact_forces",
     "contours",
     "displacements",

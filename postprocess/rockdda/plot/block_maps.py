@@ -189,7 +189,8 @@ def add_bolts(axes: Axes, ends: FloatArray, *, label: str | None = None) -> Line
 
 def _shown_bolts(frame: Frame, scale: float) -> FloatArray:
     start = frame.results.bolt_ends
-    return start + scale * (frame.bolt_ends - start)
+    springs = start + scale * (frame.bolt_ends - start)
+    return np.concatenate([springs, frame.bolt_parts()[0][len(springs) :]])
 
 
 def _enlarged(axes: Axes, scale: float) -> None:
@@ -350,7 +351,7 @@ def stress_crosses(
             LineCollection(list(segments[order]), colors=colours[order], linewidths=0.9, zorder=3, rasterized=many),
             autolim=False,
         )
-        add_bolts(axes, now.bolt_ends)
+        add_bolts(axes, now.bolt_parts()[0])
         add_fixed_points(axes, results)
         add_boundaries(axes, results, now.shown_vertices, now.time)
         handles = [Line2D([], [], color=colour, lw=1.6) for colour in (COMPRESSION, TENSION)]
@@ -406,7 +407,7 @@ def contact_forces(
         handles.append(Line2D([], [], color=STATES["open"], marker=".", lw=0, markersize=4))
         labels = [f"{name} ({counts[STATE_NAMES.index(name)]})" for name in ("sliding", "locked", "open")]
         axes.legend(handles, labels, loc="upper left", bbox_to_anchor=(1.01, 1))
-        add_bolts(axes, now.bolt_ends)
+        add_bolts(axes, now.bolt_parts()[0])
         add_fixed_points(axes, results)
         add_boundaries(axes, results, now.shown_vertices, now.time)
         if carrying.any():

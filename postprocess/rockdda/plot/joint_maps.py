@@ -98,7 +98,7 @@ def joints(
             handle = Line2D([], [], color=STATES["open"], lw=0.4 * width)
             name = "open, or without strength" if field == "mobilised" else "open"
             axes.legend([handle], [name], loc="lower right", bbox_to_anchor=(0.95, 1.0), borderaxespad=0.1)
-        add_bolts(axes, now.bolt_ends)
+        add_bolts(axes, now.bolt_parts()[0])
         add_fixed_points(axes, results)
         add_boundaries(axes, results, now.shown_vertices, now.time)
     return axes

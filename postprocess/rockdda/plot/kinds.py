@@ -19,6 +19,7 @@ from ..text import LONGEST_IN_PICTURE, plain_text
 from ..units import Units
 from ..writing import complete_file
 from .block_maps import blocks, contact_forces, displacements, stress_crosses
+from .bolt_maps import bolts
 from .curves import energy, history, iterations, profile
 from .ground_reaction import ground_reaction
 from .joint_lines import joint_profile, thrust
@@ -124,6 +125,7 @@ KINDS: dict[str, Callable[..., Any]] = {
     "joints": joints,
     "displacements": displacements,
     "water": water,
+    "bolts": bolts,
     "history": history,
     "profile": profile,
     "joint-profile": joint_profile,
@@ -145,6 +147,7 @@ MAPS = (
     "joints",
     "displacements",
     "water",
+    "bolts",
     "mechanism",
 )
 

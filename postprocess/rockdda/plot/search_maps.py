@@ -71,7 +71,7 @@ def mechanism(
                 clip_on=False,
             )  # fmt: skip
             arrows.set_in_layout(False)  # unclipped, its extent would be without bounds
-        add_bolts(axes, now.bolt_ends)
+        add_bolts(axes, now.bolt_parts()[0])
         add_fixed_points(axes, results)
         add_boundaries(axes, results, shown, now.time)
         kinds = [kind for kind in MOTIONS if kind in motion.values()]

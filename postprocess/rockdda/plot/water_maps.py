@@ -75,7 +75,7 @@ def water(
         if heads:
             _add_heads(axes, results, frame, units)
         add_water_tables(axes, results, now)
-        add_bolts(axes, now.bolt_ends)
+        add_bolts(axes, now.bolt_parts()[0])
         add_fixed_points(axes, results)
         add_boundaries(axes, results, now.shown_vertices, now.time)
         handles = [Line2D([], [], color=TABLE, lw=1.1, ls=(0, (6, 2))), Patch(facecolor=WATER, alpha=0.55)]

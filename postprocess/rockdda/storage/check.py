@@ -116,7 +116,7 @@ def _check(file: h5py.File) -> None:
         _table(file, f"frames/{name}", "f8", *row)
     if n_bolts is not None:
         _table(file, "frames/bolt_ends", "f8", n_bolts, 2, 2)
-        _table(file, "frames/bolt_force", "f8", n_bolts)
+        _check_nodes(file, n_bolts)
     _table(file, "frames/contact_point", "f8", 2)
     _table(file, "frames/contact_force", "f8", 2)
     _table(file, "frames/contact_state", "i4")
@@ -159,6 +159,21 @@ def _check_bolts(file: h5py.File, nb: int) -> int | None:
     values = blocks[()]  # -1 is the fixed outside
     _need(bool(((values >= -1) & (values < nb)).all()), "model/bolt_blocks", "holds an impossible number")
     return n
+
+
+def _check_nodes(file: h5py.File, n_springs: int) -> None:
+    """Forces of bolts, and their nodes where they have any."""
+    if "model/bolt_first" not in file:
+        _table(file, "frames/bolt_force", "f8", n_springs)
+        return
+    first = _table(file, "model/bolt_first", "i4")[()]
+    n = int(first[-1]) if len(first) else 0
+    _check_offsets(first, n, 1, "model/bolt_first")
+    _need(n_springs <= n, "model/bolt_first", "holds an impossible number")
+    _table(file, "frames/bolt_force", "f8", n)
+    _table(file, "frames/bolt_node", "f8", n, 2)
+    _table(file, "frames/bolt_slip", "f8", n)
+    _table(file, "frames/bolt_state", "i4", n)
 
 
 def _check_model(file: h5py.File) -> tuple[int, int, dict[str, int]]:

@@ -11,6 +11,7 @@ module rockdda_io_namelist_file
    use rockdda_io_namelist_parser, only : namelist_type, parse_namelist
    use rockdda_io_option_reader, only : read_options
    use rockdda_io_record_reader, only : append_in_order
+   use rockdda_model_bolt_numbers, only : bolt_problem
    use rockdda_io_stage_check, only : check_stages, check_base_stage
    use rockdda_io_source, only : source_type, read_source
    use rockdda_io_suggest, only : did_you_mean
@@ -44,6 +45,7 @@ contains
       type(diagnostics_type), intent(inout) :: messages
       type(namelist_type), target :: namelist
       type(diagnostics_type) :: found
+      character(len=:), allocatable :: problem
       integer :: i
       call parse_namelist(source, namelist, found)
       call read_options(namelist, options, found)
@@ -58,6 +60,10 @@ contains
             "&joint_law: there is no joint material '"//options%joint_laws(i)%word//"'"// &
             did_you_mean(options%joint_laws(i)%word, joint_names(options%joint_materials)), &
             options%joint_laws(i)%origin)
+      end do
+      do i = 1, size(options%bolts)
+         problem = bolt_problem(options%bolts(i))
+         if (len(problem) > 0) call found%add(severity%error, '&bolt: '//problem, options%bolts(i)%origin)
       end do
       call check_stages(options%stages, options%changes, found)
       call check_base_stage(options%stages, options%base, found)

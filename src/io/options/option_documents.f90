@@ -165,6 +165,7 @@ contains
       case (option_kind%text)
          text = 'text'
          if (row%or_number) text = 'whole ≥ 1 or text'
+         if (row%or_number .and. len(row%unit) > 0) text = 'number or text'
       case (option_kind%choice)
          text = ''
          do i = 1, n_choices(row)
@@ -172,7 +173,9 @@ contains
             text = text//"`'"//choice(row, i)//"'`"
          end do
       case (option_kind%numbers); text = row%columns
-      case (option_kind%list); text = 'numbers'
+      case (option_kind%list)
+         text = 'numbers'
+         if (row%rule == list_rule%pair) text = row%columns
       case (option_kind%wholes); text = trim('whole numbers '//bounds_text(row))
       case (option_kind%rows); text = row%columns//', …'
       case (option_kind%file, option_kind%record); text = 'file'
@@ -301,7 +304,9 @@ contains
       case (option_kind%whole); text = text//'"type": "integer"'//schema_bounds(row)
       case (option_kind%logical); text = text//'"type": "boolean"'
       case (option_kind%text)
-         if (row%or_number) then
+         if (row%or_number .and. len(row%unit) > 0) then
+            text = text//'"type": ["number", "string"]'
+         else if (row%or_number) then
             text = text//'"type": ["integer", "string"], "minimum": 1'
          else
             text = text//'"type": "string"'
@@ -317,7 +322,12 @@ contains
          text = text//']'
       case (option_kind%numbers); text = text//'"type": "array", "items": {"type": "number"}, "minItems": '// &
                 to_string(size(row%given%numbers))//', "maxItems": '//to_string(size(row%given%numbers))
-      case (option_kind%list); text = text//'"type": ["number", "array"], "items": {"type": "number"}'
+      case (option_kind%list)
+         if (row%rule == list_rule%pair) then
+            text = text//'"type": "array", "items": {"type": "number"}, "minItems": 2, "maxItems": 2'
+         else
+            text = text//'"type": ["number", "array"], "items": {"type": "number"}'
+         end if
       case (option_kind%wholes); text = text//'"type": ["integer", "array"]'//schema_bounds(row)// &
                 ', "items": {"type": "integer"'//schema_bounds(row)//'}'
       case (option_kind%rows); text = text//'"type": "array", "items": {"type": "number"}, "minItems": '// &

@@ -215,7 +215,8 @@ contains
             call get_logical(self%namelist, entry, given%flag, self%messages)
             given%is_given = .true.
          case (option_kind%text)
-            call get_text(self%namelist, entry, given%text, self%messages, row%or_number)
+            call get_text(self%namelist, entry, given%text, self%messages, row%or_number, &
+                          row%or_number .and. len(row%unit) > 0)
             if (row%not_blank .and. allocated(given%text)) &
                call demand(self%namelist, entry, len_trim(given%text) > 0, 'must not be empty', self%messages)
          case (option_kind%choice)
@@ -229,7 +230,8 @@ contains
             call demand_possible(self, row, entry, values)
             call move_alloc(values, given%numbers)
          case (option_kind%list)
-            call get_reals(self%namelist, entry, 1, .true., given%numbers, self%messages)
+            call get_reals(self%namelist, entry, merge(2, 1, row%rule == list_rule%pair), &
+                           row%rule /= list_rule%pair, given%numbers, self%messages)
          case (option_kind%wholes)
             call get_integers(self%namelist, entry, least, given%wholes, self%messages)
          case (option_kind%rows)

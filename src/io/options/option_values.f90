@@ -68,17 +68,22 @@ contains
    end subroutine get_logical
 
    !> Get a text in quotes.
-   subroutine get_text(namelist, entry, value, messages, or_number)
+   subroutine get_text(namelist, entry, value, messages, or_number, or_real)
       type(namelist_type), intent(in) :: namelist
       type(entry_type), intent(in) :: entry
       character(len=:), allocatable, intent(inout) :: value
       type(diagnostics_type), intent(inout) :: messages
       logical, intent(in), optional :: or_number     !! a whole number of at least 1 without quotes is taken, too
-      logical :: takes_number
+      logical, intent(in), optional :: or_real       !! any number without quotes is
+      logical :: takes_number, takes_real
       takes_number = .false.
       if (present(or_number)) takes_number = or_number
+      takes_real = .false.
+      if (present(or_real)) takes_real = or_real
       if (.not. is_single(namelist, entry, 'one text', messages)) return
       if (entry%values(1)%kind == value_kind%text) then
+         value = entry%values(1)%text
+      else if (takes_real .and. entry%values(1)%kind == value_kind%number) then
          value = entry%values(1)%text
       else if (takes_number) then
          if (is_whole_number(namelist, entry, 1, 1, messages)) value = to_string(nint(entry%values(1)%number))

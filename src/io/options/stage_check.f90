@@ -119,8 +119,6 @@ contains
          end if
          if (stage%relax_steps /= default%relax_steps .and. .not. (is_set(stage%relax) .or. &
              is_given(stage%excavate))) call fail('relax_steps needs relax or excavate')
-         if (is_given(stage%install)) call fail('install is not there yet')
-         if (is_given(stage%remove)) call fail('remove is not there yet')
       end associate
 
    contains

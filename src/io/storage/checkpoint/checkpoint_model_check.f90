@@ -8,6 +8,7 @@ module rockdda_io_checkpoint_model_check
    use rockdda_base_kinds, only : wp
    use rockdda_base_strings, only : to_string
    use rockdda_model_analysis_input, only : joint_material_type
+   use rockdda_model_bolt_numbers, only : bolt_problem
    use rockdda_model_blocks, only : block_system_type, point_set_type, largest_coordinate
    use rockdda_model_options, only : is_set
    use rockdda_model_parameters, only : parameters_type
@@ -24,6 +25,7 @@ contains
       type(parameters_type), intent(in) :: p
       character(len=:), allocatable :: problem
       type(value_check_type) :: check
+      integer :: i
       check%group = 'parameters'
       call check%is_there(allocated(p%title), 'title')
       call check%is_there(allocated(p%solver_method), 'method')
@@ -39,6 +41,7 @@ contains
       call check%is_there(allocated(p%quakes), 'quakes')
       call check%is_there(allocated(p%fixed_tables), 'fixed_table_rows')
       call check%is_there(allocated(p%loading_tables), 'loading_table_rows')
+      if (allocated(p%bolts)) call check%holds(all([(len(bolt_problem(p%bolts(i))) == 0, i=1, size(p%bolts))]), 'bolts')
       call check%holds(p%n_steps >= 0, 'steps')
       call check%holds(p%t_end >= 0, 't_end')
       call check%holds(p%k01 >= 0 .and. p%k01 <= 1, 'k01')

@@ -198,6 +198,7 @@ contains
       call archive%item('contact_energy', ledger%contact_energy)
       call archive%item('fixed_energy', ledger%fixed_energy)
       call archive%item('bolt_energy', ledger%bolt_energy)
+      call archive%item('bar_energy', ledger%bar_energy)
       call archive%item('boundary_energy', ledger%boundary_energy)
       call archive%item('exchanged', ledger%given%exchanged)
       call archive%item('given_scale', ledger%given%scale)
@@ -231,6 +232,10 @@ contains
       call archive%item('measured_rotation', record%measured_rotation)
       call archive%item('fixed_force', record%fixed_force)
       call archive%item('boundary_force', record%boundary_force)
+      call archive%item('bolt_force', record%bolt_force)
+      call archive%item('bolt_head_force', record%bolt_head_force)
+      call archive%item('bolt_dowel', record%bolt_dowel)
+      call archive%fixed('bolt_energy', record%bolt_energy)
    end subroutine exchange_record
 
 end module rockdda_io_checkpoint_state

@@ -144,7 +144,7 @@ contains
       call check%is_finite(ledger%total, 'total')
       call check%is_finite([ledger%at_start], 'at_start')
       call check%is_finite([ledger%contact_energy], 'contact_energy')
-      call check%is_finite([ledger%bolt_energy], 'bolt_energy')
+      call check%is_finite([ledger%bolt_energy, ledger%bar_energy], 'bolt_energy')
       call check%list(ledger%boundary_energy, blocks%n_blocks, 'boundary_energy')
       call check%list(ledger%fixed_energy, blocks%fixed%n, 'fixed_energy')
    end subroutine check_ledger

@@ -2,9 +2,11 @@
 !> Attributes of HDF5 files and of what is in them: texts and integers, scalars and lists.
 module rockdda_io_hdf5_attributes
    use, intrinsic :: iso_c_binding, only : c_ptr, c_null_ptr, c_loc, c_char, c_null_char
-   use hdf5, only : hid_t, hsize_t, H5T_NATIVE_INTEGER, H5T_STD_I32LE, h5aclose_f, h5acreate_f, h5aexists_f, &
-      h5aget_space_f, h5aget_type_f, h5aopen_f, h5aread_f, h5awrite_f, h5oclose_f, h5oopen_f, h5sclose_f, &
+   use hdf5, only : hid_t, hsize_t, H5T_NATIVE_INTEGER, H5T_STD_I32LE, H5T_NATIVE_DOUBLE, H5T_IEEE_F64LE, &
+      h5aclose_f, h5acreate_f, h5aexists_f, h5aget_space_f, h5aget_type_f, h5aopen_f, h5aread_f, &
+      h5awrite_f, h5oclose_f, h5oopen_f, h5sclose_f, &
       h5sget_simple_extent_ndims_f, h5sget_simple_extent_dims_f, h5tclose_f, h5tequal_f, h5tis_variable_str_f
+   use rockdda_base_kinds, only : wp
    use rockdda_base_error, only : error_type
    use rockdda_io_hdf5_file, only : hdf5_handle_type, new_space, new_text_type, take_text
    implicit none
@@ -17,10 +19,11 @@ module rockdda_io_hdf5_attributes
    type, extends(hdf5_handle_type) :: hdf5_attributes_type
    contains
       generic :: set_attribute => set_text_attribute, set_integer_attribute, set_integers_attribute, &
-         set_texts_attribute
+         set_reals_attribute, set_texts_attribute
       generic :: get_attribute => get_text_attribute, get_integer_attribute, get_integers_attribute
       procedure :: has_attribute
-      procedure, private :: set_text_attribute, set_integer_attribute, set_integers_attribute, set_texts_attribute
+      procedure, private :: set_text_attribute, set_integer_attribute, set_integers_attribute, &
+         set_reals_attribute, set_texts_attribute
       procedure, private :: get_text_attribute, get_integer_attribute, get_integers_attribute
       procedure, private :: open_attribute
       procedure, private :: write_texts_attribute
@@ -106,6 +109,22 @@ contains
       if (status /= 0) call self%fail('cannot write attribute '//name, error)
       call h5aclose_f(attribute, status)
    end subroutine set_integers_attribute
+
+   !> Set an attribute that is a list of reals (of the same length as before).
+   subroutine set_reals_attribute(self, object, name, values, error)
+      class(hdf5_attributes_type), intent(in) :: self
+      character(len=*), intent(in) :: object, name
+      real(wp), intent(in) :: values(:)
+      type(error_type), allocatable, intent(out) :: error
+      integer(hid_t) :: attribute
+      integer(hsize_t) :: dims(1)
+      integer :: status
+      dims = size(values, kind=hsize_t)
+      call self%open_attribute(object, name, H5T_IEEE_F64LE, dims, attribute, status)
+      if (status == 0 .and. size(values) > 0) call h5awrite_f(attribute, H5T_NATIVE_DOUBLE, values, dims, status)
+      if (status /= 0) call self%fail('cannot write attribute '//name, error)
+      call h5aclose_f(attribute, status)
+   end subroutine set_reals_attribute
 
    !> Open an attribute, creating a missing one; dims of size 0: scalar.
    subroutine open_attribute(self, object, name, type, dims, attribute, status)

@@ -11,7 +11,7 @@ module rockdda_io_results
    use rockdda_base_error, only : error_type, error_code, make_error
    use rockdda_contact_view, only : contact_view_type
    use rockdda_model_blocks, only : block_system_type
-   use rockdda_model_state, only : block_state_type, step_record_type, n_energies, energy_names
+   use rockdda_model_state, only : block_state_type, bolt_nodes_type, step_record_type, n_energies, energy_names
    use rockdda_io_hdf5_adapter, only : hdf5_file_type
    use rockdda_io_hdf5_driver, only : undo_path, check_undo, roll_back, digest_length
    use rockdda_io_posix, only : get_path_kind, path_kind, remove_file
@@ -39,11 +39,13 @@ module rockdda_io_results
    integer, parameter :: s_step = 1, s_time = 2, s_dt = 3, s_iterations = 4, s_attempts = 5, s_solver = 6, &
                          s_contacts = 7, s_displacement = 8, s_energy = 9, s_measured_displacement = 10, &
                          s_measured_stress = 11, s_measured_rotation = 12, s_fixed_force = 13, s_boundary_force = 14, &
-                         s_unbalanced = 15, s_stage = 16, s_relaxation = 17, s_time_error = 18, &
-                         s_frame_step = 19, s_frame_time = 20, s_vertices = 21, s_centroid = 22, s_rotation = 23, &
-                         s_stress = 24, s_velocity = 25, s_bolt_ends = 26, s_bolt_force = 27, s_active = 28, &
-                         s_offset = 29, s_point = 30, s_force = 31, s_state = 32, s_blocks = 33, s_opening = 34, &
-                         s_slip = 35, s_length = 36, s_normal_stress = 37, s_shear_stress = 38, &
+                         s_unbalanced = 15, s_stage = 16, s_relaxation = 17, s_time_error = 18, s_bolt_largest = 19, &
+                         s_bolt_head = 20, s_bolt_dowel = 21, s_bolt_energy = 22, s_frame_step = 23, &
+                         s_frame_time = 24, s_vertices = 25, s_centroid = 26, s_rotation = 27, s_stress = 28, &
+                         s_velocity = 29, s_bolt_ends = 30, s_bolt_force = 31, s_bolt_node = 32, s_bolt_slip = 33, &
+                         s_bolt_state = 34, s_active = 35, s_offset = 36, s_point = 37, s_force = 38, s_state = 39, &
+                         s_blocks = 40, s_opening = 41, s_slip = 42, s_length = 43, s_normal_stress = 44, &
+                         s_shear_stress = 45, &
                          n_series = n_tables
 
    type :: results_type
@@ -137,7 +139,7 @@ contains
       class(results_type), intent(inout) :: self
       type(block_system_type), intent(in) :: blocks
       type(results_header_type), intent(in) :: header
-      integer :: nb, nv, nm, nf, n_bolts
+      integer :: nb, nv, nm, nf, n_bolts, n_nodes, n_with_nodes
       integer(i8) :: n, nc
       logical :: small
       integer, parameter :: single(0) = [integer ::]
@@ -147,6 +149,9 @@ contains
       nm = blocks%measured%n
       nf = blocks%fixed%n
       n_bolts = blocks%bolts%n
+      n_nodes = header%n_bolt_nodes
+      n_with_nodes = 0
+      if (n_nodes > 0) n_with_nodes = size(header%bolt_spacing)
       small = header%single
       n = min(header%n_frames_expected, most_expected)
       nc = usual_contacts*nb*n
@@ -168,6 +173,11 @@ contains
       call self%series(s_stage)%init('history/stage', integers, single)
       call self%series(s_relaxation)%init('history/relaxation', reals, single)
       call self%series(s_time_error)%init('history/time_error', reals, single)
+      call self%series(s_bolt_largest)%init('history/bolt_force', reals, [n_with_nodes], only_filled=.true.)
+      call self%series(s_bolt_head)%init('history/bolt_head_force', reals, [n_with_nodes], only_filled=.true.)
+      call self%series(s_bolt_dowel)%init('history/bolt_dowel', reals, [n_with_nodes], only_filled=.true.)
+      call self%series(s_bolt_energy)%init('history/bolt_energy', reals, [merge(4, 0, n_with_nodes > 0)], &
+                                           only_filled=.true.)
       call self%series(s_frame_step)%init('frames/step', integers, single, n_expected=n)
       call self%series(s_frame_time)%init('frames/time', reals, single, n_expected=n)
       call self%series(s_vertices)%init('frames/vertices', reals, [2, nv], n_expected=n)
@@ -176,7 +186,10 @@ contains
       call self%series(s_stress)%init('frames/stress', reals, [3, nb], small, n)
       call self%series(s_velocity)%init('frames/velocity', reals, [6, nb], small, n)
       call self%series(s_bolt_ends)%init('frames/bolt_ends', reals, [2, 2, n_bolts], n_expected=n)
-      call self%series(s_bolt_force)%init('frames/bolt_force', reals, [n_bolts], small, n)
+      call self%series(s_bolt_force)%init('frames/bolt_force', reals, [max(n_bolts, n_nodes)], small, n)
+      call self%series(s_bolt_node)%init('frames/bolt_node', reals, [2, n_nodes], n_expected=n, only_filled=.true.)
+      call self%series(s_bolt_slip)%init('frames/bolt_slip', reals, [n_nodes], small, n, only_filled=.true.)
+      call self%series(s_bolt_state)%init('frames/bolt_state', integers, [n_nodes], n_expected=n, only_filled=.true.)
       call self%series(s_active)%init('frames/active', integers, [nb], n_expected=n)
       call self%series(s_offset)%init('frames/contact_offset', integers, single, n_expected=n)
       call self%series(s_point)%init('frames/contact_point', reals, [2], n_expected=nc)
@@ -218,17 +231,24 @@ contains
          call s(s_stage)%add([record%stage], 1)
          call s(s_relaxation)%add([record%relaxation], 1)
          call s(s_time_error)%add([record%time_error], 1)
+         if (.not. s(s_bolt_energy)%is_absent) then
+            call s(s_bolt_largest)%add(record%bolt_force, 1)
+            call s(s_bolt_head)%add(record%bolt_head_force, 1)
+            call s(s_bolt_dowel)%add(record%bolt_dowel, 1)
+            call s(s_bolt_energy)%add(record%bolt_energy, 1)
+         end if
       end associate
    end subroutine append_history
 
    !> One frame: the blocks after a step (or at the start). The contacts of that step follow (`append_contacts`), all of
    !> them before anything else is appended.
-   subroutine append_frame(self, state, n_contacts, bolt_force, error)
+   subroutine append_frame(self, state, n_contacts, bolt_force, error, nodes)
       class(results_type), intent(inout) :: self
       type(block_state_type), intent(in) :: state
       integer, intent(in) :: n_contacts
-      real(wp), intent(in) :: bolt_force(:)             !! (bolts) axial, tension positive
+      real(wp), intent(in) :: bolt_force(:)             !! (springs, nodes) axial, tension positive
       type(error_type), allocatable, intent(out) :: error
+      type(bolt_nodes_type), intent(in), optional :: nodes   !! where bolts have them
       integer :: nb, nv, n_bolts, n
       if (.not. self%frames) return
       n = merge(n_contacts, 0, self%contacts)
@@ -239,7 +259,7 @@ contains
       end if
       nb = self%series(s_rotation)%row_size
       nv = self%series(s_vertices)%row_size/2
-      n_bolts = self%series(s_bolt_force)%row_size
+      n_bolts = self%series(s_bolt_ends)%row_size/4
       associate (s => self%series)
          call s(s_frame_step)%add([state%step], 1)
          call s(s_frame_time)%add([state%time], 1)
@@ -254,7 +274,12 @@ contains
          else
             call s(s_bolt_ends)%add([real(wp) ::], 1)
          end if
-         call s(s_bolt_force)%add(bolt_force(1:n_bolts), 1)
+         call s(s_bolt_force)%add(bolt_force(1:s(s_bolt_force)%row_size), 1)
+         if (present(nodes) .and. .not. s(s_bolt_node)%is_absent) then
+            call s(s_bolt_node)%add(reshape(nodes%place, [size(nodes%place)]), 1)
+            call s(s_bolt_slip)%add(nodes%slip, 1)
+            call s(s_bolt_state)%add(nodes%state, 1)
+         end if
          call s(s_active)%add(merge(1, 0, state%active(1:nb)), 1)
          self%so_far%frames = self%so_far%frames + 1
          self%so_far%contacts = self%so_far%contacts + n
@@ -441,8 +466,8 @@ contains
    pure function lengths(rows)
       type(results_rows_type), intent(in) :: rows
       integer(i8) :: lengths(n_series)
-      lengths(:s_time_error) = rows%steps
-      lengths(s_time_error + 1:) = rows%frames
+      lengths(:s_bolt_energy) = rows%steps
+      lengths(s_bolt_energy + 1:) = rows%frames
       lengths(s_offset) = rows%frames + 1
       lengths(s_point:) = rows%contacts
    end function lengths

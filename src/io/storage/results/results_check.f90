@@ -157,6 +157,7 @@ contains
       end if
       do i = 1, size(series)
          if (allocated(error)) exit
+         if (series(i)%is_absent) cycle
          call file%get_shape(series(i)%name, shape, error)
          if (allocated(error)) exit
          same = size(shape) == size(series(i)%row_shape) + 1
@@ -200,6 +201,8 @@ contains
       integer :: i
       logical :: same
       do i = 1, n_tables
+         beyond(i) = 0
+         if (series(i)%is_absent) cycle
          call file%get_shape(series(i)%name, shape, error)
          if (allocated(error)) return
          beyond(i) = shape(size(shape)) - length(i)
@@ -213,6 +216,7 @@ contains
       if (allocated(error)) return
       do i = 2, n_tables
          ! after a kill during a flush some tables are longer than others
+         if (series(i)%is_absent .or. series(i - 1)%is_absent) cycle
          if (reason == 'running' .or. group_of(series(i)%name) /= group_of(series(i - 1)%name)) cycle
          if (beyond(i) /= beyond(i - 1)) then
             call not_as_written(file%path, 'the numbers of rows', error)

@@ -10,7 +10,7 @@ module rockdda_io_results_header
    !> Version that is written, and the oldest one that can be read: 1 has no stresses, opening and slip of contacts.
    integer, parameter :: results_format_version = 2, oldest_format_version = 1
    !> Growing tables, and checksums: one for each table, one for the model.
-   integer, parameter :: n_tables = 38, n_totals = n_tables + 1
+   integer, parameter :: n_tables = 45, n_totals = n_tables + 1
 
    !> Header: origin and options of the file.
    type :: results_header_type
@@ -27,6 +27,10 @@ module rockdda_io_results_header
       integer :: n_frames_expected = 0                   !! of a new run; 0: not known
       real(wp) :: flush_interval = 2                     !! seconds between flushes
       integer :: n_boundaries = 0
+      integer :: n_bolt_nodes = 0                        !! 0: only springs, or no bolts
+      character(len=:), allocatable :: bolt_names(:)     !! where there are nodes; springs come first, with one each
+      integer, allocatable :: bolt_first(:)              !! (bolts + 1) nodes before each
+      real(wp), allocatable :: bolt_spacing(:)           !! (bolts) out of the plane [length]
       integer, allocatable :: boundary_edges(:, :)       !! (2, n) boundary and first vertex of each edge, from 1
       character(len=10), allocatable :: boundary_kinds(:) !! (boundaries)
       type(water_type), allocatable :: water(:)          !! groups

@@ -23,6 +23,7 @@ contains
       type(error_type), allocatable, intent(out) :: error
       call write_header(file, header, error)
       if (.not. allocated(error)) call write_model(file, blocks, state, error)
+      if (.not. allocated(error) .and. header%n_bolt_nodes > 0) call write_nodes(file, header, error)
       if (.not. allocated(error)) call write_boundaries(file, header, error)
       if (.not. allocated(error)) call write_stage_names(file, header, error)
       if (.not. allocated(error)) call write_water(file, header, error)
@@ -114,6 +115,20 @@ contains
       if (.not. allocated(error)) call file%write('model/bolt_blocks', [2, n], block, error)
       if (.not. allocated(error)) call file%write('model/bolt_properties', [3, n], reshape(values, [3*n]), error)
    end subroutine write_bolts
+
+   !> Write the names of all bolts and how many nodes are before those of each.
+   subroutine write_nodes(file, header, error)
+      type(hdf5_file_type), intent(in) :: file
+      type(results_header_type), intent(in) :: header
+      type(error_type), allocatable, intent(out) :: error
+      call file%write_texts('model/bolt_names', header%bolt_names, error)
+      if (.not. allocated(error)) call file%write('model/bolt_first', [size(header%bolt_first)], header%bolt_first, &
+                                                       error)
+      if (.not. allocated(error)) call file%set_attribute('model/bolt_names', 'spacing_out_of_plane', &
+                                                               header%bolt_spacing, error)
+      if (.not. allocated(error)) call file%set_attribute('model/bolt_first', 'spacing_out_of_plane', &
+                                                               header%bolt_spacing, error)
+   end subroutine write_nodes
 
    !> Write the edges of the boundaries, if there are any: each by the number of its boundary and its first vertex.
    subroutine write_boundaries(file, header, error)

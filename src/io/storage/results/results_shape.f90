@@ -187,6 +187,20 @@ contains
       if (file%exists('history/stage')) n = rows_of(file, check, 'stage', integers, [integer ::])
    end subroutine check_history
 
+   !> Nodes of bolts.
+   integer function nodes_of(file, check) result(n)
+      type(hdf5_file_type), intent(in) :: file
+      type(value_check_type), intent(inout) :: check
+      integer, allocatable :: first(:)
+      type(error_type), allocatable :: error
+      n = 0
+      call file%read('model/bolt_first', first, error)
+      call check%is_read(error, file%path, 'bolt_first')
+      if (.not. check%passed()) return
+      call check%holds(size(first) > 0, 'bolt_first')
+      if (check%passed()) n = max(0, first(size(first)))
+   end function nodes_of
+
    !> Check tables with a row per frame or contact.
    subroutine check_frames(file, check, nb, nv, n_bolts)
       type(hdf5_file_type), intent(in) :: file
@@ -196,7 +210,7 @@ contains
                                                      'contact_length', 'contact_normal_stress', 'contact_shear_stress']
       integer, allocatable :: offsets(:)
       type(error_type), allocatable :: error
-      integer :: i, n, m, version
+      integer :: i, n, m, n_nodes, version
       logical :: is_there
       call file%get_attribute('/', 'format_version', version, error)
       if (allocated(error)) version = 1
@@ -210,7 +224,14 @@ contains
       n = rows_of(file, check, 'velocity', reals, [6, nb])
       if (n_bolts >= 0) then
          n = rows_of(file, check, 'bolt_ends', reals, [2, 2, n_bolts])
-         n = rows_of(file, check, 'bolt_force', reals, [n_bolts])
+         n_nodes = n_bolts
+         if (file%exists('frames/bolt_state')) then
+            n_nodes = nodes_of(file, check)
+            n = rows_of(file, check, 'bolt_node', reals, [2, n_nodes])
+            n = rows_of(file, check, 'bolt_slip', reals, [n_nodes])
+            n = rows_of(file, check, 'bolt_state', integers, [n_nodes])
+         end if
+         n = rows_of(file, check, 'bolt_force', reals, [n_nodes])
       end if
       if (file%exists('frames/active')) n = rows_of(file, check, 'active', integers, [nb])
       n = rows_of(file, check, 'contact_point', reals, [2])

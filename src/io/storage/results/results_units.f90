@@ -42,6 +42,10 @@ module rockdda_io_results_units
       entry_type('history/measured_rotation', 'rad'), &
       entry_type('history/fixed_force', 'force'), &
       entry_type('history/boundary_force', 'force'), &
+      entry_type('history/bolt_force', 'force'), &
+      entry_type('history/bolt_head_force', 'force'), &
+      entry_type('history/bolt_dowel', 'force'), &
+      entry_type('history/bolt_energy', 'energy'), &
       entry_type('history/unbalanced'), &
       entry_type('history/relaxation'), &
       entry_type('history/time_error'), &
@@ -53,6 +57,8 @@ module rockdda_io_results_units
       entry_type('frames/velocity', 'length/time, length/time, 1/time, 1/time, 1/time, 1/time'), &
       entry_type('frames/bolt_ends', 'length'), &
       entry_type('frames/bolt_force', 'force'), &
+      entry_type('frames/bolt_node', 'length'), &
+      entry_type('frames/bolt_slip', 'length'), &
       entry_type('frames/contact_point', 'length'), &
       entry_type('frames/contact_force', 'force'), &
       entry_type('frames/contact_opening', 'length'), &

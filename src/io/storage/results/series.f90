@@ -38,6 +38,7 @@ module rockdda_io_series
       logical :: is_single = .false.                !! reals of 32 bits
       integer, allocatable :: row_shape(:)          !! Fortran order; size 0: one number a row
       integer :: row_size = 1                       !! entries in a row
+      logical :: is_absent = .false.                !! the file does not have it
       integer(i8) :: n_written = 0                  !! rows in the file
       integer :: n_waiting = 0                      !! rows in memory
       integer(i8) :: total = 0                      !! checksum of all rows, including those in memory
@@ -60,19 +61,22 @@ module rockdda_io_series
 contains
 
    !> Name the table and the shape of its rows.
-   subroutine init(self, name, is_real, row_shape, is_single, n_expected)
+   subroutine init(self, name, is_real, row_shape, is_single, n_expected, only_filled)
       class(series_type), intent(inout) :: self
       character(len=*), intent(in) :: name
       logical, intent(in) :: is_real
       integer, intent(in) :: row_shape(:)
       logical, intent(in), optional :: is_single        !! reals are rounded to 32 bits, default .false.
       integer(i8), intent(in), optional :: n_expected   !! rows of a new table in the end, default few
+      logical, intent(in), optional :: only_filled      !! no table in the file when rows have no entries
       integer :: shape(size(row_shape) + 1)
       integer(i8) :: row_bytes, rows
       self%name = name
       self%is_real = is_real
       self%row_shape = row_shape
       self%row_size = product(row_shape)
+      self%is_absent = .false.
+      if (present(only_filled)) self%is_absent = only_filled .and. self%row_size == 0
       self%n_written = 0
       self%n_waiting = 0
       self%n_begun = 0
@@ -93,7 +97,7 @@ contains
       class(series_type), intent(in) :: self
       type(hdf5_file_type), intent(in) :: file
       type(error_type), allocatable, intent(out) :: error
-      call file%create_table(self%name, self%row_shape, self%is_real, self%chunk_shape(), error, &
+      if (.not. self%is_absent) call file%create_table(self%name, self%row_shape, self%is_real, self%chunk_shape(), error, &
                              self%is_single)
    end subroutine create
 
@@ -106,6 +110,7 @@ contains
       type(error_type), allocatable, intent(out) :: error
       integer, allocatable :: integers(:)
       integer(i8) :: first
+      if (self%is_absent) return
       call self%take_chunk(file, error)
       if (.not. allocated(error)) call file%resize(self%name, n_rows, error)
       if (allocated(error)) return
@@ -265,6 +270,7 @@ contains
       type(error_type), allocatable, intent(out) :: error
       integer(i8) :: first
       integer :: n_rows, done, n
+      if (self%is_absent) self%n_waiting = 0
       if (self%n_waiting == 0) return
       first = self%n_written - self%n_begun
       n_rows = self%n_begun + self%n_waiting
