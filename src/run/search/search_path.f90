@@ -26,9 +26,9 @@ module rockdda_run_search_path
 
    !> A load factor below this is none, and neither is one above its inverse.
    real(wp), parameter :: least_load = 1.0e-6_wp
-   !> Pulls are followed to zero where the least is smaller than the next one by this factor: no further than the two
-   !> trials are apart.
-   real(wp), parameter :: far = 2.0_wp
+   !> Pulls are followed to zero where the least is smaller than the next one by this factor: no further than twice the
+   !> distance between the two trials.
+   real(wp), parameter :: far = 1.5_wp
 
    !> Rules. Values are multiplied by `sign`, so that a search to the left also goes up.
    type :: search_path_type
