@@ -59,6 +59,7 @@ module rockdda_stepping_verdict
       procedure :: measure
       procedure :: judge
       procedure :: deformation_by_now
+      procedure :: pull_by_area
    end type verdict_type
 
 contains
@@ -143,6 +144,27 @@ contains
       end function place_of
 
    end function judge
+
+   !> Work of the pulls in the motion so far, over the motion of all areas: what carries a mechanism away.
+   pure real(wp) function pull_by_area(self, step, forces) result(pull)
+      class(verdict_type), intent(in) :: self
+      class(trial_step_type), intent(in) :: step
+      type(block_forces_type), intent(in) :: forces   !! at the end of the step
+      real(wp) :: work, moved
+      integer :: i
+      work = 0
+      moved = 0
+      associate (state => step%state)
+         do i = 1, size(self%moved)
+            if (.not. forces%counts(i, state)) cycle
+            work = work + dot_product(forces%resultant(:, i), [state%centroid(:, i) - self%centroid(:, i), &
+                                                               state%rotation(i) - self%rotation(i)])
+            moved = moved + state%area(i)*self%moved(i)
+         end do
+      end associate
+      pull = 0
+      if (moved > 0) pull = work/moved
+   end function pull_by_area
 
    !> What the loads that a model carries by now deform it by, on its way to rest: as `deformation_of`, and where there
    !> was no stress before the first step at least the mean of its displacements, weighted with the loads. That is

@@ -309,7 +309,7 @@ class Loads(FosTest):
         self.assertIn("loads multiplied: push\n", outcome.out)
         self.assertRegex(
             outcome.out.splitlines()[-1],
-            r"^load factor: 27\.\d+ \(stable at 2\d\.\d+, fails at 27\.\d+; \d\d trials\)$",
+            r"^load factor: 27\.\d+ \(stable at 2\d\.\d+, fails at 27\.\d+; \d+ trials\)$",
         )
 
     def test_arch_of_31_voussoirs(self):

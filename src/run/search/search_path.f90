@@ -2,9 +2,11 @@
 !> The way of a search: which value comes next, after what is known of the values before.
 !>
 !> The search begins at a value at which the model should be stable, goes up (or, where it may, down) until it has a
-!> value on either side, and halves the interval until it is no longer than the tolerance. The way is replayed from its
-!> beginning each time, so that it depends on nothing but the verdicts: trials that were computed ahead, or before the
-!> search was interrupted, are used when the way comes to their values.
+!> value on either side. Halving this interval again and again would end in one of many cells, no longer than the
+!> tolerance, and the search ends in the same one. It comes there sooner: the pull of the mechanism that two failing
+!> trials have left goes to zero where the next ones should be, and the ends of that cell are tried. Without two failing
+!> trials the middle is. The way is replayed from its beginning each time, so that it depends on nothing but its trials:
+!> those that were computed ahead, or before the search was interrupted, are used when the way comes to their values.
 module rockdda_run_search_path
    use rockdda_base_kinds, only : wp
    use rockdda_model_options, only : is_set
@@ -24,6 +26,9 @@ module rockdda_run_search_path
 
    !> A load factor below this is none, and neither is one above its inverse.
    real(wp), parameter :: least_load = 1.0e-6_wp
+   !> Pulls are followed to zero where the least is smaller than the next one by this factor: no further than twice the
+   !> distance between the two trials.
+   real(wp), parameter :: far = 1.5_wp
 
    !> Rules. Values are multiplied by `sign`, so that a search to the left also goes up.
    type :: search_path_type
@@ -37,9 +42,12 @@ module rockdda_run_search_path
       real(wp) :: growth = 2           !! by this factor
       real(wp) :: tolerance = 0.01_wp
       logical :: relative = .false.    !! the tolerance is a share of the value
+      logical :: by_inverse = .false.  !! pulls change with the inverse of the value
    contains
       procedure :: follow
       procedure :: candidates
+      procedure, private :: is_near
+      procedure, private :: expected
    end type search_path_type
 
    type :: search_state_type
@@ -57,6 +65,7 @@ contains
       real(wp), intent(in) :: strength      !! with which the model is settled, times its own
       path%tolerance = options%tolerance
       if (.not. is_set(options%tolerance)) path%tolerance = default_tolerance(options)/strength
+      path%by_inverse = options%kind == search_kind%strength
       select case (options%kind)
       case (search_kind%tilt)
          path%start = 0
@@ -97,33 +106,94 @@ contains
    end function new_search_path
 
    !> Follow the way as far as the verdicts lead.
-   pure subroutine follow(self, values, stable, state)
+   pure subroutine follow(self, values, stable, pulls, state)
       class(search_path_type), intent(in) :: self
       real(wp), intent(in) :: values(:)      !! tried so far, in any order
       logical, intent(in) :: stable(:)       !! their verdicts
+      real(wp), intent(in) :: pulls(:)       !! of what fails, over its size; 0: not known
       type(search_state_type), intent(out) :: state
-      real(wp) :: low, high, middle
+      real(wp) :: first(2), low, high, next
       logical :: found, stays
       allocate (state%used(0))
       call bracket(self, values, stable, state, low, high, found)
       if (.not. found) return
-      do while (high - low > self%tolerance*merge(max(abs(low), abs(high)), 1.0_wp, self%relative))
+      first = [low, high]
+      do while (.not. self%is_near(low, high))
          if (self%relative .and. max(abs(low), abs(high)) < least_load) then
             state%outcome = search_end%never_stable
             return
          end if
-         middle = low + (high - low)/2
-         if (.not. (middle > low .and. middle < high)) exit
-         call ask(self, middle, values, stable, state, found, stays)
+         next = end_of_cell(self, first, high, &
+                            self%expected(low, high, values(state%used), stable(state%used), pulls(state%used)))
+         if (.not. (next > low .and. next < high)) exit
+         call ask(self, next, values, stable, state, found, stays)
          if (.not. found) return
          if (stays) then
-            low = middle
+            low = next
          else
-            high = middle
+            high = next
          end if
       end do
       state%outcome = search_end%found
    end subroutine follow
+
+   !> Are two values as near as wanted?
+   pure logical function is_near(self, low, high)
+      class(search_path_type), intent(in) :: self
+      real(wp), intent(in) :: low, high
+      is_near = .not. high - low > self%tolerance*merge(max(abs(low), abs(high)), 1.0_wp, self%relative)
+   end function is_near
+
+   !> Where the limit is expected between a stable and a failing value: where the pull of the lowest three failing trials
+   !> would be zero, or two, by the curve through them of the value over the pull, of its inverse for the strength. The
+   !> middle where that is far from them, and where a trial has shown that it is not there.
+   pure real(wp) function expected(self, low, high, values, stable, pulls) result(value)
+      class(search_path_type), intent(in) :: self
+      real(wp), intent(in) :: low, high
+      real(wp), intent(in) :: values(:)      !! on the way, as tried
+      logical, intent(in) :: stable(:)
+      real(wp), intent(in) :: pulls(:)
+      real(wp) :: t(3), p(3), zero, slope
+      integer :: i, k
+      value = low + (high - low)/2
+      t = huge(1.0_wp)
+      p = 0
+      do i = 1, size(values)
+         if (stable(i) .or. .not. pulls(i) > 0) cycle
+         k = count(t < self%sign*values(i)) + 1
+         if (k > 3) cycle
+         t = [t(:k - 1), self%sign*values(i), t(k:2)]
+         p = [p(:k - 1), pulls(i), p(k:2)]
+      end do
+      if (.not. p(2) > far*p(1)) return
+      if (self%by_inverse) t = 1/t
+      slope = (t(2) - t(1))/(p(2) - p(1))
+      zero = t(1) - p(1)*slope
+      if (p(3) > p(2)) zero = zero + p(1)*p(2)*((t(3) - t(2))/(p(3) - p(2)) - slope)/(p(3) - p(1))
+      if (self%by_inverse) zero = 1/max(zero, tiny(1.0_wp))
+      if (zero > low .and. zero < high) value = zero
+   end function expected
+
+   !> The upper end of the cell of a value: a pull that is left there tells more of the limit than rest. The lower one
+   !> when the upper one has been tried.
+   pure real(wp) function end_of_cell(self, first, high, value) result(next)
+      class(search_path_type), intent(in) :: self
+      real(wp), intent(in) :: first(2)       !! the interval that was halved into cells
+      real(wp), intent(in) :: high           !! end of a cell, tried
+      real(wp), intent(in) :: value
+      real(wp) :: cell(2), middle
+      cell = first
+      do while (.not. self%is_near(cell(1), cell(2)))
+         middle = cell(1) + (cell(2) - cell(1))/2
+         if (.not. (middle > cell(1) .and. middle < cell(2))) exit
+         if (value > middle) then
+            cell(1) = middle
+         else
+            cell(2) = middle
+         end if
+      end do
+      next = merge(cell(2), cell(1), cell(2) < high)
+   end function end_of_cell
 
    !> Find a stable and a failing value.
    pure subroutine bracket(self, values, stable, state, low, high, found)
@@ -194,15 +264,16 @@ contains
 
    !> Values to be tried at the same time: the next one, then those that follow from its verdict and from theirs,
    !> which are not known yet.
-   pure subroutine candidates(self, values, stable, n, found)
+   pure subroutine candidates(self, values, stable, pulls, n, found)
       class(search_path_type), intent(in) :: self
       real(wp), intent(in) :: values(:)
       logical, intent(in) :: stable(:)
+      real(wp), intent(in) :: pulls(:)
       integer, intent(in) :: n                         !! at most so many
       real(wp), allocatable, intent(out) :: found(:)
       type(search_state_type) :: state
       integer :: way, depth, k, j
-      real(wp), allocatable :: more(:)
+      real(wp), allocatable :: more(:), more_pulls(:)
       logical, allocatable :: guess(:)
       allocate (found(0))
       ! ways of 0, 1, 2 ... assumed verdicts, the more likely ones first
@@ -210,12 +281,14 @@ contains
          do way = 0, 2**depth - 1
             if (size(found) >= n) return
             more = values
+            more_pulls = pulls
             guess = stable
             do j = 1, depth + 1
-               call self%follow(more, guess, state)
+               call self%follow(more, guess, more_pulls, state)
                if (state%outcome /= search_end%open) exit
                if (j > depth) exit
                more = [more, state%next]
+               more_pulls = [more_pulls, 0.0_wp]
                k = way/2**(depth - j)
                guess = [guess, mod(k, 2) == 0]
             end do

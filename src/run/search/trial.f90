@@ -30,6 +30,7 @@ module rockdda_run_trial
       integer :: beginning = 1             !! > 1: begun again with shorter steps
       real(wp) :: unbalanced = 0           !! of the last step
       real(wp) :: displacement = 0         !! largest of a block since the settled state [length]
+      real(wp) :: pull = 0                 !! of what fails, over its area; 0: stable, or not decided
       real(wp) :: seconds = 0              !! on the wall clock
       type(mechanism_type) :: mechanism    !! of a failing trial
       real(wp), allocatable :: open(:)     !! (joint materials) share of their joints that is open at the end
@@ -175,6 +176,7 @@ contains
       end do
       trial%decided = outcome /= verdict%open
       trial%stable = outcome == verdict%stable
+      if (outcome == verdict%failing) trial%pull = judgement%pull_by_area(run%sim, run%sim%forces)
       if (.not. trial%stable) call find_mechanism(run%sim, judgement, trial%mechanism)
    end subroutine advance_trial
 

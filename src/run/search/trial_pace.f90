@@ -14,11 +14,11 @@ module rockdda_run_trial_pace
    private
    public :: trial_pace_type
 
-   !> Static steps after which the least unbalanced force is compared with the least one before; when velocities have
-   !> been carried, so few that they show whether the pull has stayed.
-   integer, parameter :: static_steps = 50, checking_steps = 5
+   !> Static steps after which the least unbalanced force is compared with the least one before: while steps are shorter
+   !> than dt_max, else; when velocities have been carried, so few that they show whether the pull has stayed.
+   integer, parameter :: short_steps = 10, static_steps = 50, checking_steps = 5
    !> Velocities are carried when the unbalanced force is still more than the first share, and the largest distance from
-   !> the settled state has grown by less than the second factor in `static_steps`.
+   !> the settled state has grown by less than the second factor in these steps.
    real(wp), parameter :: no_progress = 0.5_wp, farther = 1.5_wp
    !> They are carried over so many steps, or until the distance has grown by `farther`: verdicts compare pulls while it
    !> grows fourfold.
@@ -47,6 +47,7 @@ contains
       real(wp), intent(in) :: distance               !! largest of a block from the settled state [length]
       type(simulation_type), intent(inout) :: sim    !! after an accepted step of the trial
       logical :: stuck
+      integer :: most        ! static steps before they are judged
       self%steps = self%steps + 1
       if (self%carries) then
          ! as long as static steps: only these may grow beyond dt_max
@@ -57,9 +58,10 @@ contains
          return
       end if
       self%least = min(self%least, sim%record%unbalanced)
-      if (self%steps < self%enough) return
+      most = merge(short_steps, static_steps, sim%control%last_dt < sim%parameters%dt_max)
+      if (self%steps < min(self%enough, most)) return
       stuck = self%least > no_progress*self%least_before .and. &
-              distance < self%start*farther**(real(self%steps, wp)/static_steps)
+              distance < self%start*farther**(real(self%steps, wp)/most)
       self%least_before = min(self%least, self%least_before)
       call self%set(stuck, distance, sim)
    end subroutine follow
