@@ -27,6 +27,7 @@ __all__ = [
     "JOINT_TABLES",
     "NODE_TABLES",
     "OLD_FIELDS",
+    "STRENGTH_TABLE",
     "Contacts",
     "Field",
     "Frame",
@@ -81,6 +82,8 @@ class FrameTables(Protocol):
     @property
     def has_joints(self) -> bool: ...
     @property
+    def has_strength(self) -> bool: ...
+    @property
     def stage_names(self) -> list[str]: ...
     @property
     def has_stages(self) -> bool: ...
@@ -95,6 +98,8 @@ BOLT_TABLES = ["bolt_ends", "bolt_force"]
 CONTACT_TABLES = ["contact_point", "contact_force", "contact_state", "contact_blocks"]
 #: Of each contact, from version 2 of the results on.
 JOINT_TABLES = ["contact_opening", "contact_slip", "contact_length", "contact_normal_stress", "contact_shear_stress"]
+#: The same from version 3 on.
+STRENGTH_TABLE = "contact_strength"
 
 
 @dataclass(frozen=True)
@@ -121,6 +126,7 @@ class Contacts:
     length: FloatArray | None = None  # of joint, for which the point stands [length]
     normal_stress: FloatArray | None = None  # tension positive [force/length²]
     shear_stress: FloatArray | None = None  # [force/length²]
+    strength: FloatArray | None = None  # share of the shear strength that acts, 0 where open or without strength [-]
 
     def __len__(self) -> int:
         return len(self.state)
@@ -252,6 +258,8 @@ class Frame:
         """The contacts of the step that ended here (none in a file without contacts)."""
         begin, end = (int(i) for i in self.results.rows("frames/contact_offset", self.index, self.index + 2))
         names = CONTACT_TABLES + (JOINT_TABLES if self.results.has_joints else [])
+        if self.results.has_strength:
+            names = [*names, STRENGTH_TABLE]
         return Contacts(*(self.results.rows(f"frames/{name}", begin, end) for name in names))
 
     @property

@@ -13,7 +13,6 @@ stress keeps its sign when the blocks are exchanged, forces do not; slip is summ
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -23,7 +22,6 @@ from .columns import Columns
 from .errors import InputError
 from .fields import JOINT_FIELDS, JointField
 from .frames import Frame, FrameTables
-from .materials import JointStrength
 
 if TYPE_CHECKING:
     import pandas
@@ -40,8 +38,8 @@ def need_contacts(results: FrameTables) -> None:
         raise InputError("there are no contacts in it: they were not saved (&output contacts = .false.)", results.path)
 
 
-def joint_points(frame: Frame, strengths: Mapping[int, JointStrength]) -> Columns:
-    """A row for each point; `Results.joints` describes the columns. `strengths` by number of the joint material."""
+def joint_points(frame: Frame) -> Columns:
+    """A row for each point; `Results.joints` describes the columns."""
     contacts = frame.contacts
     if contacts.length is None or contacts.opening is None or contacts.slip is None:
         raise InputError("the file holds no stresses along joints: its version is older", frame.results.path)
@@ -61,6 +59,7 @@ def joint_points(frame: Frame, strengths: Mapping[int, JointStrength]) -> Column
     material = np.where(material > 0, material, frame.results.edge_joint[facing])
     normal, shear = contacts.normal_stress[order], contacts.shear_stress[order]
     force = np.where(swapped[:, None], -contacts.force, contacts.force)[order]
+    share = np.full(len(point), np.nan) if contacts.strength is None else contacts.strength[order]
     columns: dict[str, Any] = {
         "joint": _numbers(pair), "first": pair[:, 0], "second": pair[:, 1], "edge": edge, "material": material,
         "x": point[:, 0], "y": point[:, 1],
@@ -69,7 +68,7 @@ def joint_points(frame: Frame, strengths: Mapping[int, JointStrength]) -> Column
     columns |= {
         "length": length, "state": contacts.state[order], "opening": contacts.opening[order],
         "slip": contacts.slip[order], "normal_stress": normal, "shear_stress": shear,
-        "mobilised": _mobilised(normal, shear, _strength(normal, material, strengths)),
+        "mobilised": share,
         "force_x": force[:, 0], "force_y": force[:, 1],
     }  # fmt: skip
     return Columns(columns)
@@ -128,21 +127,6 @@ def _begins(place: FloatArray, length: FloatArray, group: IntArray) -> FloatArra
     first = np.searchsorted(group, np.arange(n))
     begin = (centre - total / 2)[group] + before - before[first][group]
     return np.where(length > 0, begin, place)
-
-
-def _strength(normal: FloatArray, material: IntArray, strengths: Mapping[int, JointStrength]) -> FloatArray:
-    """(n,) shear strengths; NaN for a material without numbers."""
-    strength = np.full(len(normal), np.nan)
-    for number in np.unique(material):
-        if int(number) in strengths:
-            here = material == number
-            strength[here] = strengths[int(number)].at(normal[here])
-    return strength
-
-
-def _mobilised(normal: FloatArray, shear: FloatArray, strength: FloatArray) -> FloatArray:
-    with np.errstate(divide="ignore", invalid="ignore"):
-        return np.where(strength > 0, np.abs(shear) / strength, np.nan)
 
 
 # -- edges -----------------------------------------------------------------------------------------------------------

@@ -74,27 +74,11 @@ def _as_list(groups: Any) -> list[Any]:
 
 @dataclass(frozen=True)
 class JointStrength:
-    """Peak shear strength of a joint material, as the input has it."""
+    """Friction, cohesion and tension of a joint material, as the input has them."""
 
     friction: float = 0.0  # degrees
     cohesion: float = 0.0  # [stress]
     tension: float = 0.0  # [stress]
-    jrc: float | None = None  # of Barton and Bandis; then jcs, too
-    jcs: float = 0.0  # [stress]
-    residual_friction: float = 0.0  # degrees
-    tie: bool = False  # both sides deform as one body until the strength is reached
-
-    def at(self, normal_stress: FloatArray) -> FloatArray:
-        """Shear strength at a normal stress, tension positive [stress]; zero friction in tension. NaN for a tie that
-        does not break: one without cohesion and tension."""
-        if self.tie and not (self.cohesion > 0 or self.tension > 0):
-            return np.full(np.shape(normal_stress), np.nan)
-        pressure = np.maximum(-normal_stress, 0.0)
-        if self.jrc is None:
-            return self.cohesion + pressure * np.tan(np.radians(self.friction))
-        with np.errstate(divide="ignore"):
-            angle = self.jrc * np.log10(self.jcs / pressure) + self.residual_friction
-        return pressure * np.tan(np.radians(np.clip(angle, 0.0, STEEPEST)))
 
 
 def joint_strengths(analysis: str, config: str) -> dict[int, JointStrength]:
@@ -124,11 +108,5 @@ def joint_strengths(analysis: str, config: str) -> dict[int, JointStrength]:
 
 def _changed(strength: JointStrength, group: Mapping[str, Any]) -> JointStrength:
     """A strength with the values that a group names."""
-    names = ("friction", "cohesion", "tension", "jcs", "residual_friction")
-    values: dict[str, Any] = {name: float(group[name]) for name in names if isinstance(group.get(name), int | float)}
-    if isinstance(tie := group.get("tie"), bool):
-        strength = replace(strength, tie=tie)
-    law, jrc = group.get("law"), group.get("jrc")
-    if isinstance(law, str) and law.strip().lower() == "barton_bandis" and isinstance(jrc, int | float):
-        return replace(strength, **values, jrc=float(jrc))
-    return replace(strength, **values)
+    names = ("friction", "cohesion", "tension")
+    return replace(strength, **{name: float(group[name]) for name in names if isinstance(group.get(name), int | float)})

@@ -19,7 +19,18 @@ import numpy.typing as npt
 
 from .columns import Columns
 from .errors import InputError
-from .frames import BOLT_TABLES, CONTACT_TABLES, FIELDS, JOINT_TABLES, NODE_TABLES, Contacts, Field, Frame, Frames
+from .frames import (
+    BOLT_TABLES,
+    CONTACT_TABLES,
+    FIELDS,
+    JOINT_TABLES,
+    NODE_TABLES,
+    STRENGTH_TABLE,
+    Contacts,
+    Field,
+    Frame,
+    Frames,
+)
 from .joints import joint_points
 from .materials import JointStrength, joint_strengths
 from .namelist import parse_groups
@@ -158,7 +169,9 @@ class Results(StageTables):
             offsets = file["frames/contact_offset"]
             frames = min(frames, offsets.shape[0] - 1)
             self._has_joints = all(f"frames/{name}" in file for name in JOINT_TABLES)
+            self._has_strength = self._has_joints and f"frames/{STRENGTH_TABLE}" in file
             of_contacts = CONTACT_TABLES + (JOINT_TABLES if self._has_joints else [])
+            of_contacts = of_contacts + ([STRENGTH_TABLE] if self._has_strength else [])
             rows = min(file[f"frames/{name}"].shape[0] for name in of_contacts)
             if frames > 0 and offsets[frames] > rows:  # killed in the midst of a flush
                 frames = int(np.searchsorted(offsets[: frames + 1], rows, side="right")) - 1
@@ -325,7 +338,7 @@ class Results(StageTables):
         group, _, name = path.partition("/")
         if (length := self._view_length(path)) is not None:
             return length
-        if group == "frames" and name in (*CONTACT_TABLES, *JOINT_TABLES):
+        if group == "frames" and name in (*CONTACT_TABLES, *JOINT_TABLES, STRENGTH_TABLE):
             return int(self.rows("frames/contact_offset", self._n_frames, self._n_frames + 1)[0])
         return None
 
@@ -390,6 +403,11 @@ class Results(StageTables):
         """Do the frames hold stresses, opening and slip along joints? Not in files of version 1."""
         return self._has_joints
 
+    @property
+    def has_strength(self) -> bool:
+        """Do the frames hold how much of their shear strength joints mobilise? Not in files before version 3."""
+        return self._has_strength
+
     def joint_strengths(self) -> dict[int, JointStrength]:
         """Peak strengths by number of the joint material, as the input files in the results have them."""
         return joint_strengths(str(self["input/analysis"]), str(self["input/config"]))
@@ -400,14 +418,15 @@ class Results(StageTables):
         A joint is where two blocks face each other: `first` < `second`, from 0. Columns: joint (from 0), first, second,
         edge (vertex of the first block where its edge starts), material, x, y, x1, y1, x2, y2 (the part of the joint
         that the point stands for), length, state, opening, slip, normal_stress (tension positive), shear_stress,
-        mobilised (shear stress over strength; NaN without strength), force_x, force_y (on the first block).
+        mobilised (share of the shear strength, as the program has it; 0 where open or without strength; NaN in files
+        before version 3), force_x, force_y (on the first block).
         Raises InputError for a file without these values.
         """
         return self.joint_columns(frame).to_pandas("a table of joints")
 
     def joint_columns(self, frame: int = -1) -> Columns:
         """The columns of `joints`, as arrays."""
-        return joint_points(self.frames[frame], self.joint_strengths())
+        return joint_points(self.frames[frame])
 
     # -- frames --------------------------------------------------------------------------------------------------
 

@@ -250,7 +250,6 @@ class ConvertedResults(Results):
                 strength,
                 cohesion=stress * strength.cohesion,
                 tension=stress * strength.tension,
-                jcs=stress * strength.jcs,
             )
             for number, strength in super().joint_strengths().items()
         }

@@ -24,7 +24,7 @@ from rockdda import plot as pictures
 from rockdda.deck import AnalysisDeck, BlockMaterial, JointMaterial
 from rockdda.export import to_csv, to_vtk
 from rockdda.joints import JOINT_FIELDS, joint_summary
-from rockdda.materials import JointStrength, joint_strengths
+from rockdda.materials import JointStrength
 from rockdda.plot.style import STATES
 from synthetic import write_wall
 
@@ -65,13 +65,14 @@ def add_joints(path, columns, rows, config=""):
     # any vector does: the second block gets the opposite one
     force = np.where((np.array(blocks)[:, 0] < np.array(blocks)[:, 1])[:, None], 1.0, -1.0) * place * length[:, None]
     with h5py.File(path, "a") as file:
-        file.attrs["format_version"] = 2
+        file.attrs["format_version"] = 3
         frames = len(file["frames/time"])
         file["frames/vertices"][:] = file["model/vertices"][()]
         file["frames/contact_offset"][:] = len(place) * np.arange(frames + 1)
         tiled = {
             "point": place, "force": force, "state": state, "blocks": np.array(blocks), "opening": 1e-3 * place[:, 0],
             "slip": -1e-3 * place[:, 1], "length": length, "normal_stress": normal, "shear_stress": shear,
+            "strength": np.where(state > 0, shear / (50.0 - normal), 0.0),
         }  # fmt: skip
         for name, values in tiled.items():
             kind = "i4" if name in ("state", "blocks") else "f8"
@@ -131,10 +132,11 @@ def test_values_stay_with_their_points(wall):
     np.testing.assert_allclose(table["force_y"], table["y"] * table["length"])
 
 
-def test_mobilised_strength_is_shear_stress_over_mohr_coulomb(wall):
+def test_mobilised_strength_is_that_of_the_file(wall):
     table = wall.joints()
-    strength = 50.0 + np.maximum(-table["normal_stress"], 0) * np.tan(np.radians(45))
-    np.testing.assert_allclose(table["mobilised"], table["shear_stress"].abs() / strength)
+    np.testing.assert_allclose(
+        table["mobilised"], (table["shear_stress"] / (50.0 - table["normal_stress"])).where(table["state"] > 0, 0.0)
+    )
 
 
 def test_options_change_the_strengths_that_they_name(tmp_path):
@@ -142,27 +144,16 @@ def test_options_change_the_strengths_that_they_name(tmp_path):
     config += "&joint_law material = ' bedding', friction = 30 /"
     results = rockdda.open(add_joints(write_wall(tmp_path / "wall.h5", 3, 2), 3, 2, config))
     assert results.joint_strengths() == {1: JointStrength(friction=30.0)}
-    table = results.joints()
-    assert table["mobilised"].isna().tolist() == (table["state"] == 0).tolist()  # without cohesion: nothing to mobilise
 
 
-def test_strength_of_barton_and_bandis():
-    law = "&joint_material number = 2, law = 'barton_bandis', jrc = 10, jcs = 1e8, residual_friction = 28 /"
-    strength = joint_strengths("", law)[2]
-    # τ = σ tan(JRC log10(JCS/σ) + φr): 10 · 2 + 28 = 48° at a hundredth of the JCS; at most 70°; nothing in tension
-    np.testing.assert_allclose(strength.at(np.array([-1e6])), 1e6 * np.tan(np.radians(48.0)))
-    np.testing.assert_allclose(strength.at(np.array([-1.0])), np.tan(np.radians(70.0)))
-    assert strength.at(np.array([0.0, 1e6])).tolist() == [0.0, 0.0]
-
-
-def test_unreadable_strengths_are_no_numbers(tmp_path):
+def test_older_files_hold_no_strength(tmp_path):
     path = add_joints(write_wall(tmp_path / "wall.h5", 3, 2), 3, 2)
     with h5py.File(path, "a") as file:
-        del file["input/analysis"]
-        file["input/analysis"] = "no numbers"
+        del file["frames/contact_strength"]
+        file.attrs["format_version"] = 2
     results = rockdda.open(path)
     assert results.joints()["mobilised"].isna().all()
-    with pytest.raises(rockdda.InputError, match="the strengths of joints cannot be read"):
+    with pytest.raises(rockdda.InputError, match="no strength of joints"):
         pictures.joints(results, "mobilised")
     pictures.joints(results, "slip")
 
@@ -326,7 +317,7 @@ def run_model(program, model, path, options, *arguments):
 @pytest.mark.parametrize("model", ["jointed_slope", "layered_roof"])
 def test_joints_of_a_run(program, tmp_path, model, formulation):
     results = run_model(program, model, tmp_path, f"&contact formulation = '{formulation}' /\n", "--steps", "20")
-    assert results.attributes["format_version"] == 2
+    assert results.attributes["format_version"] == 3
     now, table, contacts = results.frames[-1], results.joints(), results.frames[-1].contacts
     closed = contacts.state > 0
     assert closed.sum() > 100
@@ -376,7 +367,7 @@ def test_ties_have_a_linear_stress(program, tmp_path):
     for joint in joint_summary(table).itertuples():
         resultant = joint.length * np.hypot(joint.normal_stress, joint.shear_stress)
         assert resultant == pytest.approx(np.hypot(joint.force_x, joint.force_y), rel=1e-9)
-    assert table["mobilised"].isna().all()  # without cohesion and tension a tie does not break
+    assert (table["mobilised"] == 0).all()  # without cohesion and tension a tie does not break
 
 
 @pytest.mark.parametrize("tie", [".false.", ".true."])

@@ -319,7 +319,7 @@ def test_plot_draws_every_kind_of_a_real_run(flat_arch, tmp_path):
     results = rockdda.open(flat_arch)
     for kind in pictures.KINDS:
         if kind in ("ground-reaction", "water", "bolts", "mechanism", "factor", "joint-profile"):
-            continue  # of other runs or with more words: test_stage_pictures, _plot_water, _plot_bolts, _critical, _report_pictures
+            continue  # of other runs: test_stage_pictures, _plot_water, _plot_bolts, _critical, _report_pictures
         axes = results.plot(kind=kind)
         for ending in ("pdf", "svg", "png") if kind == "blocks" else ("svg",):
             path = pictures.save(axes, tmp_path / f"{kind}.{ending}")

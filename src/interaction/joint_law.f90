@@ -42,7 +42,7 @@ module rockdda_interaction_joint_law
    public :: joint_settings_type, new_joint_settings, joint_state_type, joint_extra_type, joint_type, recall_joint
    public :: joint_response_type
    public :: map_joint, find_held, stay_locked, miss_of_joint, opening_gap
-   public :: sliding_friction, have_friction_alone
+   public :: sliding_friction, strength, have_friction_alone
 
    !> Lengths below this share of w0 are round-off.
    real(wp), parameter :: round_off = 1.0e-12_wp

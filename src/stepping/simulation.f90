@@ -16,7 +16,7 @@ module rockdda_stepping_simulation
    use rockdda_contact_view, only : contact_view_type, view_contacts
    use rockdda_interaction_block_forces, only : block_forces_type
    use rockdda_interaction_interaction, only : interaction_type
-   use rockdda_interaction_joint_stress, only : joint_stresses
+   use rockdda_interaction_joint_stress, only : joint_stresses, mobilised_shares
    use rockdda_stepping_acceptance, only : accept_step, start_record
    use rockdda_stepping_construction, only : construction_type
    use rockdda_stepping_ledger, only : ledger_type
@@ -147,13 +147,14 @@ contains
       call joint_stresses(self%contacts, stress, holds=self%bonds_hold())
    end subroutine contact_stresses
 
-   !> Some of the contacts, a slab of about `most` rows that cuts no interval, and their stresses.
+   !> Some of the contacts, a slab of about `most` rows that cuts no interval, their stresses, and the share of the
+   !> shear strength that they mobilise.
    subroutine contact_slab(self, first, most, last, contacts, stress)
       class(simulation_type), intent(in) :: self
       integer, intent(in) :: first, most
       integer, intent(out) :: last                           !! row that the slab ends with
       type(contact_view_type), intent(inout) :: contacts
-      real(wp), allocatable, intent(inout) :: stress(:, :)   !! (2, last - first + 1)
+      real(wp), allocatable, intent(inout) :: stress(:, :)   !! (3, last - first + 1)
       integer :: begin
       begin = first
       last = min(self%contacts%n, first + most - 1)
@@ -161,9 +162,10 @@ contains
       if (allocated(stress)) then
          if (size(stress, 2) /= last - first + 1) deallocate (stress)
       end if
-      if (.not. allocated(stress)) allocate (stress(2, last - first + 1))
+      if (.not. allocated(stress)) allocate (stress(3, last - first + 1))
       call view_contacts(self%contacts, self%state%vertices, first, last, contacts, self%bonds_hold())
-      call joint_stresses(self%contacts, stress, first, self%bonds_hold())
+      call joint_stresses(self%contacts, stress(1:2, :), first, self%bonds_hold())
+      call mobilised_shares(self%families%contacts%laws, self%contacts, stress(3, :), first)
    end subroutine contact_slab
 
    !> Joint materials whose bonds carry tension.

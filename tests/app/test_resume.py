@@ -132,7 +132,7 @@ class Bits(ResumeTest):
                     self.assertEqual((item.dtype.str, values.dtype.str), ("<f8", "<f4"), name)
                     np.testing.assert_array_equal(values[()], item[()].astype("f4"), name)
                     rounded.add(f"{group}/{name}")
-        contacts = ("force", "opening", "slip", "length", "normal_stress", "shear_stress")
+        contacts = ("force", "opening", "slip", "length", "normal_stress", "shear_stress", "strength")
         blocks = ("rotation", "stress", "velocity", "bolt_force")
         self.assertEqual(rounded, {f"frames/{n}" for n in (*blocks, *(f"contact_{c}" for c in contacts))})
 

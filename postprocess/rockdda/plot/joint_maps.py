@@ -61,8 +61,8 @@ def joints(
     points = results.joint_columns(frame)
     values = points[field].astype(float)
     without = np.isnan(values) | ((points["state"] == OPEN) & (field != "opening"))
-    if field == "mobilised" and points.n_rows and not results.joint_strengths():
-        raise InputError("the strengths of joints cannot be read from the input files in it", results.path)
+    if field == "mobilised" and not results.has_strength:
+        raise InputError("the file holds no strength of joints: its version is older", results.path)
     span = points["length"][~without]
     usual = without_splinters(values[~without], span) if (span > 0).any() else values[~without]
     low, high, colour_map = _limits(field, usual, limits)

@@ -200,8 +200,8 @@ def _pictures(results: Results, units: Units) -> dict[str, tuple[Callable[[], An
     if results.has_joints and len(results.frames[-1].contacts):
         found["joints"] = (of("joints", field="normal_stress"), "Normal stress along the joints, tension positive.")
         found["shear"] = (of("joints", field="shear_stress"), "Shear stress along the joints.")
-        if results.joint_strengths():
-            caption = "Shear stress over the peak shear strength of the joints."
+        if results.has_strength:
+            caption = "Share of the shear strength of the joints that acts."
             if "search/factor" in results and (search := read_search(results)).search == "strength":
                 caption = f"{caption[:-1]} as given, which the trial divides by {search.high:.4g}."
             found["mobilised"] = (of("joints", field="mobilised"), caption)

@@ -31,7 +31,7 @@ __all__ = [
     "reason_of",
 ]
 
-FORMAT_VERSIONS = (1, 2)
+FORMAT_VERSIONS = (1, 2, 3)
 # A file that is just being written to can be unreadable for a moment: try again for so many seconds.
 PATIENCE = 5.0
 # File systems note the time of a change in steps of 1 to 10 ms.
@@ -147,7 +147,7 @@ def check_format(path: Path, attributes: dict[str, Any]) -> None:
         raise InputError(f"is not a results file of RockDDA: its format is {found!r}, expected 'rockdda'", path)
     version = attributes.get("format_version")
     if version not in FORMAT_VERSIONS:
-        known = " and ".join(map(str, FORMAT_VERSIONS))
+        known = f"{FORMAT_VERSIONS[0]} to {FORMAT_VERSIONS[-1]}"
         raise InputError(f"has format version {version}; this package reads versions {known}", path)
 
 

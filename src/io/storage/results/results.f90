@@ -45,7 +45,7 @@ module rockdda_io_results
                          s_velocity = 29, s_bolt_ends = 30, s_bolt_force = 31, s_bolt_node = 32, s_bolt_slip = 33, &
                          s_bolt_state = 34, s_active = 35, s_offset = 36, s_point = 37, s_force = 38, s_state = 39, &
                          s_blocks = 40, s_opening = 41, s_slip = 42, s_length = 43, s_normal_stress = 44, &
-                         s_shear_stress = 45, &
+                         s_shear_stress = 45, s_strength = 46, &
                          n_series = n_tables
 
    type :: results_type
@@ -201,6 +201,7 @@ contains
       call self%series(s_length)%init('frames/contact_length', reals, single, small, nc)
       call self%series(s_normal_stress)%init('frames/contact_normal_stress', reals, single, small, nc)
       call self%series(s_shear_stress)%init('frames/contact_shear_stress', reals, single, small, nc)
+      call self%series(s_strength)%init('frames/contact_strength', reals, single, small, nc)
    end subroutine add_tables
 
    !> Append the row of an accepted step to the history.
@@ -294,7 +295,7 @@ contains
       class(results_type), intent(inout) :: self
       real(wp), intent(in) :: datum(2)                  !! of the positions [length]
       type(contact_view_type), intent(in) :: contacts
-      real(wp), intent(in) :: stress(:, :)              !! (2, the same rows) normal, tension positive, and shear
+      real(wp), intent(in) :: stress(:, :)              !! (3, the same rows) normal, tension positive, shear, strength
       type(error_type), allocatable, intent(out) :: error
       real(wp), allocatable :: point(:, :)
       integer :: k, n
@@ -314,6 +315,7 @@ contains
          call s(s_length)%add(contacts%length, n)
          call s(s_normal_stress)%add(stress(1, 1:n), n)
          call s(s_shear_stress)%add(stress(2, 1:n), n)
+         call s(s_strength)%add(stress(3, 1:n), n)
       end associate
       call self%write_long_tables(merge(0_i8, self%long_table, self%is_long), error)
    end subroutine append_contacts

@@ -65,7 +65,8 @@ module rockdda_io_results_units
       entry_type('frames/contact_slip', 'length'), &
       entry_type('frames/contact_length', 'length'), &
       entry_type('frames/contact_normal_stress', 'stress'), &
-      entry_type('frames/contact_shear_stress', 'stress')]
+      entry_type('frames/contact_shear_stress', 'stress'), &
+      entry_type('frames/contact_strength')]
 
 contains
 
