@@ -10,6 +10,7 @@ Python package with its compiled part (scripts/build) and matplotlib.
 
 from __future__ import annotations
 
+import os
 import sys
 import tempfile
 from pathlib import Path
@@ -23,7 +24,7 @@ mpl.use("Agg")
 
 import rockdda  # noqa: E402
 
-rockdda.__path__.append(str(ROOT / "build/python"))
+rockdda.__path__.append(os.environ.get("ROCKDDA_EXTENSION", str(ROOT / "build/python")))
 
 from rockdda import plot  # noqa: E402
 

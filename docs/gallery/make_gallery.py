@@ -5,8 +5,8 @@
     .venv/bin/python docs/gallery/make_gallery.py [NAME...]     # all, or those whose names are given
 
 `overview` is the picture of the README, `models` are the end.png of inputs/, made by the commands of their READMEs
-(`models NAME` for one), `viewer` and `film` what they say. Needs the program (build/bin/rockdda, ROCKDDA_PROGRAM or on
-the PATH); for the viewer Chromium.
+(`models NAME` for one), `tutorial`, `viewer` and `film` what they say. Needs the program (build/bin/rockdda,
+ROCKDDA_PROGRAM or on the PATH); for the viewer Chromium.
 """
 
 from __future__ import annotations
@@ -55,6 +55,11 @@ WET = (
 )
 LARGEST = 60_000  #: bytes of the picture of a model
 FRICTION = (15, 20, 25, 30)  # degrees, of the weak plane
+
+
+#: the command rockdda-post of this tree
+POST = [sys.executable, "-c", f"import sys; sys.path.insert(0, {str(ROOT / 'postprocess')!r}); "
+        "from rockdda.cli import run; run()"]  # fmt: skip
 
 
 class Runs:
@@ -225,8 +230,6 @@ def bolts() -> str:
 
 def models(runs: Runs, names: list[str]) -> None:
     """The picture of each model, by the commands of its README up to its first picture."""
-    program = [sys.executable, "-c", f"import sys; sys.path.insert(0, {str(ROOT / 'postprocess')!r}); "
-               "from rockdda.cli import run; run()"]  # fmt: skip
     for readme in sorted((ROOT / "inputs").glob("*/README.md")):
         name, text = readme.parent.name, readme.read_text(encoding="utf-8")
         if "(end.png)" not in text or (names and name not in names):
@@ -236,12 +239,27 @@ def models(runs: Runs, names: list[str]) -> None:
         for line in re.findall(r"^    (rockdda(?:-post plot)? .*)$", text, re.M):
             words = shlex.split(line)
             drawing = words[0] == "rockdda-post"
-            command = [*program, *words[1:]] if drawing else [runs.program, *words[1:]]
+            command = [*POST, *words[1:]] if drawing else [runs.program, *words[1:]]
             subprocess.run(command, cwd=folder, check=True, stdout=subprocess.DEVNULL)
             if drawing:
                 _smaller(folder / words[words.index("-o") + 1], 900, LARGEST).replace(readme.parent / "end.png")
                 print(f"inputs/{name}/end.png")
                 break
+
+
+def tutorial(runs: Runs) -> None:
+    """The pictures of the tutorial, by its commands and from the files that it prints."""
+    folder = runs.folder / "tutorial"
+    folder.mkdir()
+    text = (ROOT / "docs/tutorial.md").read_text(encoding="utf-8")
+    for name, block in re.findall(r"[Pp]ut this into `([^`]+)`[^\n]*\n\n((?: {4}.*\n|\n(?= {4}))+)", text):
+        (folder / name).write_text(re.sub(r"^ {4}", "", block, flags=re.M).rstrip() + "\n", encoding="utf-8")
+    for line in re.findall(r"^    (rockdda (?:lines|cut|run) .*|rockdda-post plot .*)$", text, re.M):
+        words = shlex.split(line, comments=True)
+        command = [*POST, *words[1:]] if words[0] == "rockdda-post" else [runs.program, *words[1:]]
+        subprocess.run(command, cwd=folder, check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    for name in ("blocks", "history", "heading", "reaction"):
+        _smaller(folder / f"{name}.png", 900).replace(ROOT / f"docs/images/tutorial_{name}.png")
 
 
 def viewer(runs: Runs) -> None:
@@ -322,6 +340,8 @@ def main(names: list[str]) -> None:
             viewer(runs)
         if not names or "film" in names:
             film(runs)
+        if not names or "tutorial" in names:
+            tutorial(runs)
         if not names or "overview" in names:
             overview(runs)
         if not names:

@@ -25,7 +25,7 @@ __all__ = ["joint_profile", "joint_profile_data", "thrust"]
 FloatArray = npt.NDArray[np.float64]
 THRUST = "#D55E00"
 LOADED = 0.02  #: of the usual force of joints: less is not drawn
-BESIDE = 0.02  #: of the length of a chosen line: how far from it joints belong to it
+BESIDE = 0.2  #: of the size of a middle block: how far from a chosen line joints belong to it
 PARALLEL = np.cos(np.radians(15.0))
 
 
@@ -117,7 +117,8 @@ def joint_profile_data(results: Results, line: tuple[float, float, float, float]
     """Points of joints along a line, in their order: `distance` from its first end, `x1` and `x2` (of the part of the
     joint), normal_stress, shear_stress, strength, opening, slip.
 
-    A joint belongs to the line where it is no farther than 2 % of its length and runs parallel within 15°.
+    A joint belongs to the line where it is no farther than a fifth of the size of a middle block and runs parallel
+    within 15°.
     """
     need_contacts(results)
     start, end = np.array(line[:2]), np.array(line[2:])
@@ -132,10 +133,11 @@ def joint_profile_data(results: Results, line: tuple[float, float, float, float]
     offset = points.stack("x", "y") - start
     far = np.abs(offset @ np.array([-along[1], along[0]]))
     place = offset @ along
-    chosen = (span > 0) & (far <= BESIDE * length) & (place >= -BESIDE * length) & (place <= (1 + BESIDE) * length)
+    near = BESIDE * float(np.median(np.sqrt(results.block_area)))
+    chosen = (span > 0) & (far <= near) & (place >= -near) & (place <= length + near)
     chosen &= np.abs(direction @ along) >= PARALLEL * span
     if not chosen.any():
-        raise InputError("no joint runs along this line (within 2 % of its length and 15°)")
+        raise InputError("no joint runs along this line (within a fifth of the size of a block, and 15°)")
     order = np.flatnonzero(chosen)[np.argsort(place[chosen], kind="stable")]
     both = np.sort((ends[order] - start) @ along, axis=1)
     shear, mobilised = (points[name][order] for name in ("shear_stress", "mobilised"))
