@@ -203,7 +203,7 @@ def test_convergence_of_a_model_in_stages(folder, capsys):
     assert len(again.table) == len(again.findings) == 2
     assert "<table" in again._repr_html_()
     text = report(results, folder / "arch.html").read_text()
-    assert "<h2>How sure the numbers are</h2>" in text and "joint stiffness" in text
+    assert "<h3>Numbers and their ±</h3>" in text and "joint stiffness" in text
     Path("inputs/arch_on_centring/arch_on_centring.nml").write_text(
         Path("inputs/arch_on_centring/arch_on_centring.nml").read_text().replace("friction = 35", "friction = 36")
     )
