@@ -11,8 +11,6 @@ import unicodedata
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 __all__ = ["csv_text", "decoded", "has_controls", "input_numbers", "plain_text", "readable", "short", "shown"]
 
 if TYPE_CHECKING:
@@ -88,6 +86,8 @@ def csv_text(table: Mapping[str, Any] | pandas.DataFrame) -> str:
 
     Numbers have as many digits as it takes to read back the same value; what is not there is empty.
     """
+    import numpy as np
+
     stream = io.StringIO()
     writer = csv.writer(stream, lineterminator="\n")
     writer.writerow(_cell(str(name)) for name in table)
