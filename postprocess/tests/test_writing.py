@@ -124,7 +124,7 @@ WRITING = {"write_text": None, "write_bytes": None, "touch": None, "savefig": 0,
 PRIVATE = {
     ("writing.py", "write_file"), ("writing.py", "complete_file"), ("film/server.py", "_forwarding_page"),
     ("certainty/half_step.py", "_write_half"), ("convert/conversion.py", "_count_fixed"), ("model.py", "input_texts"),
-    ("report/paper.py", "pdf_of"),  # of both callers' `part`
+    ("report/paper.py", "pdf_of"), ("report/paper.py", "_by_browser"),  # of both callers' `part`
 }  # fmt: skip
 
 
