@@ -3,6 +3,8 @@
 module rockdda_app_model_facts
    use rockdda_base_kinds, only : wp
    use rockdda_base_strings, only : counted, to_string
+   use rockdda_model_bolt_layout, only : bolt_line_type, bolt_lines
+   use rockdda_model_bolt_numbers, only : bolt_problem
    use rockdda_model_automatic_stiffness, only : all_stiffenings, stiffness_range
    use rockdda_model_contact_numbers, only : mean_edge
    use rockdda_model_units, only : unit_system
@@ -47,11 +49,23 @@ contains
          call facts%add('fixed_points', input%blocks%fixed%n)
          call facts%add('loading_points', input%blocks%loading%n)
          call facts%add('measured_points', input%blocks%measured%n)
-         call facts%add('bolts', input%blocks%bolts%n)
+         call facts%add('bolts', input%blocks%bolts%n + n_with_nodes(input))
       end associate
       call describe_materials(input, survey, facts)
       call describe_numbers(input, facts)
    end subroutine describe_model
+
+   !> Number of the bolts that have nodes.
+   integer function n_with_nodes(input) result(n)
+      type(model_input_type), intent(in) :: input
+      type(bolt_line_type), allocatable :: lines(:)
+      integer :: i
+      n = 0
+      if (.not. allocated(input%options%bolts)) return
+      if (any([(len(bolt_problem(input%options%bolts(i))) > 0, i=1, size(input%options%bolts))])) return
+      call bolt_lines(input%options%bolts, input%blocks, input%options%regions, input%options%stages, lines)
+      n = size(lines)
+   end function n_with_nodes
 
    !> Materials with what they bear under the weight of the model.
    subroutine describe_materials(input, survey, facts)

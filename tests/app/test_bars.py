@@ -270,6 +270,7 @@ class Bars(ProgramTest):
         boxes += [(-1.0, 0.0, 0.0, 2.0), (0.0, 0.0, 1.0, 2.0)]
         self.make("ring", boxes, groups + "&boundary along = -3, -2, 3, -2, kind = 'fixed' /\n", gravity=10)
         told = self.run_program("check", "ring.nml").err
+        self.assertEqual(self.run_program("check", "ring.nml", "--json").json["model"]["bolts"], 8)
         self.assertIn("stage 3 takes out rock around 2 bolts, which lose that part and go on with the rest", told)
         self.assertNotIn("no free face", told)
         with self.solve("ring") as file:
