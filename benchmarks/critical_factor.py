@@ -68,11 +68,13 @@ def validated(name: str) -> Callable[[Path], list[str]]:
 
     def write(folder: Path) -> list[str]:
         from rockdda.validation.cases.factor_slopes import random_slope, required, toppling_slope
-        from rockdda.validation.factor_models import FIRST_WALL, arch, wall
+        from rockdda.validation.factor_models import FIRST_WALL, PIERCED_WALL, arch, wall
 
         models = {
             "random": random_slope,
+            "large": lambda: random_slope(width=24.0, height=14.0, bedding=0.44, cross=0.52),
             "wall": lambda: wall("m", FIRST_WALL),
+            "pierced": lambda: wall("m", PIERCED_WALL),
             "arch": lambda: arch(28),
             "toppling": lambda: toppling_slope(1.208 * required(0.0)),
         }
@@ -90,9 +92,12 @@ SEARCHES = {
     "bonded": Search("tunnel in bonded rock", legacy(equilibrium.tunnel())),
     "demo": Search("slope of `rockdda new slope`", begun("slope")),
     "random": Search("random slope", validated("random")),
+    "large": Search("slope, 961 random blocks", validated("large")),
     "wall": Search("dry-stone wall, push", validated("wall"), (*PUSH, "--tolerance", "0.002")),
+    "pierced": Search("wall with an opening, push", validated("pierced"), (*PUSH, "--tolerance", "0.002")),
     "arch": Search("arch of 28 voussoirs, push", validated("arch"), (*PUSH, "--tolerance", "0.001")),
     "toppling": Search("toppling slope", validated("toppling"), ("--tolerance", "0.005")),
+    "ec7": Search("Sau Mau Ping, half full", shipped("sau_mau_ping/half_full.nml"), ("--factors", "ec7")),
 }
 
 

@@ -104,6 +104,13 @@ class Values(FosTest):
         self.assertEqual(result["search"], "strength")
         self.assertEqual(result["mechanism"], {"blocks": [1], "kind": "sliding"})
 
+    def test_pulls_of_failing_trials_lead_to_the_factor(self):
+        """The pull of a block that slides is on a line over 1/F: trials of 2 and 1.5 tell the last two."""
+        result = self.search(self.block(slope(30), friction=35))
+        self.assert_between(result, math.tan(math.radians(35)) / math.tan(math.radians(30)), share=0)
+        self.assertEqual([trial["value"] for trial in result["trials"]][:3], [1, 2, 1.5])
+        self.assertEqual(len(result["trials"]), 5)
+
     def test_strength_with_cohesion(self):
         # c = 10 kPa on 2 m, weight 2 m2 x 2400 x 9.81
         weight = 2 * 2400 * 9.81

@@ -248,14 +248,16 @@ def _with_anchor_load(blocks: RigidBlocks, anchor: float) -> RigidBlocks:
     return blocks.with_load(load)
 
 
-def random_slope(seed: int = 3) -> Model:
-    """A slope of 65° with bedding that dips out of it at 25° and random cross joints."""
+def random_slope(
+    seed: int = 3, *, width: float = 20.0, height: float = 12.0, bedding: float = 1.3, cross: float = 1.6
+) -> Model:
+    """A slope of 65° with bedding that dips out of it at 25° and random cross joints, by their spacing."""
     network = networks.lines(
         {
-            "boundary": {"window": [0, 0, 20, 12], "slope_toe": [6, 3], "slope_angle": 65},
+            "boundary": {"window": [0, 0, width, height], "slope_toe": [6, 3], "slope_angle": 65},
             "joint_set": [
-                {"inclination": 25, "spacing": 1.3, "randomness": 0.3},
-                {"inclination": 80, "spacing": 1.6, "ends_at": 1, "stagger": 0.5, "randomness": 0.2},
+                {"inclination": 25, "spacing": bedding, "randomness": 0.3},
+                {"inclination": 80, "spacing": cross, "ends_at": 1, "stagger": 0.5, "randomness": 0.2},
             ],
         },
         seed=seed,
@@ -263,7 +265,7 @@ def random_slope(seed: int = 3) -> Model:
     model = network.model("random_slope", labelled=True)
     model.add_block_material(density=2500, youngs_modulus=20e9, poisson_ratio=0.25, name="rock")
     model.add_joint_material(friction_angle=40.0, name="joint")
-    around = [0, 3, 0, 0, 20, 0, 20, 12]
+    around = [0, 3, 0, 0, width, 0, width, height]
     model.options = {
         "load": {"gravity": 9.81},
         "boundary": [{"along": around, "kind": "fixed"}],
