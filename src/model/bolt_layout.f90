@@ -15,7 +15,7 @@ module rockdda_model_bolt_layout
    public :: bolt_line_type, bolt_lines, trace_bolt, rock_at, stage_with, title_of_bolt, most_bolts
 
    !> Bolts of one pattern, at most: more are a slip of the spacing.
-   integer, parameter :: most_bolts = 10000
+   integer, parameter :: most_bolts = 2000
    !> Parts of a bolt in a block below this share of its length are touches of corners.
    real(wp), parameter :: least_part = 1.0e-7_wp
 

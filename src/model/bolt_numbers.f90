@@ -11,6 +11,8 @@ module rockdda_model_bolt_numbers
 
    !> Nodes in grout along a bolt where `element` is not given.
    integer, parameter :: usual_elements = 10
+   !> More nodes are a slip of `element`.
+   real(wp), parameter :: most_nodes = 10000
    real(wp), parameter :: pi = acos(-1.0_wp)
    character(len=*), parameter :: automatic = 'auto'
 
@@ -154,6 +156,9 @@ contains
       if (is_set(bolt%area) .eqv. is_set(bolt%diameter)) call fail(problem, "give 'diameter' or 'area'")
       if (grouted) then
          if (.not. is_set(bolt%grout_stiffness)) call fail(problem, "'grout_stiffness' is missing")
+         if (is_set(bolt%element)) then
+            if (length_of() > most_nodes*bolt%element) call fail(problem, "'element' gives more than 10000 nodes")
+         end if
          if (.not. is_set(bolt%grout_strength)) call fail(problem, "'grout_strength' is missing")
          if (allocated(bolt%free_length)) then
             if (bolt%free_length(1) < 0 .or. .not. bolt%free_length(2) > bolt%free_length(1)) then
@@ -196,6 +201,13 @@ contains
          call fail(problem, "'pretension' is larger than 'plate_strength'")
 
    contains
+
+      !> Length of one bolt.
+      pure real(wp) function length_of()
+         length_of = 0
+         if (is_set(bolt%length)) length_of = bolt%length
+         if (allocated(bolt%from) .and. allocated(bolt%to)) length_of = norm2(bolt%to - bolt%from)
+      end function length_of
 
       !> Yield force.
       pure real(wp) function limit_of_steel()

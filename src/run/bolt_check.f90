@@ -4,10 +4,11 @@
 module rockdda_run_bolt_check
    use rockdda_base_kinds, only : wp
    use rockdda_base_diagnostics, only : diagnostics_type, severity
-   use rockdda_base_strings, only : counted, is_given
+   use rockdda_base_strings, only : counted, is_given, to_string
    use rockdda_geometry_polygons, only : distance_to_outline, point_in_polygon
    use rockdda_model_blocks, only : block_system_type
-   use rockdda_model_bolt_layout, only : bolt_line_type, bolt_lines, trace_bolt, rock_at, stage_with, title_of_bolt
+   use rockdda_model_bolt_layout, only : bolt_line_type, bolt_lines, trace_bolt, rock_at, stage_with, title_of_bolt, &
+      most_bolts
    use rockdda_model_bolt_numbers, only : bolt_numbers_type, numbers_of_bolt, bolt_problem
    use rockdda_model_geometry_input, only : is_spring
    use rockdda_model_options, only : run_options_type
@@ -42,6 +43,8 @@ contains
       if (.not. ok .or. all(is_spring(options%bolts))) return
       call bolt_lines(options%bolts, blocks, options%regions, options%stages, lines)
       do g = 1, size(options%bolts)
+         if (count([(lines(l)%group == g, l=1, size(lines))]) >= most_bolts) call messages%add(severity%error, &
+            '&bolt: spacing gives more than '//to_string(most_bolts)//' bolts', options%bolts(g)%origin)
          if (is_spring(options%bolts(g)) .or. any([(lines(l)%group == g, l=1, size(lines))])) cycle
          call messages%add(severity%error, '&bolt: the line has no room for a bolt: offset and spacing are longer', &
                            options%bolts(g)%origin)

@@ -234,11 +234,15 @@ class Bars(ProgramTest):
             (f"{ends}, kind = 'grouted', area = 1", "'young' is missing"),
             (f"{ends}, kind = 'yielding', area = 1, young = 1", "'plateau_force' is missing"),
             (f"{ends}, stiffness = 1, young = 1", "a spring has 'stiffness'"),
+            (f"{ends}, {GLASS}, element = 1e-9", "'element' gives more than 10000 nodes"),
             (f"{ends}, kind = 'end_anchored', area = 1, young = 1, stroke = 1", "belong to kind 'yielding'"),
             ("along = 0, 0, 1, 1, kind = 'end_anchored', area = 1, young = 1, length = 1", "a pattern needs 'spacing'"),
         ]:
             self.write("bad.nml", f"&bolt {text} /\n")
             self.assertIn(words, self.run_program("check", "bad.nml").err)
+        dense = "&bolt along = -1, 0, 1, 0, spacing = 1e-6, length = 1, kind = 'end_anchored', area = 1, young = 1 /\n"
+        self.hang("mid", 0.0, stages=dense)
+        self.assertIn("&bolt: spacing gives more than 2000 bolts", self.run_program("check", "mid.nml").err)
         self.hang("mid", 0.0, stages="&stage install = 'b9', until_step = 3 /\n")
         self.assertIn("there is no &bolt 'b9'", self.run_program("check", "mid.nml").err)
 
