@@ -38,6 +38,8 @@ module rockdda_interaction_bars
    real(wp), parameter :: agreement = 1.0e-8_wp
    !> Rounding of lengths, as a share of them.
    real(wp), parameter :: rounding = 1.0e-13_wp
+   !> What carries this share of its strength is shown as slipping or yielding, also at rest.
+   real(wp), parameter :: at_limit = 1 - 1.0e-6_wp
 
    !> What a node is at the end of a step.
    type :: node_state_enum
@@ -499,17 +501,25 @@ contains
                if (bolt%bar%element(t) == 0 .or. .not. bolt%state%held(t)) cycle
                i = n + bolt%bar%node(t)
                slip(i) = response%w(bolt%bar%node(t)) - response%at(t)
-               if (response%t_limit(t) /= 0) state(i) = node_state%slipping
+               if (abs(response%t(t)) >= at_limit*slip_limit(bolt, t)) state(i) = node_state%slipping
             end do
             do i = 1, bolt%bar%n
                e = min(i, bolt%bar%n - 1)
-               if (response%f_limit(e) /= 0) state(n + i) = node_state%yielding
+               if (abs(response%f(e)) >= at_limit*bolt%bar%yield(e)) state(n + i) = node_state%yielding
                if (bolt%state%broken(e)) state(n + i) = node_state%ruptured
             end do
          end if
          n = n + bolt%bar%n
       end do
    end subroutine show_nodes
+
+   !> Force at which a tie slips.
+   pure real(wp) function slip_limit(bolt, tie)
+      type(bolt_type), intent(in) :: bolt
+      integer, intent(in) :: tie
+      slip_limit = bolt%bar%strength(tie)
+      if (bolt%state%weak(tie)) slip_limit = bolt%bar%residual*slip_limit
+   end function slip_limit
 
    !> Place of a point of the bar, on the line through its points in the rock.
    pure function place_at(bolt, distance) result(place)

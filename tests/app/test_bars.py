@@ -43,7 +43,7 @@ class Bars(ProgramTest):
         """B4: a block of weight 100 on three bolts."""
         bolts = [
             f"&bolt name = 'b{i}', kind = 'end_anchored', from = {i - 1}, 0, to = {i - 1}, 3.5, area = 1e-4, "
-            f"young = 2e12 {more}/\n"
+            f"young = 2e12 {more.get(i, '') if isinstance(more, dict) else more}/\n"
             for i in order
         ]
         stages = stages or "&stage until = 'equilibrium', tolerance = 1e-7 /\n"
@@ -64,6 +64,15 @@ class Bars(ProgramTest):
             for force in found:
                 for computed, expected in zip(force, forces, strict=True):
                     self.assertAlmostEqual(computed, expected, delta=1e-6 * expected)
+
+    def test_a_bolt_that_yields_or_breaks_leaves_the_rest_to_the_others(self):
+        weak = ", yield_force = 20, rupture_strain = {} "
+        for rupture, forces, state in [(1, (30, 20, 50), 3), (1e-8, (40, 0, 60), 4)]:
+            self.hang("weak", 0.2, more={1: weak.format(rupture)})
+            with self.solve("weak") as file:
+                for computed, expected in zip(file["history/bolt_force"][-1], forces, strict=True):
+                    self.assertAlmostEqual(computed, expected, delta=1e-6 * 60)
+                self.assertEqual(file["frames/bolt_state"][-1].tolist(), [1, 1, state, state, 1, 1])
 
     def test_nodes_of_the_results(self):
         self.hang("mid", 0.0, more=", spacing_out_of_plane = 2")
