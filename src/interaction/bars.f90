@@ -418,7 +418,7 @@ contains
       type(bolt_type) :: bolt
       integer :: l
       stored = 0
-      do l = 1, size(self%bolts)
+      do l = 1, n_bolts(self)
          bolt = self%bolts(l)
          if (.not. bolt%is_there) cycle
          call measure_bolt(context%state%active, bolt)
@@ -436,13 +436,13 @@ contains
       class(energy_balance_type), intent(inout) :: balance
       real(wp) :: left, now
       integer :: l
-      if (size(self%bolts) == 0) return
-      do l = 1, size(self%bolts)
+      if (n_bolts(self) == 0) return
+      do l = 1, n_bolts(self)
          if (self%bolts(l)%removes == stage) self%bolts(l)%is_there = .false.
       end do
       left = self%start_energy(context)
       call balance%add(energy%discarded, balance%bar_energy - left)
-      do l = 1, size(self%bolts)
+      do l = 1, n_bolts(self)
          if (self%bolts(l)%installs == stage) call install(context, self%bolts(l))
       end do
       now = self%start_energy(context)
@@ -455,7 +455,7 @@ contains
       class(bars_type), intent(inout) :: self
       real(wp), intent(in) :: datum(2)
       integer :: l
-      do l = 1, size(self%bolts)
+      do l = 1, n_bolts(self)
          associate (bolt => self%bolts(l))
             bolt%place = bolt%place - spread(datum, 2, size(bolt%block))
             bolt%origin = bolt%origin - spread(datum, 2, size(bolt%block))
@@ -468,7 +468,7 @@ contains
       class(bars_type), intent(in) :: self
       integer :: l
       n = 0
-      do l = 1, size(self%bolts)
+      do l = 1, n_bolts(self)
          n = n + self%bolts(l)%bar%n
       end do
    end function n_nodes
@@ -487,7 +487,7 @@ contains
       force = 0
       slip = 0
       state = node_state%absent
-      do l = 1, size(self%bolts)
+      do l = 1, n_bolts(self)
          bolt = self%bolts(l)
          call measure_bolt(context%state%active, bolt)
          do i = 1, bolt%bar%n
@@ -512,6 +512,13 @@ contains
          n = n + bolt%bar%n
       end do
    end subroutine show_nodes
+
+   !> Number of bolts; before `init` there are none.
+   pure integer function n_bolts(self)
+      class(bars_type), intent(in) :: self
+      n_bolts = 0
+      if (allocated(self%bolts)) n_bolts = size(self%bolts)
+   end function n_bolts
 
    !> Force at which a tie slips.
    pure real(wp) function slip_limit(bolt, tie)
@@ -554,7 +561,7 @@ contains
       head = 0
       dowel = 0
       stored = 0
-      do l = 1, size(self%bolts)
+      do l = 1, n_bolts(self)
          bolt = self%bolts(l)
          call measure_bolt(context%state%active, bolt)
          if (size(bolt%acting) == 0) cycle
@@ -580,7 +587,7 @@ contains
       associate (unused => context%dt)
       end associate
       n = 0
-      do l = 1, size(self%bolts)
+      do l = 1, n_bolts(self)
          n = n + links_of(self%bolts(l))
       end do
    end function count_links
@@ -620,7 +627,7 @@ contains
       integer, allocatable :: points(:, :)
       integer :: c, k, l, pair(2)
       c = self%first_link
-      do l = 1, size(self%bolts)
+      do l = 1, n_bolts(self)
          associate (bolt => self%bolts(l))
             bolt%first_link = c
             call measure_bolt(context%state%active, bolt)
@@ -643,7 +650,7 @@ contains
       type(step_context_type), intent(in) :: context
       integer :: changes, unsettled, l
       self%level = context%scheme%level
-      do l = 1, size(self%bolts)
+      do l = 1, n_bolts(self)
          self%bolts(l)%e = 0
          self%bolts(l)%shift = 0
       end do
@@ -659,7 +666,7 @@ contains
       real(wp), allocatable :: then(:, :)
       integer, allocatable :: points(:, :)
       integer :: k, l, n_axial, p, side
-      do l = 1, size(self%bolts)
+      do l = 1, n_bolts(self)
          associate (bolt => self%bolts(l))
             if (size(bolt%acting) == 0) cycle
             then = bolt%place
@@ -746,7 +753,7 @@ contains
       integer, allocatable :: points(:, :)
       integer :: c, i, l, n_axial
       logical :: shears
-      do l = 1, size(self%bolts)
+      do l = 1, n_bolts(self)
          associate (bolt => self%bolts(l), t => self%bolts(l)%tangent)
             points = link_points(bolt)
             n_axial = size(points, 2) - size(bolt%crossing)
@@ -786,7 +793,7 @@ contains
       class(bars_type), intent(inout) :: self
       type(equations_type), intent(in) :: equations
       integer :: c, k, l
-      do l = 1, size(self%bolts)
+      do l = 1, n_bolts(self)
          associate (bolt => self%bolts(l))
             bolt%e = 0
             do k = 1, size(bolt%acting)*(size(bolt%acting) - 1)/2
@@ -821,7 +828,7 @@ contains
    subroutine keep(self)
       class(bars_type), intent(inout) :: self
       integer :: l
-      do l = 1, size(self%bolts)
+      do l = 1, n_bolts(self)
          self%bolts(l)%kept_e = self%bolts(l)%e
          self%bolts(l)%kept_shift = self%bolts(l)%shift
       end do
@@ -832,7 +839,7 @@ contains
       class(bars_type), intent(inout) :: self
       real(wp), intent(in) :: fraction
       integer :: l
-      do l = 1, size(self%bolts)
+      do l = 1, n_bolts(self)
          associate (bolt => self%bolts(l))
             bolt%e = bolt%kept_e + fraction*(bolt%e - bolt%kept_e)
             bolt%shift = bolt%kept_shift + fraction*(bolt%shift - bolt%kept_shift)
@@ -850,7 +857,7 @@ contains
       real(wp) :: of_dowel
       integer :: c, l, n
       logical :: shears
-      do l = 1, size(self%bolts)
+      do l = 1, n_bolts(self)
          associate (bolt => self%bolts(l))
             n = bolt%first_link
             force(:, n + 1:n + links_of(bolt)) = 0
@@ -882,7 +889,7 @@ contains
       real(wp), allocatable :: chain(:)
       real(wp) :: load, scale, off
       integer :: b, k, l, p
-      do l = 1, size(self%bolts)
+      do l = 1, n_bolts(self)
          if (size(self%bolts(l)%acting) < 2) cycle
          moved = self%bolts(l)
          associate (bolt => self%bolts(l), t => self%bolts(l)%tangent)
@@ -922,7 +929,7 @@ contains
       logical :: shears
       integer :: c, l
       n_changes = 0
-      do l = 1, size(self%bolts)
+      do l = 1, n_bolts(self)
          associate (bolt => self%bolts(l))
             if (size(bolt%acting) == 0) cycle
             new%u = points_with(bolt, bolt%e)
@@ -1048,7 +1055,7 @@ contains
       end associate
       start = 0
       end = 0
-      do l = 1, size(self%bolts)
+      do l = 1, n_bolts(self)
          if (size(self%bolts(l)%acting) == 0) cycle
          call finish_bolt(self%bolts(l), self%level, new, work, slipped, yielded, stored, freed)
          call balance%add(energy%friction, slipped)
@@ -1057,7 +1064,7 @@ contains
          start = start + stored(1)
          end = end + stored(2)
       end do
-      if (size(self%bolts) == 0) return
+      if (n_bolts(self) == 0) return
       call balance%add(energy%geometry, start - balance%bar_energy)
       balance%bar_energy = end
    end subroutine add_energies
@@ -1070,7 +1077,7 @@ contains
       type(bolt_type) :: new
       real(wp) :: work, slipped, yielded, stored(2), freed
       integer :: b, l, p
-      do l = 1, size(self%bolts)
+      do l = 1, n_bolts(self)
          if (size(self%bolts(l)%acting) > 0) then
             call finish_bolt(self%bolts(l), self%level, new, work, slipped, yielded, stored, freed)
             self%bolts(l)%state = new%state
@@ -1099,7 +1106,7 @@ contains
       real(wp) :: dowel, n(2)
       logical :: shears
       integer :: c, k, l
-      do l = 1, size(self%bolts)
+      do l = 1, n_bolts(self)
          bolt = self%bolts(l)
          call measure_bolt(context%state%active, bolt)
          if (size(bolt%acting) == 0) cycle
@@ -1147,7 +1154,7 @@ contains
       call archive%item('work', work)
       if (archive%saving .or. .not. (allocated(numbers) .and. allocated(work))) return
       n = 0
-      do l = 1, size(self%bolts)
+      do l = 1, n_bolts(self)
          n = n + n_numbers(self%bolts(l))
       end do
       if (size(numbers) /= n .or. size(work) /= 3) then
@@ -1156,7 +1163,7 @@ contains
       end if
       self%work = work
       n = 0
-      do l = 1, size(self%bolts)
+      do l = 1, n_bolts(self)
          call unpack_bolt(numbers(n + 1:n + n_numbers(self%bolts(l))), self%bolts(l))
          n = n + n_numbers(self%bolts(l))
       end do
@@ -1231,7 +1238,7 @@ contains
       end associate
       check%group = 'bars'
       call check%holds(all(self%work >= 0), 'work')
-      do l = 1, size(self%bolts)
+      do l = 1, n_bolts(self)
          associate (b => self%bolts(l))
             call check%is_finite([b%state%w, b%state%plastic, b%state%slip, b%dowel_slip], 'numbers')
             call check%holds(all(abs(b%place) <= largest_coordinate) .and. &
