@@ -174,6 +174,7 @@ def test_every_dataset_has_a_unit_or_none(flat_arch):
         "relaxation",
         "time_error",
         "active",
+        "contact_strength",
     )
     for path in sorted(rockdda.open(flat_arch).keys()):
         assert path in POWERS or path.startswith("input/") or path.endswith(without), path
