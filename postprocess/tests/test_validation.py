@@ -13,6 +13,7 @@ import rockdda.validation
 from places import ROOT, assert_same_results
 from rockdda.cli import main
 from rockdda.errors import InputError
+from rockdda.report import paper
 from rockdda.validation import Case, Comparison, Record, all_cases
 from rockdda.validation.cases import closed_newmark
 from rockdda.validation.report import PARTS, write_report
@@ -202,8 +203,9 @@ def test_a_case_chooses_the_formulation_where_a_model_does_not(tmp_path):
     assert not model.options
 
 
-def test_without_weasyprint_there_is_no_pdf_and_nothing_is_run(tmp_path, capsys, monkeypatch):
+def test_without_a_writer_of_pdf_nothing_is_run(tmp_path, capsys, monkeypatch):
     monkeypatch.setitem(sys.modules, "weasyprint", None)
+    monkeypatch.setattr(paper.shutil, "which", lambda name: None)  # no browser
     code, out, err = command(capsys, "--case", "closed-newmark", "--pdf", "-o", tmp_path / "report")
     assert code == 2 and "-m pip install weasyprint" in err and not out
     assert not (tmp_path / "report").exists()

@@ -48,7 +48,7 @@ def validate_command(
     ] = False,
     show: Annotated[bool, typer.Option("--list", help="Run nothing: list the cases.")] = False,
     report_only: Annotated[bool, typer.Option("--report-only", help="Run nothing: write the report again.")] = False,
-    pdf: Annotated[bool, typer.Option("--pdf", help="Also as DIR/report.pdf; needs WeasyPrint.")] = False,
+    pdf: Annotated[bool, typer.Option("--pdf", help="Also as DIR/report.pdf; by WeasyPrint or Chromium.")] = False,
     output: Annotated[Path, typer.Option("-o", "--output", metavar="DIR", help="Folder of the report.")] = Path(
         "validation"
     ),
