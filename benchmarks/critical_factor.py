@@ -67,8 +67,8 @@ def validated(name: str) -> Callable[[Path], list[str]]:
     """A model of the validation."""
 
     def write(folder: Path) -> list[str]:
-        from rockdda.validation.cases.factor_slopes import random_slope, required, toppling_slope
-        from rockdda.validation.factor_models import FIRST_WALL, PIERCED_WALL, arch, wall
+        from rockdda_validation.cases.factor_slopes import random_slope, required, toppling_slope
+        from rockdda_validation.factor_models import FIRST_WALL, PIERCED_WALL, arch, wall
 
         models = {
             "random": random_slope,

@@ -8,7 +8,7 @@ A beam of waves starts within a rectangle of tied cells of 1 m, by the velocity 
 down to the base; all four sides are viscous. The Fourier transform of the velocities in space parts what runs up from
 what runs down, and waves of compression (along the wave vector) from waves of shear. Printed: amplitudes of both
 reflected waves at the angle of the beam over that of the wave that came, and what the closed form says
-(`rockdda.validation.cases.dynamics_waves.reflected`). The beam is 8 cells wide (standard deviation): what is scattered
+(`rockdda_validation.cases.dynamics_waves.reflected`). The beam is 8 cells wide (standard deviation): what is scattered
 at its edges and at the corners of the rectangle, some hundredths of it, is in the figures.
 """
 
@@ -22,7 +22,7 @@ from pathlib import Path
 
 import h5py
 import numpy as np
-from rockdda.validation.cases.dynamics_waves import reflected
+from rockdda_validation.cases.dynamics_waves import reflected
 
 ROOT = Path(__file__).resolve().parents[1]
 WIDTH, HEIGHT = 60, 40  # cells

@@ -48,11 +48,11 @@ def copy_source(target: Path) -> None:
 
 
 def python_modules() -> list[str]:
-    """Modules of the package with public names, without the cases of the validation."""
+    """Modules of the package with public names."""
     names = []
     for file in sorted((ROOT / "postprocess/rockdda").glob("**/*.py")):
         parts = file.relative_to(ROOT / "postprocess").with_suffix("").parts
-        if "cases" not in parts and parts[-1] not in ("__init__", "__main__") and not parts[-1].startswith("_"):
+        if parts[-1] not in ("__init__", "__main__") and not parts[-1].startswith("_"):
             names.append(".".join(parts))
     return names
 

@@ -21,7 +21,7 @@ import numpy as np
 
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT / "postprocess"))
-from rockdda.validation.integrator import fit_recurrence  # noqa: E402
+from rockdda_validation.integrator import fit_recurrence  # noqa: E402
 
 PROGRAM = os.environ.get("ROCKDDA_PROGRAM", str(ROOT / "build" / "bin" / "rockdda"))
 STIFFNESS, DENSITY = 1e6, 1000.0

@@ -106,7 +106,6 @@ EXTRAS = {
     "study": "distributed pandas",
     "cluster": "dask-jobqueue",
     "pdf": "weasyprint",
-    "validation": "markdown-it-py pandas scipy shapely",
 }
 
 

@@ -5,7 +5,7 @@ import math
 import os
 
 import pandas
-from rockdda.validation import Case
+from rockdda_validation import Case
 
 
 def agrees(record):

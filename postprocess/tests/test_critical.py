@@ -12,7 +12,7 @@ import pytest
 import rockdda
 from rockdda.critical import read_search
 from rockdda.plot import plot, save
-from rockdda.validation.factor_models import stack
+from rockdda_validation.factor_models import stack
 from synthetic import write_wall
 
 ANSWER = {

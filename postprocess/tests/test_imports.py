@@ -28,7 +28,7 @@ ORDER = (
     "namelist", "materials", "native", "options", "groups", "storage", "fields", "columns", "frames", "joints", "rings",
     "start", "stages", "results", "units", "deck", "places", "labelled", "cutting", "simulation", "reading", "model",
     "critical", "networks", "records", "plot", "film", "convert", "export", "analysis", "study", "certainty", "report",
-    "validation", "cli", "_old_names", "__init__", "__main__",
+    "cli", "_old_names", "__init__", "__main__",
 )  # fmt: skip
 
 

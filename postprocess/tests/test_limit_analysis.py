@@ -5,8 +5,9 @@ import math
 
 import numpy as np
 import pytest
+from rockdda.analysis.limit_analysis import RigidBlocks, find_joints
 from rockdda.errors import RockddaError
-from rockdda.validation.factor_models import (
+from rockdda_validation.factor_models import (
     FIRST_WALL,
     PIERCED_WALL,
     Dam,
@@ -19,7 +20,6 @@ from rockdda.validation.factor_models import (
     stack,
     wall,
 )
-from rockdda.validation.limit_analysis import RigidBlocks, find_joints
 
 pytest.importorskip("scipy")
 

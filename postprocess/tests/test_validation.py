@@ -9,15 +9,16 @@ import tomllib
 
 import numpy as np
 import pytest
-import rockdda.validation
+import rockdda
+import rockdda_validation
 from places import ROOT, assert_same_results
 from rockdda.cli import main
 from rockdda.errors import InputError
 from rockdda.report import paper
-from rockdda.validation import Case, Comparison, Record, all_cases
-from rockdda.validation.cases import closed_newmark
-from rockdda.validation.report import PARTS, write_report
-from rockdda.validation.runner import Outcome, comparison, load_records, run_cases, run_here, select, store
+from rockdda_validation import Case, Comparison, Record, all_cases
+from rockdda_validation.cases import closed_newmark
+from rockdda_validation.report import PARTS, write_report
+from rockdda_validation.runner import Outcome, comparison, load_records, run_cases, run_here, select, store
 from synthetic_cases import CASES
 
 pytestmark = pytest.mark.usefixtures("native")
@@ -35,7 +36,7 @@ def test_the_cases_have_names_and_places():
 
 
 def test_published_numbers_can_be_read():
-    for package in rockdda.validation.__path__:
+    for package in rockdda_validation.__path__:
         for file in (ROOT / package / "published").glob("*.toml"):
             assert tomllib.loads(file.read_text(encoding="utf-8")), file
 
@@ -155,8 +156,8 @@ def test_both_formulations_stand_beside_each_other(tmp_path):
 
 
 def test_first_page_says_whether_a_closing_rule_gives_the_published_verdicts():
-    from rockdda.validation.report_entry import Entry
-    from rockdda.validation.report_first import first_page
+    from rockdda_validation.report_entry import Entry
+    from rockdda_validation.report_first import first_page
 
     def entry(identifier, quantity, computed, found=""):
         values = {"quantity": quantity, "computed": computed, "unit": "of 13", "published": 13.0, "found": found}
@@ -175,7 +176,7 @@ def test_first_page_says_whether_a_closing_rule_gives_the_published_verdicts():
 
 
 def test_truths_of_corner_springs_promise_nothing_by_length():
-    from rockdda.validation.corner_springs import CORNERS, as_promised
+    from rockdda_validation.corner_springs import CORNERS, as_promised
 
     spring = Comparison("settlement", 2.0, truth=1.0, truth_source="statics of the chain", allowed=0.01)
     other = Comparison("speed", 2.0, truth=1.0, truth_source="Newton's law", allowed=0.01)
@@ -286,7 +287,7 @@ def test_the_command_runs_a_case_and_writes_the_report(tmp_path, capsys):
     ("status", "expected"), [("agrees", 0), ("differs", 1), ("failed", 3)], ids=["agrees", "differs", "failed"]
 )
 def test_exit_codes(tmp_path, capsys, monkeypatch, status, expected):
-    from rockdda.validation import runner
+    from rockdda_validation import runner
 
     def pretend(cases, target, **options):
         kept(tmp_path, [case for case in CASES if case.identifier.endswith(status.removesuffix("ed"))] or CASES[2:3])
@@ -299,7 +300,7 @@ def test_exit_codes(tmp_path, capsys, monkeypatch, status, expected):
 
 
 def test_cases_done_before_ctrl_c_are_kept_and_missing_continues(tmp_path, capsys, monkeypatch):
-    from rockdda.validation import runner
+    from rockdda_validation import runner
 
     names = ["closed-newmark", "closed-bolt"]
     ran = []
@@ -362,7 +363,7 @@ def test_the_list_names_all_cases(capsys):
 
 def test_symbols_in_pictures_are_set_as_symbols(tmp_path):
     import matplotlib.pyplot as plt
-    from rockdda.validation.case import SYMBOL
+    from rockdda_validation.case import SYMBOL
 
     assert SYMBOL.sub("x", "S_j = 1 m, $S_j$, DS_j, S_jk") == "x = 1 m, $S_j$, DS_j, S_jk"
     record = Record(Case("a", "A", "Closed forms", lambda _: None), tmp_path, tmp_path / "figures")

@@ -5,9 +5,9 @@ import math
 
 import numpy as np
 import pytest
-from rockdda.validation.block_row import GRAVITY, OPEN, BlockRow
-from rockdda.validation.cases.ch5_3_1_two_block_arch import MODULUS, HalfArch, linear_deflection
-from rockdda.validation.vibration import block_mass, damped, modes, steps_to_rest, undamped
+from rockdda_validation.block_row import GRAVITY, OPEN, BlockRow
+from rockdda_validation.cases.ch5_3_1_two_block_arch import MODULUS, HalfArch, linear_deflection
+from rockdda_validation.vibration import block_mass, damped, modes, steps_to_rest, undamped
 
 
 @pytest.fixture(scope="module")

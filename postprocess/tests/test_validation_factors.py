@@ -2,11 +2,11 @@
 """The fast cases of critical factors keep their promises, with the program as it is built."""
 
 import pytest
-from rockdda.validation.cases.factor_slopes import two_block_factor, two_block_slide
-from rockdda.validation.factor_models import DOORWAY, FIRST_WALL, Dam, PlaneFailure, arch, stack, wall
-from rockdda.validation.limit_analysis import RigidBlocks
-from rockdda.validation.registry import all_cases
-from rockdda.validation.runner import comparisons_of, run_here
+from rockdda.analysis.limit_analysis import RigidBlocks
+from rockdda_validation.cases.factor_slopes import two_block_factor, two_block_slide
+from rockdda_validation.factor_models import DOORWAY, FIRST_WALL, Dam, PlaneFailure, arch, stack, wall
+from rockdda_validation.registry import all_cases
+from rockdda_validation.runner import comparisons_of, run_here
 
 pytest.importorskip("scipy")
 pytestmark = pytest.mark.usefixtures("native")

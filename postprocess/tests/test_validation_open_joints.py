@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from rockdda import Model
 from rockdda.errors import InputError
-from rockdda.validation.open_joints import open_joints, shrunk
+from rockdda_validation.open_joints import open_joints, shrunk
 
 
 def test_edges_move_inwards_by_the_same_distance():

@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 from rockdda.errors import InputError
-from rockdda.validation.roofs import Roof, bisect, joint_positions, judge
+from rockdda_validation.roofs import Roof, bisect, joint_positions, judge
 
 
 @pytest.mark.parametrize(("blocks", "top", "total"), [(6, 0, 67), (9, 11, 98), (16, 18, 168)])

@@ -6,10 +6,10 @@ from dataclasses import asdict
 
 import pytest
 from rockdda.errors import InputError
-from rockdda.validation.case import Comparison
-from rockdda.validation.report import _comparisons
-from rockdda.validation.report_entry import Entry
-from rockdda.validation.thresholds import find_threshold
+from rockdda_validation.case import Comparison
+from rockdda_validation.report import _comparisons
+from rockdda_validation.report_entry import Entry
+from rockdda_validation.thresholds import find_threshold
 
 
 def halves(low, high):

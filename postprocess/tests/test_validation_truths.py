@@ -6,9 +6,9 @@ import math
 import numpy as np
 import pytest
 from rockdda.errors import RockddaError
-from rockdda.validation import shaking_table
-from rockdda.validation.bracket import Bracket, bracket, power_of_ten
-from rockdda.validation.cases import closed_arch, closed_momentum, closed_rocking, closed_single_block, closed_toppling
+from rockdda_validation import shaking_table
+from rockdda_validation.bracket import Bracket, bracket, power_of_ten
+from rockdda_validation.cases import closed_arch, closed_momentum, closed_rocking, closed_single_block, closed_toppling
 
 
 def test_a_bracket_holds_the_limit():

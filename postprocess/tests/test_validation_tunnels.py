@@ -17,9 +17,9 @@ from rockdda.analysis.loosening import loosening_of
 from rockdda.errors import InputError
 from rockdda.study import Study, read_study
 from rockdda.study.runner import collect, run_study
-from rockdda.validation.case import published
-from rockdda.validation.cases import ch7_joint_stiffness, ch7_time_step, closing_family
-from rockdda.validation.tunnels import profile_of, with_formulation
+from rockdda_validation.case import published
+from rockdda_validation.cases import ch7_joint_stiffness, ch7_time_step, closing_family
+from rockdda_validation.tunnels import profile_of, with_formulation
 
 FIFTY = INPUTS / "fifty_tunnels/fifty.toml"
 MORE = INPUTS / "fifty_tunnels/more.toml"
