@@ -110,7 +110,7 @@ class Surroundings(ProgramTest):
         process.send_signal(signal.SIGTERM)
         process.communicate(timeout=PATIENCE)
         # no time left where it would be years, as after the first steps
-        self.assertRegex(first, r"\A +0 %  step \d+, time [\d.]+, unbalanced [\d.E+-]+(, .* left)?\n\Z")
+        self.assertRegex(first, r"\A +0 %  step \d+, time [\d.]+, unbalanced [\d.e+-]+(, .* left)?\n\Z")
 
 
 @unittest.skipIf(h5py is None, "needs h5py")
