@@ -28,6 +28,7 @@ from .variants import (
     METHOD,
     PROPERTY,
     Variant,
+    comes_to_rest,
     has_chosen_stiffness,
     steps_of,
     template_of,
@@ -235,7 +236,9 @@ def judge_convergence(
 ) -> Convergence:  # fmt: skip
     """Judge the numbers of studies that are done."""
     variants = variants_of(source)
-    findings, failed, units = _of_runs(studies[0], variants, quantities, steps_of(source) > 0)
+    findings, failed, units = _of_runs(
+        studies[0], variants, quantities, steps_of(source) > 0 and not comes_to_rest(source)
+    )
     if only_factor:
         findings = []
     if len(studies) == 2:

@@ -9,6 +9,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from ..errors import InputError
 from ..namelist import short_real
 from .template import Groups, Placeholders, Source
@@ -73,6 +75,22 @@ def steps_of(source: Source) -> int:
     return 0 if ends_with_a_stage(source) else int(chosen(source.groups, "run", "steps") or 0)
 
 
+def comes_to_rest(source: Source) -> bool:
+    """Do the steps of a run only bring it to rest? It is static, without stages, and nothing changes with time.
+
+    A static step moves a block by at most its force over 2 m/Δt²: steps half as long need four times as many.
+    """
+    changing = ("harmonic", "record", "velocity", "level", "displacement")
+    groups = [group for name, some in source.groups.items() if name != "water" for group in some]
+    constant = all(
+        not any(name in group for name in changing)
+        and ("table" not in group)
+        and np.size(group.get("force", ())) in (0, 2)
+        for group in groups
+    ) and not any("level" in group for group in source.groups.get("water", []))
+    return constant and not source.groups.get("stage") and not float(source.facts.get("k01", 1.0)) > 0
+
+
 def ends_with_a_stage(source: Source) -> bool:
     """Does the run end where its last stage ends?"""
     stages = source.groups.get("stage", [])
@@ -124,7 +142,8 @@ def _joints(source: Source) -> list[dict[str, Any]]:
 def template_of(source: Source, *, end_time: float | None = None) -> str:
     """The labelled file with placeholders for the parameters of `Variant.values`.
 
-    A run that ends after some steps, and not with a stage, has an end time, too: that of its steps at their largest.
+    A run that ends after some steps, and not with a stage, has an end time, too: that of its steps at their largest;
+    where it comes to rest (`comes_to_rest`) over the factor of the step.
     end_time: one that is known.
     """
     groups, marks = copy.deepcopy(source.groups), Placeholders()
@@ -150,6 +169,8 @@ def template_of(source: Source, *, end_time: float | None = None) -> str:
         groups["run"] = [*groups.get("run", []), {"steps": MANY, "t_end": end_time}]
     elif steps := steps_of(source):
         end = min(chosen(groups, "run", "t_end") or math.inf, steps * float(largest))
+        if comes_to_rest(source):
+            end = marks.mark(f"{end!r}/step")
         groups["run"] = [*groups.get("run", []), {"steps": marks.mark("steps"), "t_end": end}]
     more = ["", "! what the study varies: {{name}}", f"&time dt_max = {{{{{float(largest)!r}*step}}}} /"]
     if by_length(source):
