@@ -56,7 +56,7 @@ module rockdda_interaction_bars
       real(wp), allocatable :: u(:)             !! (points) [length]
       real(wp), allocatable :: force(:)         !! (points) of the rock on the bar
       real(wp), allocatable :: stiffness(:, :)  !! (points, points)
-      real(wp), allocatable :: e(:)             !! (pairs of points) elongations of the step [length]
+      real(wp), allocatable :: e(:)             !! (neighbours) elongations of the step [length]
    end type tangent_type
 
    !> One bolt.
@@ -69,6 +69,7 @@ module rockdda_interaction_bars
       integer, allocatable :: block(:)          !! (points) 0: the fixed outside
       real(wp), allocatable :: distance(:)      !! (points) from the head when it was drawn [length]
       integer, allocatable :: used(:)           !! points with a tie, ascending
+      integer, allocatable :: crossed(:)        !! blocks of these, each once
       integer, allocatable :: crossing(:)       !! joints with a dowel: between the points c and c + 1
       real(wp) :: dowel_stiffness = 0, dowel_strength = 0
       ! what lasts
@@ -83,11 +84,12 @@ module rockdda_interaction_bars
       real(wp), allocatable :: start(:)         !! (points) displacements there [length]
       real(wp), allocatable :: across(:)        !! (crossings) displacement of the joint there [length]
       ! of the attempt
-      real(wp), allocatable :: e(:), kept_e(:)  !! (pairs of points) elongations of the step where forces act [length]
+      real(wp), allocatable :: e(:), kept_e(:)  !! (neighbours) elongations of the step where forces act [length]
       real(wp), allocatable :: shift(:), kept_shift(:)   !! (crossings)
       logical, allocatable :: shears(:)         !! (crossings) the dowel is held at its strength
       type(tangent_type) :: tangent
       integer :: first_link = 0
+      integer, allocatable :: matrix(:)         !! (pairs of blocks) number among the matrices of the equations
    end type bolt_type
 
    type, extends(interaction_type) :: bars_type
@@ -166,7 +168,7 @@ contains
       real(wp), allocatable :: from(:), to(:)
       integer, allocatable :: block(:)
       real(wp) :: length, near
-      integer :: c, j, l
+      integer :: b, c, j, l
       logical, allocatable :: is_used(:)
       length = norm2(toe - head)
       near = 1.0e-6_wp*length
@@ -206,10 +208,16 @@ contains
          if (bolt%bar%share(l) > 0) is_used(bolt%bar%point(l) + 1) = .true.
       end do
       bolt%used = pack([(j, j=1, size(is_used))], is_used)
+      allocate (bolt%crossed(0))
+      do j = 1, size(bolt%used)
+         b = bolt%block(bolt%used(j))
+         if (b > 0 .and. .not. any(bolt%crossed == b)) bolt%crossed = [bolt%crossed, b]
+      end do
+      allocate (bolt%matrix(size(bolt%crossed)*(size(bolt%crossed) + 1)/2), source=0)
       allocate (bolt%crossing(0))
       if (bolt%dowel_stiffness > 0) bolt%crossing = pack([(2*c, c=1, size(block) - 1)], &
                                                          block(2:) /= block(:size(block) - 1))
-      associate (n => size(bolt%crossing), m => size(bolt%used)*(size(bolt%used) - 1)/2)
+      associate (n => size(bolt%crossing), m => max(0, size(bolt%used) - 1))
          allocate (bolt%dowel_slip(n), bolt%across(n), bolt%shift(n), &
             bolt%kept_shift(n), &
                    bolt%e(m), bolt%kept_e(m), bolt%start(size(bolt%block)), source=0.0_wp)
@@ -579,7 +587,7 @@ contains
       end do
    end subroutine show_bolts
 
-   !> One for each pair of points with a tie, and one for each dowel.
+   !> Links of all bolts.
    pure integer function count_links(self, context) result(n)
       class(bars_type), intent(in) :: self
       type(step_context_type), intent(in) :: context
@@ -592,28 +600,29 @@ contains
       end do
    end function count_links
 
-   !> Links of one bolt.
+   !> Links of one bolt: one for each two neighbours of the points with a tie, one for each dowel, and the matrices of
+   !> each block and of each pair of blocks.
    pure integer function links_of(bolt) result(n)
       type(bolt_type), intent(in) :: bolt
-      n = size(bolt%used)*(size(bolt%used) - 1)/2 + size(bolt%crossing)
+      n = axial_links(bolt) + size(bolt%crossing) + size(bolt%matrix)
    end function links_of
 
-   !> Points of the links of a bolt: first those of neighbours that act, then all other pairs, then dowels.
+   !> Links between neighbours.
+   pure integer function axial_links(bolt) result(n)
+      type(bolt_type), intent(in) :: bolt
+      n = max(0, size(bolt%used) - 1)
+   end function axial_links
+
+   !> Points of the links between neighbours that act, then of the dowels.
    pure function link_points(bolt) result(points)
       type(bolt_type), intent(in) :: bolt
-      integer :: points(2, links_of(bolt))     !! 0: the link is not in use
-      integer :: c, i, j, n
+      integer :: points(2, axial_links(bolt) + size(bolt%crossing))     !! 0: the link is not in use
+      integer :: c, k, n
       points = 0
-      n = 0
-      associate (acting => bolt%acting)
-         do j = 1, size(acting) - 1
-            do i = 1, size(acting) - j
-               n = n + 1
-               points(:, n) = [acting(i), acting(i + j)]
-            end do
-         end do
-      end associate
-      n = links_of(bolt) - size(bolt%crossing)
+      do k = 1, size(bolt%acting) - 1
+         points(:, k) = bolt%acting(k:k + 1)
+      end do
+      n = axial_links(bolt)
       do c = 1, size(bolt%crossing)
          if (bolt%holds(c)) points(:, n + c) = [bolt%crossing(c), bolt%crossing(c) + 1]
       end do
@@ -625,7 +634,7 @@ contains
       type(step_context_type), intent(in) :: context
       type(equations_type), intent(inout) :: equations
       integer, allocatable :: points(:, :)
-      integer :: c, k, l, pair(2)
+      integer :: a, b, c, k, l, m, pair(2)
       c = self%first_link
       do l = 1, n_bolts(self)
          associate (bolt => self%bolts(l))
@@ -640,6 +649,17 @@ contains
                call equations%join(c + k, pair)
             end do
             c = c + size(points, 2)
+            m = 0
+            do a = 1, size(bolt%crossed)
+               do b = a, size(bolt%crossed)
+                  m = m + 1
+                  pair = [bolt%crossed(a), merge(0, bolt%crossed(b), a == b)]
+                  if (.not. (context%state%active(bolt%crossed(a)) .and. context%state%active(bolt%crossed(b)))) &
+                     pair = 0
+                  call equations%join_matrix(c + m, pair, bolt%matrix(m))
+               end do
+            end do
+            c = c + m
          end associate
       end do
    end subroutine prepare
@@ -675,7 +695,7 @@ contains
                   mean_displacement(context%moving(bolt%block(p))%d, bolt%place(:, p), context%moving(bolt%block(p)))
             end do
             points = link_points(bolt)
-            n_axial = size(points, 2) - size(bolt%crossing)
+            n_axial = axial_links(bolt)
             do k = 1, size(points, 2)
                if (points(1, k) == 0) cycle
                n = mean_direction(bolt, then, points(1, k), points(2, k))
@@ -744,49 +764,103 @@ contains
       end do
    end function chain_forces
 
+   !> Derivatives of the forces of the links of neighbours with respect to their elongations.
+   pure function chain_stiffness(bolt, stiffness) result(d)
+      type(bolt_type), intent(in) :: bolt
+      real(wp), intent(in) :: stiffness(:, :)  !! (points, points) of the forces of the rock on the bar
+      real(wp) :: d(max(0, size(bolt%acting) - 1), max(0, size(bolt%acting) - 1))
+      integer :: i, j, n
+      n = size(d, 1)
+      ! of the points on the side of the head by those on the side of the toe
+      do j = 1, n
+         d(:, j) = -stiffness(bolt%acting(1:n), bolt%acting(j + 1))
+      end do
+      do j = n - 1, 1, -1
+         d(:, j) = d(:, j) + d(:, j + 1)
+      end do
+      do i = 2, n
+         d(i, :) = d(i, :) + d(i - 1, :)
+      end do
+      d = 0.5_wp*(d + transpose(d))
+   end function chain_stiffness
+
    !> Stiffness and load of the links, by the tangent of the last round.
    subroutine add_to_links(self, equations)
       class(bars_type), intent(in) :: self
       type(equations_type), intent(inout) :: equations
-      real(wp), allocatable :: chain(:)
-      real(wp) :: k, f, force
-      integer, allocatable :: points(:, :)
-      integer :: c, i, l, n_axial
-      logical :: shears
+      integer :: l
       do l = 1, n_bolts(self)
-         associate (bolt => self%bolts(l), t => self%bolts(l)%tangent)
-            points = link_points(bolt)
-            n_axial = size(points, 2) - size(bolt%crossing)
-            if (size(bolt%acting) > 0) chain = chain_forces(bolt, t%force)
-            do i = 1, size(points, 2)
-               k = 0
-               f = 0
-               if (points(1, i) > 0 .and. i <= n_axial) then
-                  k = -t%stiffness(points(1, i), points(2, i))
-                  f = k*t%e(i)
-                  if (i <= size(chain)) f = f - chain(i)
-               end if
-               if (i <= n_axial) then
-                  call equations%set_link(bolt%first_link + i, [self%level*k, 0.0_wp]/bolt%spacing, &
-                                          [f, 0.0_wp]/bolt%spacing)
-                  cycle
-               end if
-               c = i - n_axial
-               if (bolt%holds(c)) then
-                  k = bolt%dowel_stiffness
-                  f = -k*(bolt%across(c) - bolt%dowel_slip(c))
-                  if (bolt%shears(c)) then
-                     call dowel_response(bolt, bolt%across(c) + bolt%shift(c) - bolt%dowel_slip(c), force, shears)
-                     k = 0
-                     f = -force
-                  end if
-               end if
-               call equations%set_link(bolt%first_link + i, [0.0_wp, self%level*k]/bolt%spacing, &
-                                       [0.0_wp, f]/bolt%spacing)
-            end do
-         end associate
+         call add_bolt(self%bolts(l), self%level, equations)
       end do
    end subroutine add_to_links
+
+   !> Stiffness and load of the links of one bolt.
+   subroutine add_bolt(bolt, level, equations)
+      type(bolt_type), intent(in) :: bolt
+      real(wp), intent(in) :: level
+      type(equations_type), intent(inout) :: equations
+      real(wp) :: chain(max(0, size(bolt%acting) - 1)), d(size(chain), size(chain)), k, f, force
+      logical :: shears
+      integer :: c, i
+      if (size(chain) > 0) then
+         chain = chain_forces(bolt, bolt%tangent%force)
+         d = chain_stiffness(bolt, bolt%tangent%stiffness)
+         call add_matrices(bolt, level*d/bolt%spacing, equations)
+      end if
+      do i = 1, axial_links(bolt)
+         k = 0
+         f = 0
+         if (i <= size(chain)) then
+            k = d(i, i)
+            f = dot_product(d(:, i), bolt%tangent%e(1:size(chain))) - chain(i)
+         end if
+         call equations%set_link(bolt%first_link + i, [level*k, 0.0_wp]/bolt%spacing, [f, 0.0_wp]/bolt%spacing)
+      end do
+      do c = 1, size(bolt%crossing)
+         k = 0
+         f = 0
+         if (bolt%holds(c)) then
+            k = bolt%dowel_stiffness
+            f = -k*(bolt%across(c) - bolt%dowel_slip(c))
+            if (bolt%shears(c)) then
+               call dowel_response(bolt, bolt%across(c) + bolt%shift(c) - bolt%dowel_slip(c), force, shears)
+               k = 0
+               f = -force
+            end if
+         end if
+         call equations%set_link(bolt%first_link + axial_links(bolt) + c, [0.0_wp, level*k]/bolt%spacing, &
+                                 [0.0_wp, f]/bolt%spacing)
+      end do
+   end subroutine add_bolt
+
+   !> What the elongation of one link between neighbours does to the force of another one.
+   subroutine add_matrices(bolt, d, equations)
+      type(bolt_type), intent(in) :: bolt
+      real(wp), intent(in) :: d(:, :)          !! (neighbours, neighbours) [force/length]
+      type(equations_type), intent(inout) :: equations
+      real(wp) :: g(6, size(d, 1), size(bolt%crossed)), v(6, 2), others(size(d, 1), size(d, 1))
+      integer :: a, b, i, m, side
+      g = 0
+      others = d
+      do i = 1, size(d, 1)
+         others(i, i) = 0
+         do side = 1, 2
+            associate (block => equations%pair(side, bolt%first_link + i))
+               if (block == 0) cycle
+               v = equations%vectors_of(bolt%first_link + i, side)
+               a = findloc(bolt%crossed, block, 1)
+               g(:, i, a) = v(:, 1)
+            end associate
+         end do
+      end do
+      m = 0
+      do a = 1, size(bolt%crossed)
+         do b = a, size(bolt%crossed)
+            m = m + 1
+            call equations%set_matrix(bolt%matrix(m), matmul(matmul(g(:, :, a), others), transpose(g(:, :, b))))
+         end do
+      end do
+   end subroutine add_matrices
 
    !> Elongations and displacements of joints.
    subroutine predict(self, equations)
@@ -796,13 +870,12 @@ contains
       do l = 1, n_bolts(self)
          associate (bolt => self%bolts(l))
             bolt%e = 0
-            do k = 1, size(bolt%acting)*(size(bolt%acting) - 1)/2
+            do k = 1, size(bolt%acting) - 1
                bolt%e(k) = self%level*motion_along(bolt%first_link + k, 1)
             end do
             bolt%shift = 0
             do c = 1, size(bolt%crossing)
-               if (bolt%holds(c)) bolt%shift(c) = self%level*motion_along(bolt%first_link + links_of(bolt) - &
-                                                                          size(bolt%crossing) + c, 2)
+               if (bolt%holds(c)) bolt%shift(c) = self%level*motion_along(bolt%first_link + axial_links(bolt) + c, 2)
             end do
          end associate
       end do
@@ -869,7 +942,7 @@ contains
             chain = chain_forces(bolt, of_points)
             deallocate (of_points)
             force(1, n + 1:n + size(chain)) = chain/bolt%spacing
-            n = n + links_of(bolt) - size(bolt%crossing)
+            n = n + axial_links(bolt)
             do c = 1, size(bolt%crossing)
                if (.not. bolt%holds(c)) cycle
                call dowel_response(bolt, bolt%across(c) + bolt%kept_shift(c) + fraction* &
@@ -945,7 +1018,7 @@ contains
             new%stiffness = bolt%tangent%stiffness
             call condense(bolt%bar, response, new%force, new%stiffness)
             missing = new%force - (bolt%tangent%force + matmul(bolt%tangent%stiffness, new%u - bolt%tangent%u))
-            if (maxval(abs(missing)) + bent(bolt, new%u) > agreement*maxval(abs(new%force)) + &
+            if (maxval(abs(missing)) > agreement*maxval(abs(new%force)) + &
                 rounding*maxval(abs(new%stiffness))*maxval(abs(new%u))) n_changes = n_changes + 1
             bolt%tangent = new
             do c = 1, size(bolt%crossing)
@@ -958,24 +1031,6 @@ contains
       end do
       n_unsettled = n_changes
    end subroutine judge
-
-   !> Largest force by which the links between points that are no neighbours differ from those between, where the bolt
-   !> is bent.
-   pure real(wp) function bent(bolt, u) result(largest)
-      type(bolt_type), intent(in) :: bolt
-      real(wp), intent(in) :: u(:)             !! (points) [length]
-      integer :: i, points(2, links_of(bolt))
-      points = link_points(bolt)
-      largest = 0
-      associate (t => bolt%tangent)
-         do i = size(bolt%acting), size(bolt%acting)*(size(bolt%acting) - 1)/2
-            associate (p => points(1, i), q => points(2, i))
-               largest = max(largest, abs(t%stiffness(p, q)*((bolt%e(i) - t%e(i)) - ((u(q) - t%u(q)) - &
-                                                                                    (u(p) - t%u(p))))))
-            end associate
-         end do
-      end associate
-   end function bent
 
    !> What a bolt does in a step.
    pure subroutine finish_bolt(bolt, level, new, work, slipped, yielded, stored, freed)

@@ -11,6 +11,9 @@
 !> c/dt to the stiffness. Every block gathers its own links in the order of the table: the sums do not depend on
 !> threads, and no two threads write one number.
 !>
+!> Of a few links the whole stiffness between two blocks, or of one block, is given as a matrix (join_matrix,
+!> set_matrix): forces along several lines that depend on one another.
+!>
 !> After the first assembly of a step only the rows of blocks with a changed link are put together again, from all
 !> their links in the same order: the numbers are those of a full assembly. So it is where vectors are new.
 module rockdda_interaction_equations
@@ -51,6 +54,9 @@ module rockdda_interaction_equations
       real(wp), allocatable :: stiffness(:, :)       !! (2, links) set by set_link
       real(wp), allocatable :: force(:, :)           !! (2, links) set by set_link
       real(wp), allocatable :: coupling(:)           !! (links) along line 1 with the next link, set by set_links
+      integer, private :: n_matrices = 0
+      integer, allocatable, private :: matrix_link(:)       !! (>= n_matrices) links with a matrix
+      real(wp), allocatable, private :: matrices(:, :, :)   !! (6, 6, >= n_matrices) set by set_matrix
       real(wp), allocatable :: link_off(:)           !! (links) share of force by wrong lengths (measure_placement)
       real(wp), allocatable :: block_off(:)          !! (nb) the same for terms of single blocks
       real(wp), allocatable :: block_force(:)        !! (nb) size of the force of block_load (clear_placement)
@@ -72,6 +78,8 @@ module rockdda_interaction_equations
       procedure :: set_rows
       procedure :: n_rows
       procedure :: join
+      procedure :: join_matrix
+      procedure :: set_matrix
       procedure :: set_graph
       procedure :: set_vectors
       procedure :: vectors_of
@@ -97,6 +105,7 @@ contains
       self%n_blocks = n_blocks
       self%n_links = n_links
       self%same_pairs = .false.
+      self%n_matrices = 0
       if (.not. allocated(self%f)) then
          allocate (self%f(6, n_blocks), self%x(6, n_blocks), self%block_load(6, n_blocks), self%block_off(n_blocks), &
                    self%block_magnitude(6, n_blocks), self%magnitude(6, n_blocks), self%block_force(n_blocks), &
@@ -170,6 +179,45 @@ contains
       self%same_pairs = self%same_pairs .and. all(self%pair(:, c) == blocks)
       self%pair(:, c) = blocks
    end subroutine join
+
+   !> A link with a matrix joins two blocks, or has one (and 0); it has the number `at` among them. Its lines are not in
+   !> use.
+   pure subroutine join_matrix(self, c, blocks, at)
+      class(equations_type), intent(inout) :: self
+      integer, intent(in) :: c, blocks(2)
+      integer, intent(out) :: at
+      integer, allocatable :: links(:)
+      real(wp), allocatable :: matrices(:, :, :)
+      integer :: room
+      call self%join(c, blocks)
+      self%vectors(:, c) = 0
+      self%stiffness(:, c) = 0
+      self%force(:, c) = 0
+      self%coupling(c) = 0
+      if (.not. allocated(self%matrix_link)) allocate (self%matrix_link(0), self%matrices(6, 6, 0))
+      at = self%n_matrices + 1
+      if (at > size(self%matrix_link)) then
+         room = 2*at
+         allocate (links(room), matrices(6, 6, room))
+         links(:at - 1) = self%matrix_link(:at - 1)
+         matrices(:, :, :at - 1) = self%matrices(:, :, :at - 1)
+         call move_alloc(links, self%matrix_link)
+         call move_alloc(matrices, self%matrices)
+      end if
+      self%n_matrices = at
+      self%matrix_link(at) = c
+      self%matrices(:, :, at) = 0
+   end subroutine join_matrix
+
+   !> The matrix of a link: rows are those of the first block of its pair, columns those of the second, or of the first.
+   pure subroutine set_matrix(self, at, values)
+      class(equations_type), intent(inout) :: self
+      integer, intent(in) :: at
+      real(wp), intent(in) :: values(6, 6)
+      if (all(abs(values - self%matrices(:, :, at)) <= 0)) return
+      self%matrices(:, :, at) = values
+      self%changed(self%matrix_link(at)) = int(change%stiffness, i1)
+   end subroutine set_matrix
 
    !> Pattern of K and the links of each block, from `pair`. Nothing to do when the links join the same blocks, in the
    !> same order, as before.
@@ -416,6 +464,7 @@ contains
          most = max(most, what)
       end do
       !$omp end parallel do
+      call add_matrices(self)
       if (most == change%stiffness) then
          self%matrix%base_id = merge(0, self%matrix%values_id, self%all_changed)
          self%matrix%values_id = mod(self%matrix%values_id, huge(1)) + 1
@@ -433,6 +482,44 @@ contains
       self%all_changed = .false.
       if (present(n_assembled)) n_assembled = n_new
    end subroutine assemble
+
+   !> Matrices of links in the rows that are new.
+   subroutine add_matrices(self)
+      class(equations_type), intent(inout) :: self
+      integer :: at, rows(2), side
+      do at = 1, self%n_matrices
+         associate (c => self%matrix_link(at))
+            rows = 0
+            do side = 1, 2
+               if (self%pair(side, c) == 0) cycle
+               rows(side) = self%pair(side, c)
+               if (allocated(self%row_of)) rows(side) = self%row_of(rows(side))
+            end do
+            if (rows(1) == 0) cycle
+            if (self%pair(2, c) == 0) then
+               if (self%row_change(rows(1)) == change%stiffness) call add(self%matrix%row_start(rows(1)), &
+                                                                          self%matrices(:, :, at))
+            else if (rows(2) > 0) then
+               if (self%row_change(minval(rows)) /= change%stiffness) cycle
+               if (rows(1) < rows(2)) then
+                  call add(self%slot(c), self%matrices(:, :, at))
+               else
+                  call add(self%slot(c), transpose(self%matrices(:, :, at)))
+               end if
+            end if
+         end associate
+      end do
+
+   contains
+
+      !> Add to a stored block.
+      subroutine add(slot, values)
+         integer, intent(in) :: slot
+         real(wp), intent(in) :: values(6, 6)
+         self%matrix%values(:, :, slot) = self%matrix%values(:, :, slot) + values
+      end subroutine add
+
+   end subroutine add_matrices
 
    !> The greatest change among the links of a block.
    pure integer function change_of_row(self, i) result(what)
