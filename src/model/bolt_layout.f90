@@ -84,7 +84,7 @@ contains
       call move_alloc(longer, lines)
    end subroutine append
 
-   !> Bolts at equal distances along a line.
+   !> Bolts at equal distances along a line, all on the same side of it.
    pure subroutine add_pattern(bolt, group, line, blocks, rock, lines)
       type(bolt_type), intent(in) :: bolt
       integer, intent(in) :: group
@@ -93,7 +93,7 @@ contains
       logical, intent(in) :: rock(:)             !! (blocks)
       type(bolt_line_type), allocatable, intent(inout) :: lines(:)
       real(wp), parameter :: degree = acos(-1.0_wp)/180
-      real(wp) :: at, ends, along(2), normal(2), head(2), angle, length
+      real(wp) :: at, ends, along(2), heads(2, most_bolts), left(2, most_bolts), angle, length, side
       integer :: k, n
       at = 0.5_wp*bolt%spacing
       if (is_set(bolt%offset)) at = bolt%offset
@@ -105,45 +105,47 @@ contains
          if (.not. length > 0) cycle
          along = along/length
          do while (at <= ends + length*(1 + 1.0e-12_wp) .and. n < most_bolts)
-            head = line(2*k - 1:2*k) + (at - ends)*along
-            normal = rock_side(head, [-along(2), along(1)])
-            angle = 0
-            if (is_set(bolt%angle)) angle = bolt%angle*degree
-            normal = [cos(angle)*normal(1) - sin(angle)*normal(2), sin(angle)*normal(1) + cos(angle)*normal(2)]
             n = n + 1
-            call append(group, title_of_bolt(bolt, group)//' '//to_string(n), head, head + bolt%length*normal, lines)
+            heads(:, n) = line(2*k - 1:2*k) + (at - ends)*along
+            left(:, n) = [-along(2), along(1)]
             at = at + bolt%spacing
          end do
          ends = ends + length
       end do
-
-   contains
-
-      !> The normal towards the rock: to the left of the line unless there is rock on its right alone.
-      pure function rock_side(head, left) result(normal)
-         real(wp), intent(in) :: head(2), left(2)
-         real(wp) :: normal(2)
-         normal = left
-         if (.not. in_rock(head + 0.01_wp*bolt%length*left) .and. in_rock(head - 0.01_wp*bolt%length*left)) &
-            normal = -left
-      end function rock_side
-
-      !> Is there rock at a point?
-      pure logical function in_rock(point)
-         real(wp), intent(in) :: point(2)
-         integer :: i
-         in_rock = .false.
-         do i = 1, blocks%n_blocks
-            if (.not. rock(i)) cycle
-            associate (v => blocks%vertices(:, blocks%vertex_offset(i) + 1:blocks%vertex_offset(i + 1)))
-               if (any(point < minval(v, 2)) .or. any(point > maxval(v, 2))) cycle
-               in_rock = point_in_polygon(point, v)
-            end associate
-            if (in_rock) return
-         end do
-      end function in_rock
-
+      side = rock_side(bolt%length, heads(:, :n), left(:, :n), blocks, rock)
+      angle = 0
+      if (is_set(bolt%angle)) angle = bolt%angle*degree
+      do k = 1, n
+         associate (normal => side*left(:, k))
+            call append(group, title_of_bolt(bolt, group)//' '//to_string(k), heads(:, k), heads(:, k) + bolt%length* &
+                        [cos(angle)*normal(1) - sin(angle)*normal(2), sin(angle)*normal(1) + cos(angle)*normal(2)], &
+                        lines)
+         end associate
+      end do
    end subroutine add_pattern
+
+   !> The side of the rock, 1: to the left of the line, -1: to its right. It is the left unless there is more rock on
+   !> the right, next to the heads: rock that stands over the line does not count as a side of its own.
+   pure real(wp) function rock_side(length, heads, left, blocks, rock) result(side)
+      real(wp), intent(in) :: length             !! of the bolts [length]
+      real(wp), intent(in) :: heads(:, :), left(:, :)   !! (2, bolts)
+      type(block_system_type), intent(in) :: blocks
+      logical, intent(in) :: rock(:)             !! (blocks)
+      real(wp), parameter :: next = 0.1_wp       !! of the length
+      real(wp), parameter :: more = 1.01_wp
+      real(wp), allocatable :: from(:), to(:)
+      integer, allocatable :: block(:)
+      real(wp) :: there(2)
+      integer :: k, s
+      there = 0
+      do k = 1, size(heads, 2)
+         do s = 1, 2
+            call trace_bolt(heads(:, k), heads(:, k) + (3 - 2*s)*next*length*left(:, k), blocks, rock, block, from, to)
+            there(s) = there(s) + sum(to - from)
+         end do
+      end do
+      side = merge(-1.0_wp, 1.0_wp, there(2) > more*there(1))
+   end function rock_side
 
    !> The outer line of the union of some blocks, closed, counter-clockwise; empty where there is none.
    pure function outer_line(blocks, inside) result(line)

@@ -91,6 +91,7 @@ contains
       real(wp), allocatable :: from(:), to(:)
       integer, allocatable :: block(:)
       logical, allocatable :: rock(:)
+      real(wp), parameter :: stand_off = 0.1_wp   !! share of the length by which a plate may stand before the rock
       real(wp) :: length, reach
       associate (bolt => options%bolts(line%group))
          rock = rock_at(blocks, options%regions, options%stages, &
@@ -105,7 +106,7 @@ contains
                               bolt%origin)
             return
          end if
-         if (numbers%grouted .and. numbers%plate_strength > 0 .and. from(1) > reach) &
+         if (numbers%grouted .and. numbers%plate_strength > 0 .and. from(1) > stand_off*length) &
             call messages%add(severity%error, text('has a plate at its head, which lies outside the rock'), &
                bolt%origin)
          if (numbers%grouted .and. all(from >= numbers%free(1) .and. to <= numbers%free(2))) &
