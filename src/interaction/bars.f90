@@ -8,6 +8,9 @@
 !> the blocks that it crosses, and no others. The forces are on the links between neighbours alone, and elongations are
 !> those of the expected motion, as of the springs in rockdda_interaction_bolts.
 !>
+!> In static steps a bolt that spans two blocks turns with their motion at the end of the step: its tension is a spring
+!> N/L across it. A block that hangs would swing for ever else.
+!>
 !> Each round linearises at the motion of the last one, and is repeated until forces follow their laws there. Where
 !> a joint is crossed a dowel acts at a right angle to the bolt, elastic, perfectly plastic.
 module rockdda_interaction_bars
@@ -83,9 +86,12 @@ module rockdda_interaction_bars
       logical, allocatable :: holds(:)          !! (crossings)
       real(wp), allocatable :: start(:)         !! (points) displacements there [length]
       real(wp), allocatable :: across(:)        !! (crossings) displacement of the joint there [length]
+      real(wp), allocatable :: tense(:)         !! (neighbours) N/L across those that sway [force/length]
       ! of the attempt
       real(wp), allocatable :: e(:), kept_e(:)  !! (neighbours) elongations of the step where forces act [length]
       real(wp), allocatable :: shift(:), kept_shift(:)   !! (crossings)
+      real(wp), allocatable :: sway(:), kept_sway(:)     !! (neighbours) motion across the bolt [length]
+      real(wp), allocatable :: turned(:)        !! (neighbours) that by which the bolt has turned already [length]
       logical, allocatable :: shears(:)         !! (crossings) the dowel is held at its strength
       type(tangent_type) :: tangent
       integer :: first_link = 0
@@ -220,7 +226,8 @@ contains
       associate (n => size(bolt%crossing), m => max(0, size(bolt%used) - 1))
          allocate (bolt%dowel_slip(n), bolt%across(n), bolt%shift(n), &
             bolt%kept_shift(n), &
-                   bolt%e(m), bolt%kept_e(m), bolt%start(size(bolt%block)), source=0.0_wp)
+                   bolt%e(m), bolt%kept_e(m), bolt%sway(m), bolt%kept_sway(m), bolt%tense(m), bolt%turned(m), &
+                   bolt%start(size(bolt%block)), source=0.0_wp)
          allocate (bolt%holds(n), bolt%shears(n), source=.false.)
          allocate (bolt%acting(0))
       end associate
@@ -673,9 +680,29 @@ contains
       do l = 1, n_bolts(self)
          self%bolts(l)%e = 0
          self%bolts(l)%shift = 0
+         self%bolts(l)%sway = 0
       end do
       call self%judge(changes, unsettled)
+      do l = 1, n_bolts(self)
+         self%bolts(l)%tense = 0
+         if (.not. context%scheme%is_dynamic) call find_tension(self%bolts(l))
+      end do
    end subroutine begin
+
+   !> Tension at the start of the step over the length of the bolt between two blocks, or a block and the outside.
+   pure subroutine find_tension(bolt)
+      type(bolt_type), intent(inout) :: bolt
+      real(wp) :: chain(max(0, size(bolt%acting) - 1))
+      integer :: k
+      if (size(chain) == 0) return
+      chain = chain_forces(bolt, bolt%tangent%force)
+      do k = 1, size(chain)
+         associate (p => bolt%acting(k), q => bolt%acting(k + 1))
+            if (bolt%block(p) == bolt%block(q) .or. is_joint(bolt, p, q)) cycle
+            bolt%tense(k) = max(0.0_wp, chain(k))/norm2(bolt%place(:, q) - bolt%place(:, p))
+         end associate
+      end do
+   end subroutine find_tension
 
    !> Vectors of all links.
    subroutine place(self, context, equations)
@@ -704,7 +731,7 @@ contains
                   associate (block => bolt%block(points(side, k)), x => bolt%place(:, points(side, k)))
                      if (block == 0) cycle
                      v(:, 1, side) = mean_load(merge(-n, n, side == 1), x, context%moving(block))
-                     if (k > n_axial) v(:, 2, side) = mean_load(merge(-1, 1, side == 1)*[-n(2), n(1)], x, &
+                     v(:, 2, side) = mean_load(merge(-1, 1, side == 1)*[-n(2), n(1)], x, &
                                                                 context%moving(block))
                   end associate
                end do
@@ -715,6 +742,13 @@ contains
                   b = 0
                end if
                call equations%set_vectors(bolt%first_link + k, a, b)
+               if (k <= n_axial) then
+                  associate (p => points(1, k), q => points(2, k))
+                     ! the mean direction has turned by half of what is expected
+                     bolt%turned(k) = 0.5_wp*dot_product([-n(2), n(1)], (then(:, q) - bolt%place(:, q)) - &
+                                                         (then(:, p) - bolt%place(:, p)))
+                  end associate
+               end if
             end do
          end associate
       end do
@@ -814,7 +848,8 @@ contains
             k = d(i, i)
             f = dot_product(d(:, i), bolt%tangent%e(1:size(chain))) - chain(i)
          end if
-         call equations%set_link(bolt%first_link + i, [level*k, 0.0_wp]/bolt%spacing, [f, 0.0_wp]/bolt%spacing)
+         call equations%set_link(bolt%first_link + i, [level*k, bolt%tense(i)]/bolt%spacing, &
+                                 [f, bolt%tense(i)*bolt%turned(i)]/bolt%spacing)
       end do
       do c = 1, size(bolt%crossing)
          k = 0
@@ -870,8 +905,10 @@ contains
       do l = 1, n_bolts(self)
          associate (bolt => self%bolts(l))
             bolt%e = 0
+            bolt%sway = 0
             do k = 1, size(bolt%acting) - 1
                bolt%e(k) = self%level*motion_along(bolt%first_link + k, 1)
+               if (bolt%tense(k) > 0) bolt%sway(k) = motion_along(bolt%first_link + k, 2)
             end do
             bolt%shift = 0
             do c = 1, size(bolt%crossing)
@@ -904,6 +941,7 @@ contains
       do l = 1, n_bolts(self)
          self%bolts(l)%kept_e = self%bolts(l)%e
          self%bolts(l)%kept_shift = self%bolts(l)%shift
+         self%bolts(l)%kept_sway = self%bolts(l)%sway
       end do
    end subroutine keep
 
@@ -916,6 +954,7 @@ contains
          associate (bolt => self%bolts(l))
             bolt%e = bolt%kept_e + fraction*(bolt%e - bolt%kept_e)
             bolt%shift = bolt%kept_shift + fraction*(bolt%shift - bolt%kept_shift)
+            bolt%sway = bolt%kept_sway + fraction*(bolt%sway - bolt%kept_sway)
          end associate
       end do
    end subroutine shorten
@@ -942,6 +981,7 @@ contains
             chain = chain_forces(bolt, of_points)
             deallocate (of_points)
             force(1, n + 1:n + size(chain)) = chain/bolt%spacing
+            force(2, n + 1:n + size(chain)) = across_bolt(bolt, bolt%kept_sway + fraction*(bolt%sway - bolt%kept_sway))
             n = n + axial_links(bolt)
             do c = 1, size(bolt%crossing)
                if (.not. bolt%holds(c)) cycle
@@ -952,6 +992,14 @@ contains
          end associate
       end do
    end subroutine lawful_forces
+
+   !> Forces across the links of neighbours that act, for their motion across the bolt.
+   pure function across_bolt(bolt, sway) result(force)
+      type(bolt_type), intent(in) :: bolt
+      real(wp), intent(in) :: sway(:)          !! (neighbours) [length]
+      real(wp) :: force(max(0, size(bolt%acting) - 1))
+      force = bolt%tense(:size(force))*(sway(:size(force)) - bolt%turned(:size(force)))/bolt%spacing
+   end function across_bolt
 
    !> Lengths that the expected motion gives otherwise than the solution.
    subroutine measure_placement(self, context, equations)
@@ -1114,6 +1162,8 @@ contains
          if (size(self%bolts(l)%acting) == 0) cycle
          call finish_bolt(self%bolts(l), self%level, new, work, slipped, yielded, stored, freed)
          call balance%add(energy%friction, slipped)
+         work = work + dot_product(across_bolt(self%bolts(l), self%bolts(l)%sway), &
+                                   self%bolts(l)%sway(:size(self%bolts(l)%acting) - 1))
          call balance%add(energy%dissipated, work - (stored(2) - stored(1)) - slipped - freed)
          call balance%add(energy%discarded, freed)
          start = start + stored(1)

@@ -267,6 +267,22 @@ class Bars(ProgramTest):
             self.assertEqual(sorted(nodes[::2, 0].tolist()), [-1.5, -0.5, 0.5, 1.5])
             self.assertEqual(nodes[1::2, 1].tolist(), [2.0] * 4)
 
+    def test_rock_over_the_line_does_not_turn_a_bolt(self):
+        """A block reaches 0.1 m below the line at the second head, its neighbour ends 0.1 m above it."""
+        bolts = (
+            "&bolt name = 'roof', along = -2, 0, 2, 0, spacing = 1, length = 2, kind = 'grouted', diameter = 0.02, "
+            "young = 2e11, grout_stiffness = 1e8, grout_strength = 1e5, plate_strength = 1e5 /\n"
+        )
+        groups = FIXED.format(-3, 3, 3, 3) + bolts + "&stage until_step = 1 /\n"
+        boxes = [(-3.0, 0.0, -1.0, 3.0), (-1.0, -0.1, 0.0, 3.0), (0.0, 0.1, 1.0, 3.0), (1.0, 0.0, 3.0, 3.0)]
+        for line in ("-2, 0, 2, 0", "2, 0, -2, 0"):
+            self.make("roof", boxes, groups.replace("-2, 0, 2, 0", line))
+            with self.solve("roof") as file:
+                first = file["model/bolt_first"][()]
+                nodes = file["frames/bolt_node"][0]
+            self.assertEqual(nodes[first[:-1], 1].tolist(), [0.0] * 4)
+            self.assertEqual(nodes[first[1:] - 1, 1].tolist(), [2.0] * 4)
+
     def test_a_pattern_around_a_region(self):
         """Bolts go out from the room that a later stage takes out, and those of the roof lose what is excavated."""
         still = "&stage until = 'equilibrium', tolerance = 1e-5"
