@@ -289,13 +289,20 @@ class Frame:
         columns = {"bolt": bolt, "name": np.array(names, dtype=object)[bolt], "x": place[:, 0], "y": place[:, 1]}
         return Columns(columns | {"force": force, "slip": slip, "state": state})
 
-    def bolt_parts(self) -> tuple[FloatArray, FloatArray]:
-        """Bolts as drawn: (n, 2, 2) ends of springs and of the parts between nodes, (n,) their forces."""
+    def bolt_parts(self, scale: float = 1.0) -> tuple[FloatArray, FloatArray]:
+        """Bolts as drawn: (n, 2, 2) ends of springs and of the parts between nodes, (n,) their forces.
+
+        `scale` is a factor on the displacements since the first frame.
+        """
         nodes = self.bolt_node_columns
         bolt, there, place, force = nodes["bolt"], nodes["state"] > 0, nodes.stack("x", "y"), nodes["force"]
+        ends = self.bolt_ends.reshape(-1, 2, 2)
+        if scale != 1:
+            start = self.results.frames[0].bolt_node_columns.stack("x", "y")
+            place = start + scale * (place - start)
+            ends = self.results.bolt_ends.reshape(-1, 2, 2) * (1 - scale) + scale * ends
         same = (bolt[1:] == bolt[:-1]) & there[1:] & there[:-1]
         parts = np.stack([place[:-1], place[1:]], axis=1)[same] if len(place) else np.zeros((0, 2, 2))
-        ends = self.bolt_ends.reshape(-1, 2, 2)
         return np.concatenate([ends, parts]), np.concatenate([self.bolt_force, (0.5 * (force[1:] + force[:-1]))[same]])
 
     def _bolt_row(self, name: str, shape: tuple[int, ...]) -> FloatArray:

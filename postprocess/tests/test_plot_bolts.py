@@ -124,6 +124,11 @@ def test_input_is_drawn_before_any_run(native, tmp_path):
         plot.input_plot(tmp_path / "tunnel.blk", "stress")
 
 
+def lines_of_forces(axes):
+    (found,) = [artist for artist in axes.collections if isinstance(artist, LineCollection) and artist.colorbar]
+    return found
+
+
 MODEL = """\
 &model geometry = 'two.dc', units = 'none' /
 &block_material number = 1, density = 2500, young = 1e12, poisson = 0 /
@@ -157,7 +162,12 @@ def test_bolts_with_nodes_are_read_drawn_and_exported(program, tmp_path):
     parts, force = now.bolt_parts()
     assert len(parts) == len(nodes) - 2 == len(force)
     assert np.hypot(*(parts[:, 1] - parts[:, 0]).T).sum() == pytest.approx(4, rel=2e-3)
+    enlarged, _ = now.bolt_parts(100)
+    start = results.frames[0].bolt_parts()[0] if results.frames[0].bolt_nodes["state"].min() else None
+    assert start is not None
+    np.testing.assert_allclose(enlarged - start, 100 * (parts - start), atol=1e-9)
     axes = results.plot(kind="bolts")
+    assert lines_of_forces(axes).get_clim()[0] == 0
     lines = [artist for artist in axes.get_children() if isinstance(artist, LineCollection)]
     assert any(len(line.get_segments()) == len(parts) for line in lines)
     plt.close("all")

@@ -187,12 +187,6 @@ def add_bolts(axes: Axes, ends: FloatArray, *, label: str | None = None) -> Line
     return drawn
 
 
-def _shown_bolts(frame: Frame, scale: float) -> FloatArray:
-    start = frame.results.bolt_ends
-    springs = start + scale * (frame.bolt_ends - start)
-    return np.concatenate([springs, frame.bolt_parts()[0][len(springs) :]])
-
-
 def _enlarged(axes: Axes, scale: float) -> None:
     if scale != 1:
         axes.set_title(f"{axes.get_title(loc='left')}, displacements × {scale:g}")
@@ -287,7 +281,7 @@ def blocks(
                 add_colour_bar(axes, drawn, units, *field_words(field), values[now.active])
         if outline and now.index != 0:
             add_start(axes, results, shown)
-        add_bolts(axes, _shown_bolts(now, scale))
+        add_bolts(axes, now.bolt_parts(scale)[0])
         add_fixed_points(axes, results)
         add_boundaries(axes, results, shown, now.time)
         add_water_tables(axes, results, now)

@@ -45,6 +45,9 @@ def bolts(
         axes = frame_axes(results, now, now.shown_vertices, axes, units, title)
         add_plain_blocks(axes, results, now.shown_vertices)
         lines = LineCollection(list(parts), array=factor * force, cmap="viridis", linewidths=2.4 * size, zorder=3.5)
+        # the colours begin or end at zero: equal forces differ by rounding alone
+        low, high = factor * min(0.0, float(force.min())), factor * max(0.0, float(force.max()))
+        lines.set_clim(low, high if high > low else 1.0)
         axes.add_collection(lines, autolim=False)
         axes.figure.colorbar(lines, ax=axes, label=f"axial force per bolt{f' [{unit}]' if unit else ''}", shrink=0.7)
         nodes = now.bolt_node_columns

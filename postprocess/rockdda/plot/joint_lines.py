@@ -99,7 +99,7 @@ def thrust(
             axes.plot(
                 *where.T, "o", color="white", markeredgecolor=THRUST, markersize=3.2, markeredgewidth=0.9, zorder=3.4
             )
-        add_bolts(axes, now.bolt_ends)
+        add_bolts(axes, now.bolt_parts()[0])
         add_fixed_points(axes, results)
         add_boundaries(axes, results, now.shown_vertices, now.time)
         value = _short_factor(float(amount.max()))
