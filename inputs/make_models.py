@@ -659,50 +659,92 @@ def polar(radius: float, degrees: float) -> tuple[float, float]:
     return radius * math.cos(math.radians(degrees)), radius * math.sin(math.radians(degrees))
 
 
-def sau_mau_ping() -> Model:
-    """A slope above a plane with a tension crack, dry, half full of water and full: one labelled file each."""
-    height, face, plane, behind = 60.0, math.radians(50), math.radians(35), 15.336
-    crest = height / math.tan(face)
-    crack = crest + behind
-    foot = crack * math.tan(plane)  # y of the crack's lower end
-    depth = height - foot
-    title = "Sau Mau Ping: slope of 60 m above a plane of 35 degrees with a tension crack (m, kg, s, N)"
-    model = Model.without_analysis_file("sau_mau_ping", title)
+SLOPE, FACE, PLANE, BEHIND = 60.0, math.radians(50), math.radians(35), 15.336
+
+
+def plane_slope(name: str, title: str) -> Model:
+    """The lines of a slope above a plane with a tension crack, without labelled files."""
+    crest = SLOPE / math.tan(FACE)
+    crack = crest + BEHIND
+    foot = crack * math.tan(PLANE)  # y of the crack's lower end
+    model = Model.without_analysis_file(name, title)
     # the plane daylights above the ground: on level ground at its foot the block could not slide
     model.add_boundary(
-        [(0, 0), (0, -12), (-20, -12), (-20, -20), (crack + 20, -20), (crack + 20, height), (crack, height)], 3, False
+        [(0, 0), (0, -12), (-20, -12), (-20, -20), (crack + 20, -20), (crack + 20, SLOPE), (crack, SLOPE)], 3, False
     )
-    model.add_boundary([(crack, height), (crest, height), (0, 0)], 3, False)
+    model.add_boundary([(crack, SLOPE), (crest, SLOPE), (0, 0)], 3, False)
     model.add_lines([(0, 0), (crack, foot)], joint=1)
-    model.add_lines([(crack, foot), (crack, height)], joint=2)
+    model.add_lines([(crack, foot), (crack, SLOPE)], joint=2)
     model.fixed = [
         (-20, -20),
         (crack + 20, -20),
-        (crack + 20, height),
+        (crack + 20, SLOPE),
         (-20, -12),
         (0, 0),
         (crack, foot),
-        (crack, height),
+        (crack, SLOPE),
     ]
-    model.measured = [(crest, height)]
+    model.measured = [(crest, SLOPE)]
+    return model
+
+
+def plane_slope_text(model: Model, short: str, state: str, share: float, more: str = "") -> str:
+    """A labelled file of such a slope, whose crack is filled with water to a share of its depth."""
+    crack = SLOPE / math.tan(FACE) + BEHIND
+    foot = crack * math.tan(PLANE)
+    water = (
+        f"&water           name = 'crack {state}', table = 0, 0, {number(crack)}, "
+        f"{number(foot + share * (SLOPE - foot))},\n"
+        "                 unit_weight = 10e3, joints = 'plane, crack', surfaces = .false. /\n"
+    )
+    return (
+        f"! {model.title}\n"
+        f"&model           geometry = '{model.name}.dc', title = '{short}' /\n"
+        "&block_material  number = 1, name = 'granite', density = 2600, young = 20e9, poisson = 0.25 /\n"
+        "&joint_material  number = 1, name = 'plane', friction = 35, cohesion = 100e3 /\n"
+        "&joint_material  number = 2, name = 'crack', friction = 0 /\n"
+        "&joint_material  number = 3, name = 'outline', friction = 35 /\n"
+        "&load            gravity = 10 /\n"
+        "&contact         formulation = 'length' /\n"
+        "&time            k01 = 0 /\n"
+        "&run             steps = 300 /\n" + (water if share > 0 else "") + more
+    )
+
+
+def sau_mau_ping() -> Model:
+    """A slope above a plane with a tension crack, dry, half full of water and full: one labelled file each."""
+    title = "Sau Mau Ping: slope of 60 m above a plane of 35 degrees with a tension crack (m, kg, s, N)"
+    model = plane_slope("sau_mau_ping", title)
     for name, share in (("dry", 0.0), ("half_full", 0.5), ("full", 1.0)):
-        level = number(foot + share * depth)
-        water = (
-            f"&water           name = 'crack {name.replace('_', ' ')}', table = 0, 0, {number(crack)}, {level},\n"
-            "                 unit_weight = 10e3, joints = 'plane, crack', surfaces = .false. /\n"
-        )
-        model.labelled_files[f"{name}.nml"] = (
-            f"! {title}\n"
-            f"&model           geometry = 'sau_mau_ping.dc', title = 'Sau Mau Ping, crack {name.replace('_', ' ')}' /\n"
-            "&block_material  number = 1, name = 'granite', density = 2600, young = 20e9, poisson = 0.25 /\n"
-            "&joint_material  number = 1, name = 'plane', friction = 35, cohesion = 100e3 /\n"
-            "&joint_material  number = 2, name = 'crack', friction = 0 /\n"
-            "&joint_material  number = 3, name = 'outline', friction = 35 /\n"
-            "&load            gravity = 10 /\n"
-            "&contact         formulation = 'length' /\n"
-            "&time            k01 = 0 /\n"
-            "&run             steps = 300 /\n" + (water if share > 0 else "")
-        )
+        state = name.replace("_", " ")
+        model.labelled_files[f"{name}.nml"] = plane_slope_text(model, f"Sau Mau Ping, crack {state}", state, share)
+    return model
+
+
+def bolted_slope() -> Model:
+    """Sau Mau Ping with ten rows of anchors or of grouted bars that carry 2 MN in every metre."""
+    title = "Sau Mau Ping with ten rows of bolts, 2 MN in every metre of the slope (m, kg, s, N)"
+    model = plane_slope("bolted_slope", title)
+    along = 55.0  # of 78 m of the face
+    place = (
+        f"along = 0,0, {number(along * math.cos(FACE))},{number(along * math.sin(FACE))},\n"
+        "                 spacing = 5.5, length = 32, angle = 40, spacing_out_of_plane = 4,"
+    )
+    bolts = {
+        "anchors": (
+            f"&bolt            name = 'anchor', kind = 'end_anchored', {place}\n"
+            "                 area = 560e-6, young = 195e9, pretension = 640e3, yield_force = 800e3 /\n"
+        ),
+        "bars": (
+            f"&bolt            name = 'bar', kind = 'grouted', {place}\n"
+            "                 diameter = 0.05, young = 200e9, yield_force = 800e3, plate_strength = 1e6,\n"
+            "                 grout_stiffness = 1e9, grout_strength = 500e3, element = 1 /\n"
+        ),
+    }
+    for kind, group in bolts.items():
+        for name, share in (("dry", 0.0), ("full", 1.0)):
+            short = f"Sau Mau Ping with {kind}, crack {name}"
+            model.labelled_files[f"{kind}_{name}.nml"] = plane_slope_text(model, short, name, share, group)
     return model
 
 
@@ -903,6 +945,107 @@ def dam_on_joints() -> Model:
     return model
 
 
+def dowelled_roof() -> Model:
+    """A roof of two layers over 6 m that dowels tie to one another, in one labelled file."""
+    title = "roof of two layers over an opening of 6 m with six dowels (m, kg, s, N)"
+    dowels = "".join(
+        f"&bolt            name = 'dowel {k + 1}', kind = 'end_anchored',\n"
+        f"                 from = {number(x)}, 0, to = {number(x)}, 0.5,\n"
+        "                 diameter = 0.025, young = 200e9, yield_force = 250e3,\n"
+        "                 shear_stiffness = 'auto', bedding_stiffness = 5e9, shear_strength = 'auto' /\n"
+        for k, x in enumerate((0.51, 1.51, 2.51, 3.51, 4.51, 5.49))
+    )
+    model = Model.without_analysis_file(
+        "dowelled_roof",
+        title,
+        labelled=(
+            f"! {title}\n"
+            "&model           geometry = 'dowelled_roof.dc', title = 'Dowelled roof' /\n"
+            "&block_material  number = 1, name = 'sandstone', density = 2500, young = 10e9, poisson = 0 /\n"
+            "&joint_material  number = 1, name = 'bedding', friction = 0,\n"
+            "                 normal_stiffness = 1e11, shear_stiffness = 1e10 /\n"
+            "&joint_material  number = 2, name = 'intact', friction = 30, tie = .true.,\n"
+            "                 normal_stiffness = 1e13, shear_stiffness = 1e13 /\n"
+            "&load            gravity = 10 /\n"
+            "&subdivide       size = 0.125, joint_material = 'intact' /\n"
+            f"{dowels}"
+            "&stage           until = 'equilibrium' /\n"
+        ),
+    )
+    for y in (0.0, 0.25):
+        model.add_boundary(rectangle(0, y, 6, y + 0.25))
+        model.fixed += [(x, y + 0.125) for x in (0, 6)]
+    model.measured = [(3, 0.1)]
+    return model
+
+
+def hung_block() -> Model:
+    """A block of 100 kN on three bolts, of which the middle one breaks when the weight grows by a quarter."""
+    title = "block of 100 kN on three bolts, of which the middle one breaks (m, kg, s, N)"
+    bolts = "".join(
+        f"&bolt            name = '{name}', kind = 'end_anchored', from = {x}, 0, to = {x}, 4,\n"
+        f"                 diameter = 0.02, young = 200e9, yield_force = {strength}, rupture_strain = {rupture} /\n"
+        for name, x, strength, rupture in (
+            ("left", -1, "100e3", 0.05),
+            ("rusted", 0, "40e3", 1e-5),
+            ("right", 1, "100e3", 0.05),
+        )
+    )
+    model = Model.without_analysis_file(
+        "hung_block",
+        title,
+        labelled=(
+            f"! {title}\n"
+            "&model           geometry = 'hung_block.dc', title = 'Block on three bolts' /\n"
+            "&block_material  number = 1, name = 'rock', density = 2500, young = 20e9, poisson = 0.25 /\n"
+            "&joint_material  number = 1, name = 'joint', friction = 30 /\n"
+            "&load            gravity = 10 /\n"
+            "&boundary        along = -2,4, 2,4, kind = 'fixed' /\n"
+            f"{bolts}"
+            "&stage           name = 'weight', until = 'equilibrium' /\n"
+            "&stage           name = 'a quarter more', until = 'equilibrium', gravity = 1.25 /\n"
+        ),
+    )
+    model.add_boundary(rectangle(-2, 3, 2, 4))
+    model.add_boundary(rectangle(-1.05, 0, 1.45, 1.6))
+    model.measured = [(0.2, 0.8)]
+    return model
+
+
+def falling_wedge() -> Model:
+    """A wedge that a burst throws out of a roof, stopped by two yielding bolts, in one labelled file."""
+    title = "wedge of a roof thrown down at 3 m/s on two yielding bolts (m, kg, s, N)"
+    bolts = "".join(
+        f"&bolt            name = '{name}', kind = 'yielding', from = {x}, 0, to = {x}, 3,\n"
+        "                 diameter = 0.02, young = 200e9, plateau_force = 100e3, stroke = 0.3 /\n"
+        for name, x in (("left", -0.5), ("right", 0.5))
+    )
+    model = Model.without_analysis_file(
+        "falling_wedge",
+        title,
+        labelled=(
+            f"! {title}\n"
+            "&model           geometry = 'falling_wedge.dc', title = 'Wedge on yielding bolts' /\n"
+            "&block_material  number = 1, name = 'rock', density = 2700, young = 50e9, poisson = 0.25 /\n"
+            "&block_material  number = 2, name = 'wedge', density = 2700, young = 50e9, poisson = 0.25,\n"
+            "                 velocity = 0, -3, 0 /\n"
+            "&joint_material  number = 1, name = 'joint', friction = 30 /\n"
+            "&load            gravity = 9.81 /\n"
+            "&boundary        along = -4,4, 4,4, kind = 'fixed' /\n"
+            f"{bolts}"
+            "&time            dt_max = 1e-3 /\n"
+            "&stage           kind = 'dynamic', until_time = 0.3 /\n"
+            "&run             save_every = 5 /\n"
+        ),
+    )
+    model.add_boundary([(-1, 0), (-4, 0), (-4, 4), (4, 4), (4, 0), (1, 0)], closed=False)
+    model.add_boundary([(-1, 0), (1, 0)], closed=False)
+    model.add_lines([(-1, 0), (0, 1.5), (1, 0)])
+    model.material_lines = [((-0.2, 0.5, 0.2, 0.5), 2)]
+    model.measured = [(0, 0.5)]
+    return model
+
+
 MODELS = [
     incline,
     stack,
@@ -928,10 +1071,13 @@ MODELS = [
     arch_on_centring,
     arch_bridge,
     dam_on_joints,
+    dowelled_roof,
+    hung_block,
+    falling_wedge,
 ]
 
 # folders with several labelled files, each of which is a model
-SETS = [sau_mau_ping]
+SETS = [sau_mau_ping, bolted_slope]
 
 
 def main(arguments: list[str]) -> int:

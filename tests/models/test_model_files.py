@@ -66,5 +66,5 @@ def test_energy_is_accounted_for_in_every_model(run_model, models):
     closed on a part are not linear: their forces agree to 1e-8 of the loads.
     """
     for name in models:
-        loose = name in ("cantilever", "arch_on_centring")
+        loose = name in ("cantilever", "arch_on_centring", "dowelled_roof")
         assert run_model(name).relative_residual() <= (1e-8 if loose else 1e-9), name
