@@ -25,7 +25,7 @@ module rockdda_app_arguments
       character(len=:), allocatable :: completion    !! shell, '' without the option
       character(len=:), allocatable :: topic         !! of `rockdda help`, '' for the program or a command
       logical :: help = .false., version = .false., quiet = .false., json = .false., options_table = .false., &
-                 as_namelist = .false.
+                 as_namelist = .false., list = .false., watch = .false.
    end type command_line_type
 
    character(len=*), parameter :: unknown_shell = '?'    !! of 'rockdda completion' without one
@@ -173,6 +173,8 @@ contains
          case ('--json'); line%json = .true.
          case ('--options-table'); line%options_table = .true.
          case ('--as-namelist'); line%as_namelist = .true.
+         case ('--list'); line%list = .true.
+         case ('--watch'); line%watch = .true.
          case ('--output'); call get_path(name, value, line%output, self%problems)
          case ('--config'); call get_path(name, value, line%config, self%problems)
          case ('--solver'); line%solver = value

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> rockdda new: a labelled model to begin with, with comments.
+!> rockdda new: a labelled model to begin with, with comments; the list of these models.
 module rockdda_app_command_new
    use rockdda_base_diagnostics, only : diagnostics_type
    use rockdda_base_error, only : error_type, error_code, make_error
@@ -9,8 +9,9 @@ module rockdda_app_command_new
    use rockdda_run_output_choice, only : require_folder
    use rockdda_app_arguments, only : command_line_type
    use rockdda_app_json, only : json_type
+   use rockdda_app_model_list, only : kinds_text, list_of_models
    use rockdda_app_command_options, only : model_kinds
-   use rockdda_app_new_model_files, only : slope_nml, slope_dc, tunnel_nml, tunnel_dc, arch_nml, arch_dc
+   use rockdda_app_new_model_files, only : model_text, model_line
    use rockdda_app_process, only : print_line
    use rockdda_app_report, only : begin_json, end_json, report_failure
    implicit none
@@ -31,14 +32,13 @@ contains
       character(len=:), allocatable :: path
       logical :: ok
 
-      call choose_path(line, path, error)
-      if (.not. allocated(error)) then
-         select case (line%files(1)%text)
-         case ('slope'); call write_model(path, slope_nml(), slope_dc(), error)
-         case ('tunnel'); call write_model(path, tunnel_nml(), tunnel_dc(), error)
-         case ('arch'); call write_model(path, arch_nml(), arch_dc(), error)
-         end select
+      if (line%list) then
+         call print_list(line, exit_code)
+         return
       end if
+      call choose_path(line, path, error)
+      if (.not. allocated(error)) call write_model(path, model_text(line%files(1)%text, 'nml'), &
+                                                   model_text(line%files(1)%text, 'dc'), error)
       if (allocated(error)) then
          call report_failure(line, messages, error, exit_code)
          return
@@ -56,6 +56,29 @@ contains
       if (.not. ok) exit_code = error_code%output
    end subroutine run_new
 
+   !> Print a line for each kind of model.
+   subroutine print_list(line, exit_code)
+      type(command_line_type), intent(in) :: line
+      integer, intent(out) :: exit_code
+      type(json_type) :: json
+      type(diagnostics_type) :: messages
+      type(error_type), allocatable :: no_error
+      logical :: ok
+      integer :: i
+      if (line%json) then
+         call begin_json(json, line, 'done', 0)
+         call json%open('{', 'models')
+         do i = 1, size(model_kinds)
+            call json%put(trim(model_kinds(i)), model_line(model_kinds(i)))
+         end do
+         call json%close('}')
+         call end_json(json, messages, no_error, ok)
+      else
+         call print_line(list_of_models(), ok)
+      end if
+      exit_code = merge(0, error_code%output, ok)
+   end subroutine print_list
+
    !> Check the kind and the name: path is the name without .nml; files that exist are kept without --force.
    subroutine choose_path(line, path, error)
       type(command_line_type), intent(in) :: line
@@ -66,13 +89,13 @@ contains
       path = ''
       if (size(line%files) /= 2) then
          call make_error(error, error_code%input, &
-                         "'rockdda new' needs the kind of a model (slope, tunnel, arch) and a name; "// &
-                         "see 'rockdda new --help'")
+                         "'rockdda new' needs the kind of a model ("//kinds_text()//") and a name; "// &
+                         "see 'rockdda new --list'")
          return
       end if
       path = trim(line%files(2)%text)
       if (.not. any(model_kinds == line%files(1)%text)) then
-         call make_error(error, error_code%input, "'"//line%files(1)%text//"' is none of slope, tunnel, arch"// &
+         call make_error(error, error_code%input, "'"//line%files(1)%text//"' is none of "//kinds_text()// &
                          did_you_mean(line%files(1)%text, model_kinds))
          return
       end if

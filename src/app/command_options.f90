@@ -9,7 +9,8 @@ module rockdda_app_command_options
    character(len=*), parameter :: command_names(8) = [character(len=6) :: 'new', 'lines', 'cut', 'run', 'resume', &
                                                                  'fos', 'check', 'info']
    !> What 'rockdda new' makes.
-   character(len=*), parameter :: model_kinds(3) = [character(len=6) :: 'slope', 'tunnel', 'arch']
+   character(len=*), parameter :: model_kinds(9) = [character(len=8) :: 'slope', 'tunnel', 'arch', 'bridge', 'wall', &
+                                                                 'dam', 'rocking', 'rockfall', 'shear']
    !> What 'rockdda completion' knows.
    character(len=*), parameter :: shells(3) = [character(len=4) :: 'bash', 'zsh', 'fish']
 
@@ -29,7 +30,7 @@ module rockdda_app_command_options
 
    character(len=*), parameter :: writers = ' lines cut run fos ', runs = ' run resume ', &
                                   first = ' run fos ', all_runs = ' run resume fos ', fos = ' fos '
-   type(option_type), parameter :: options(31) = [ &
+   type(option_type), parameter :: options(33) = [ &
                                    option_type('--output', option_kind%text, writers), &
                                    option_type('--seed', option_kind%whole, ' lines '), &
                                    option_type('--config', option_kind%text, ' cut run fos check '), &
@@ -60,7 +61,9 @@ module rockdda_app_command_options
                                    option_type('--version', option_kind%flag, ''), &
                                    option_type('--completion', option_kind%text, ''), &
                                    option_type('--options-table', option_kind%flag, ' check '), &
-                                   option_type('--as-namelist', option_kind%flag, ' check ')]
+                                   option_type('--as-namelist', option_kind%flag, ' check '), &
+                                   option_type('--list', option_kind%flag, ' new '), &
+                                   option_type('--watch', option_kind%flag, runs)]
 
 contains
 

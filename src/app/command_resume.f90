@@ -15,6 +15,7 @@ module rockdda_app_command_resume
    use rockdda_app_report, only : report_failure, show_messages
    use rockdda_app_run_summary, only : print_summary
    use rockdda_app_running, only : step_until_done, end_run, prepare_sudden_end
+   use rockdda_app_viewer, only : viewer_type
    implicit none
    private
    public :: run_resume
@@ -27,6 +28,7 @@ contains
       integer, intent(out) :: exit_code
       type(run_type) :: run
       type(progress_type) :: progress
+      type(viewer_type) :: viewer
       type(diagnostics_type) :: messages
       type(error_type), allocatable :: error
       logical :: is_complete, ok
@@ -62,10 +64,12 @@ contains
          call report_failure(line, messages, error, exit_code)
          return
       end if
+      if (line%watch) call viewer%open(run%output)
       call progress%begin(line%quiet)
       call step_until_done(run, line%quiet, progress, error)
       call progress%finish()
       call end_run(line, run, messages, error, exit_code)
+      call viewer%wait()
    end subroutine run_resume
 
    !> Apply the options of the command line: end of the run, threads, limits.

@@ -16,6 +16,7 @@ module rockdda_app_command_run
    use rockdda_app_progress, only : progress_type
    use rockdda_app_report, only : show_messages, report_failure
    use rockdda_app_running, only : step_until_done, end_run, prepare_sudden_end
+   use rockdda_app_viewer, only : viewer_type
    implicit none
    private
    public :: run_run, find_run_files
@@ -31,6 +32,7 @@ contains
       type(error_type), allocatable :: error
       type(run_type) :: run
       type(progress_type) :: progress
+      type(viewer_type) :: viewer
 
       run%start = wall_seconds()
       allocate (input)
@@ -58,10 +60,12 @@ contains
       call prepare_sudden_end(line, run, messages)
       call set_writing(.false.)
       if (.not. line%quiet) call show_messages(messages, severity%warning)
+      if (line%watch) call viewer%open(run%output)
       call progress%begin(line%quiet)
       call step_until_done(run, line%quiet, progress, error)
       call progress%finish()
       call end_run(line, run, messages, error, exit_code)
+      call viewer%wait()
    end subroutine run_run
 
    !> Find the files of the command line.

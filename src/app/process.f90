@@ -8,7 +8,7 @@ module rockdda_app_process
    implicit none
    private
    public :: argument_type, add_argument, get_arguments, start_process, end_process
-   public :: print_line, print_error, show_status, is_terminal
+   public :: print_line, print_error, show_status, is_terminal, terminal_columns
    public :: watch_signals, seen_signal, set_writing, set_last_words, promise_json
 
    !> Control characters of the program's own texts; all others come from input and are printed as \xHH.
@@ -49,6 +49,10 @@ module rockdda_app_process
          import :: c_int
          integer(c_int), value :: descriptor
       end function c_is_terminal
+      integer(c_int) function c_columns(descriptor) bind(C, name='rockdda_process_columns')
+         import :: c_int
+         integer(c_int), value :: descriptor
+      end function c_columns
    end interface
 
 contains
@@ -125,6 +129,11 @@ contains
    logical function is_terminal()
       is_terminal = c_is_terminal(2_c_int) /= 0
    end function is_terminal
+
+   !> Columns of the terminal at standard error; 0 where they are not known.
+   integer function terminal_columns()
+      terminal_columns = int(c_columns(2_c_int))
+   end function terminal_columns
 
    !> Record stop signals (SIGTERM, SIGINT, SIGUSR1, SIGUSR2, SIGXCPU, SIGHUP unless it is ignored) from now on
    !> instead of ending the program. A second SIGINT ends it at once, unless output is being written.

@@ -7,6 +7,7 @@
 #include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/ioctl.h>
 #include <sys/resource.h>
 #include <unistd.h>
 #ifdef __GLIBC__
@@ -337,4 +338,11 @@ void rockdda_process_set_writing(int yes)
 int rockdda_process_is_terminal(int descriptor)
 {
    return isatty(descriptor);
+}
+
+int rockdda_process_columns(int descriptor)
+{
+   struct winsize size;
+   if (ioctl(descriptor, TIOCGWINSZ, &size) != 0) return 0;
+   return size.ws_col;
 }

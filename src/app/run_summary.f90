@@ -14,7 +14,7 @@ module rockdda_app_run_summary
    use rockdda_app_arguments, only : command_line_type
    use rockdda_app_file_facts, only : displacements_text, put_displacements
    use rockdda_app_json, only : json_type
-   use rockdda_app_process, only : print_line
+   use rockdda_app_process, only : is_terminal, print_line
    use rockdda_app_report, only : begin_json, end_json
    implicit none
    private
@@ -49,7 +49,7 @@ contains
                   to_string(run%sim%record%contacts(1))//' open '//to_string(run%sim%record%contacts(2))// &
                   ' sliding '//to_string(run%sim%record%contacts(3))//' locked'//new_line('a')// &
                   'results: '//results_text(run%output, n_frames, found)//', log: '//run%log_file// &
-                  warnings_text(run%warnings, line%quiet), ok)
+                  warnings_text(run%warnings, run%log_file, line%quiet), ok)
          if (ok .and. found .and. .not. line%quiet) then
             moved = displacements_text(run%output)
             if (len(moved) > 0) call print_line(moved, ok)
@@ -132,14 +132,20 @@ contains
       if (.not. found) text = 'none ('//path//' was removed or replaced)'
    end function results_text
 
-   !> One line for each warning, each after a line end; with quiet none.
-   pure function warnings_text(warnings, quiet) result(text)
+   !> The warnings of the run, each after a line end; with quiet none. On a terminal they stand above already: then their
+   !> number.
+   function warnings_text(warnings, log_file, quiet) result(text)
       type(diagnostics_type), intent(in) :: warnings
+      character(len=*), intent(in) :: log_file
       logical, intent(in) :: quiet
       character(len=:), allocatable :: text
       integer :: i
       text = ''
-      if (quiet) return
+      if (quiet .or. warnings%n == 0) return
+      if (is_terminal()) then
+         text = new_line('a')//counted(warnings%n, 'warning')//' above, and in '//log_file
+         return
+      end if
       do i = 1, warnings%n
          text = text//new_line('a')//'warning: '//warnings%items(i)%message
       end do

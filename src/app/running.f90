@@ -1,12 +1,14 @@
 ! SPDX-License-Identifier: MIT
 !> Loop over steps and end of a run, used by `run` and `resume`.
 module rockdda_app_running
+   use rockdda_base_kinds, only : wp
    use rockdda_base_error, only : error_type, error_code
    use rockdda_base_diagnostics, only : diagnostics_type
    use rockdda_base_strings, only : to_string
    use rockdda_model_stage_options, only : stage_name
    use rockdda_io_posix, only : get_path_kind, path_kind
    use rockdda_run_model_run, only : run_type
+   use rockdda_run_outcome, only : stage_share
    use rockdda_run_step_loop, only : step_observer_type, advance_run
    use rockdda_app_arguments, only : command_line_type
    use rockdda_app_json, only : json_type
@@ -72,8 +74,23 @@ contains
       if (allocated(run%warning) .and. .not. self%quiet) call print_error('rockdda: warning: '//run%warning)
       call self%progress%update(run%fraction_done(), 'step '//to_string(run%sim%state%step)//', time '// &
                                 run%sim%parameters%shown(run%sim%state%time, 'time', 6)//stage_text(run)// &
-                                ', unbalanced '//to_string(run%sim%record%unbalanced, 2))
+                                ', unbalanced '//to_string(run%sim%record%unbalanced, 2), run%sim%record%unbalanced, &
+                                part_share(run), min(run%sim%control%stage, n_parts(run)), n_parts(run))
    end subroutine end_step
+
+   !> Parts of the run for an estimate of its time: stages, where these end it.
+   pure integer function n_parts(run)
+      type(run_type), intent(in) :: run
+      n_parts = 1
+      if (run%sim%parameters%ends_with_stages) n_parts = max(1, size(run%sim%parameters%stages))
+   end function n_parts
+
+   !> Share of the present part that is done.
+   pure real(wp) function part_share(run)
+      type(run_type), intent(in) :: run
+      part_share = run%fraction_done()
+      if (run%sim%parameters%ends_with_stages) part_share = stage_share(run%sim)
+   end function part_share
 
    !> ", stage 'name'" in a run with stages.
    pure function stage_text(run) result(text)

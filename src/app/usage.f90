@@ -2,6 +2,7 @@
 !> The help texts.
 module rockdda_app_usage
    use rockdda_linear_factory, only : solver_names
+   use rockdda_app_model_list, only : list_of_models
    implicit none
    private
    public :: usage_text
@@ -59,15 +60,17 @@ contains
    !> Help of `rockdda new`.
    pure function new_text() result(text)
       character(len=:), allocatable :: text
-      text = 'usage: rockdda new slope|tunnel|arch NAME [OPTION…]'//nl// &
+      text = 'usage: rockdda new KIND NAME [OPTION…]'//nl// &
+             '       rockdda new --list'//nl// &
              nl// &
              'Writes a small labelled model that runs, with comments on all that stands in it: NAME.nml and its'//nl// &
              'lines, NAME.dc. A model of your own grows from it.'//nl// &
              nl// &
-             '  slope   bedding that dips out of the face, cross joints, a water table in a second stage'//nl// &
-             '  tunnel  stress in the ground, two joint sets, an excavation in two steps'//nl// &
-             '  arch    eleven voussoirs on two abutments'//nl// &
+             'kinds:'//nl// &
+             list_of_models()//nl// &
              nl// &
+             'options:'//nl// &
+             '  --list            print the kinds, a line each'//nl// &
              common_text()// &
              nl// &
              'examples:'//nl// &
@@ -148,6 +151,8 @@ contains
              '  --checkpoint-every S'//nl// &
              '                    a checkpoint every S seconds; default: 60'//nl// &
              '  --allow-open      an outline that does not close is a warning, not an error'//nl// &
+             '  --watch           open the results in the browser (rockdda-post view) while they are computed; the'//nl// &
+             '                    command then lasts until Ctrl-C'//nl// &
              '  --strict          end the run (exit 3) instead of warning when the energy balance fails, blocks'//nl// &
              '                    stand inside each other or a static stage ends without equilibrium'//nl// &
              common_text()// &
@@ -185,6 +190,7 @@ contains
              '                    stand inside each other or a static stage ends without equilibrium; '// &
              'one given to the run'//nl// &
              '                    itself does not count here'//nl// &
+             '  --watch           open the results in the browser (rockdda-post view), as of rockdda run'//nl// &
              common_text()// &
              nl// &
              'examples:'//nl// &

@@ -26,7 +26,7 @@ module rockdda_run_model_run
    use rockdda_run_files, only : run_files_type
    use rockdda_run_hdf5_lock, only : lock_hdf5, unlock_hdf5
    use rockdda_run_input, only : model_input_type
-   use rockdda_run_outcome, only : short_run_warning, weak_start_warning, skipped_stages_warning, &
+   use rockdda_run_outcome, only : stage_share, short_run_warning, weak_start_warning, skipped_stages_warning, &
       unreached_tables_text, time_error_warning, strikes_warning, overlaps_warning, unrested_warning, lost_text, &
       lodged_warning, strain_warning, unreached_stages_warning
    use rockdda_run_output_choice, only : choose_output
@@ -408,7 +408,8 @@ contains
          fraction_done = real(self%sim%state%step, wp)/real(self%sim%parameters%n_steps, wp)
       ! the steps that stages need are not known: each is as long as another
       if (self%sim%parameters%n_steps == huge(1) .and. self%sim%parameters%ends_with_stages) &
-         fraction_done = real(self%sim%control%stage - 1, wp)/real(size(self%sim%parameters%stages), wp)
+         fraction_done = min(1.0_wp, (self%sim%control%stage - 1 + stage_share(self%sim))/ &
+                             real(size(self%sim%parameters%stages), wp))
       if (self%sim%parameters%t_end > 0) &
          fraction_done = max(fraction_done, self%sim%state%time/self%sim%parameters%t_end)
    end function fraction_done

@@ -6,14 +6,14 @@ module rockdda_run_outcome
    use rockdda_model_options, only : is_set
    use rockdda_model_parameters, only : parameters_type
    use rockdda_model_boundary_options, only : is_quiet
-   use rockdda_model_stage_options, only : stage_name, stage_k01, has_base_motion
+   use rockdda_model_stage_options, only : stage_name, stage_k01, has_base_motion, seeks_equilibrium
    use rockdda_stepping_control, only : step_control_type, n_cut_reasons
    use rockdda_stepping_table_check, only : unreached_tables_text
    use rockdda_run_block_warnings, only : lodged_warning, strain_warning
    use rockdda_stepping_simulation, only : simulation_type
    implicit none
    private
-   public :: done_share, last_stage, short_run_warning, cuts_text, weak_start_warning, skipped_stages_warning, &
+   public :: done_share, stage_share, last_stage, short_run_warning, cuts_text, weak_start_warning, skipped_stages_warning, &
       reactions_text
    public :: time_error_text, time_error_warning, strikes_text, strikes_warning, share_after_strikes
    public :: overlaps_warning, unrested_warning, lost_text, lodged_warning, strain_warning
@@ -52,6 +52,28 @@ contains
       done_share = 1
       if (sim%planned_time() > 0) done_share = min(1.0_wp, sim%state%time/sim%planned_time())
    end function done_share
+
+   !> Share of the present stage that is done, for a display: of its time or its steps, or on the way of the unbalanced
+   !> force to its tolerance, by the logarithm; 0 where nothing says it.
+   pure real(wp) function stage_share(sim)
+      type(simulation_type), intent(in) :: sim
+      real(wp) :: still
+      stage_share = 0
+      if (sim%control%stage > size(sim%parameters%stages)) return
+      associate (stage => sim%parameters%stages(sim%control%stage), control => sim%control, state => sim%state)
+         if (is_set(stage%duration)) then
+            stage_share = (state%time - control%first_time)/stage%duration
+         else if (is_set(stage%until_time)) then
+            stage_share = (state%time - control%first_time)/(stage%until_time - control%first_time)
+         else if (is_set(stage%until_step)) then
+            stage_share = real(state%step - control%first_step, wp)/real(stage%until_step - control%first_step, wp)
+         else if (seeks_equilibrium(stage) .and. state%step > control%first_step) then
+            still = min(1.0_wp, max(sim%record%unbalanced, stage%tolerance))
+            stage_share = log(still)/log(stage%tolerance)
+         end if
+      end associate
+      stage_share = min(1.0_wp, max(0.0_wp, stage_share))
+   end function stage_share
 
    !> Warning about a run whose steps cover only part of the planned time; '' otherwise.
    function short_run_warning(sim) result(text)

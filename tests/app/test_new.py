@@ -8,7 +8,10 @@ import h5py
 import numpy as np
 from support import ProgramTest
 
-KINDS = {"slope": 2, "tunnel": 3, "arch": 1}  # stages
+KINDS = {
+    "slope": 2, "tunnel": 3, "arch": 1, "bridge": 1, "wall": 1, "dam": 2, "rocking": 2, "rockfall": 1, "shear": 1,
+}  # stages  # fmt: skip
+ALL = ", ".join(KINDS)
 
 
 # a displacement in millimetres
@@ -29,7 +32,36 @@ class NewModels(ProgramTest):
             self.assertRegex(checked.out, rf"\n  stages +{n_stages}\n")
             # a stage that does not come to rest would end the run with exit 3
             ran = self.run_program("run", f"my {kind}.nml", "--json")
-            self.assertEqual((ran.code, ran.json["warnings"]), (0, 0))
+            # where a column that rocks stands at the end depends on each of its impacts: the run says so
+            self.assertEqual((ran.code, ran.json["warnings"]), (0, int(kind == "rocking")), kind)
+
+    def test_the_list_has_a_line_for_each_kind(self):
+        told = self.run_program("new", "--list")
+        self.assertEqual((told.code, told.err), (0, ""))
+        self.assertEqual([line.split()[0] for line in told.out.splitlines()], list(KINDS))
+        self.assertEqual(self.run_program("new", "--list", "--json").json["models"].keys(), KINDS.keys())
+        for line in told.out.splitlines():
+            kind, text = line.split(maxsplit=1)
+            self.run_program("new", kind, kind)
+            self.assertTrue(self.path(f"{kind}.nml").read_text().startswith(f"! {text}. Units: m, kg, s, N.\n"))
+
+    def test_factors_of_wall_dam_and_shear_test(self):
+        """Closed forms: the base of the wall slides, and the dam; the joint of the specimen has c + sigma tan(phi)."""
+        tangent = np.tan(np.radians(35))
+        weight = 3 * (1.6 + 1.3) / 2 * 2400 * 9.81
+        earth = 0.3 * 18e3 * 3**2 / 2
+        uplift, push = 24 * 28 * 9810 / 2, 28**2 * 9810 / 2
+        dam = ((30 * (5 + 24) / 2) * 2400 * 9.81 - uplift) / push  # tan(45) = 1
+        for arguments, expected in (
+            (["wall", "--search", "load", "--loads", "earth"], weight * tangent / earth),
+            (["dam", "--joints", "base"], dam),
+            (["shear", "--search", "load", "--loads", "shear"], (0.1 + tangent) / 0.1),
+        ):
+            kind, *options = arguments
+            self.run_program("new", kind, kind)
+            factor = self.run_program("fos", f"{kind}.nml", *options, "--json").json["factor"]
+            # 0.5 % for the interval of the factor, 0.5 % for the rotation of the dam on its elastic base
+            self.assertAlmostEqual(factor, expected, delta=0.01 * expected, msg=kind)
 
     def test_water_of_the_slope_lowers_its_factor(self):
         self.run_program("new", "slope", "wet")
@@ -81,9 +113,9 @@ class NewModels(ProgramTest):
 
     def test_mistakes(self):
         for arguments, told, *code in (
-            ([], "'rockdda new' needs the kind of a model (slope, tunnel, arch) and a name"),
-            (["slope"], "'rockdda new' needs the kind of a model (slope, tunnel, arch) and a name"),
-            (["tunel", "x"], "'tunel' is none of slope, tunnel, arch; did you mean 'tunnel'?"),
+            ([], f"'rockdda new' needs the kind of a model ({ALL}) and a name"),
+            (["slope"], f"'rockdda new' needs the kind of a model ({ALL}) and a name"),
+            (["tunel", "x"], f"'tunel' is none of {ALL}; did you mean 'tunnel'?"),
             (["arch", "a'b"], "'a'b': expected a name of a file without quotes and '!'"),
             (["arch", "no/x"], "no/x: the folder 'no' does not exist; make it first: mkdir -p 'no'", 5),
         ):

@@ -1,12 +1,16 @@
 # SPDX-License-Identifier: MIT
 """What is left: the terminal, a crash, and result files that are read again or are none."""
 
+import fcntl
 import json
 import os
 import pty
+import re
 import resource
 import signal
+import struct
 import subprocess
+import termios
 import time
 import unittest
 from pathlib import Path
@@ -82,22 +86,63 @@ class Surroundings(ProgramTest):
         self.assertEqual(process.wait(PATIENCE), 4)
         self.assertRegex(self.path("block.log").read_text(), r"\nend: signal SIGTERM after [^\n]*\n\Z")
 
-    def test_bar_on_a_terminal(self):
+    def bar_of(self, language, updates):
+        """What a long run shows on a terminal of 200 columns, until the time left has been shown so many times."""
         terminal, end = pty.openpty()
         self.addCleanup(os.close, terminal)
-        arguments = [PROGRAM, *LONG_RUN, "--max-wall", str(PATIENCE)]
-        process = subprocess.Popen(arguments, cwd=self.folder, stdout=subprocess.DEVNULL, stderr=end)
+        fcntl.ioctl(end, termios.TIOCSWINSZ, struct.pack("HHHH", 24, 200, 0, 0))
+        arguments = [PROGRAM, *LONG_RUN, "--max-wall", str(PATIENCE), "--force"]
+        environment = {**os.environ, "LC_ALL": language}
+        process = subprocess.Popen(arguments, cwd=self.folder, stdout=subprocess.DEVNULL, stderr=end, env=environment)
         os.close(end)
         shown = b""
         try:
             while piece := os.read(terminal, 4096):
                 shown += piece
-                if b" left" in shown:
+                if shown.count(b" left") >= updates:
                     process.send_signal(signal.SIGTERM)
         except OSError:
             pass  # the other end was closed
         self.assertEqual(process.wait(PATIENCE), 4)
-        self.assertRegex(shown.decode(), r"\r\[\.{30}\]   0 %  step \d+, time [\d.]+, .* left")
+        return shown.decode()
+
+    def test_bar_on_a_terminal(self):
+        """The time left does not grow, though the run is held up; beside the unbalanced force stands its curve."""
+        shown = self.bar_of("C.UTF-8", 8)
+        bar = r"\r\[\.{20}\]   0 %  step \d+, time [\d.]+, unbalanced \S+ [▁▂▃▄▅▆▇█]+, "
+        found = re.findall(bar + r"(?:(\d+) h )?(?:(\d+) min)?(?: ?(\d+) s)? left", shown)
+        left = [
+            3600 * int(hours or 0) + 60 * int(minutes or 0) + int(seconds or 0) for hours, minutes, seconds in found
+        ]
+        self.assertGreaterEqual(len(left), 8, shown)
+        self.assertEqual(left, sorted(left, reverse=True))
+
+    def test_terminal_without_unicode_has_no_curve(self):
+        self.assertTrue(self.bar_of("C", 1).isascii())
+
+    def test_watch_opens_the_viewer_of_the_results(self):
+        """The program beside rockdda or on the PATH gets the results, which exist by then; it is waited for."""
+        viewer = self.write("bin/rockdda-post", '#!/bin/sh\ntest -f "$2" && echo "$1 $2" >seen && echo opened\n')
+        viewer.chmod(0o755)
+        path = f"{viewer.parent}:{os.environ['PATH']}"
+        program = self.path("rockdda")
+        program.write_bytes(Path(PROGRAM).read_bytes())  # away from the rockdda-post of a build
+        program.chmod(0o755)
+        command = [program, "run", "block.dc", "block.df", "--steps", "5", "--watch", "--json"]
+        done = subprocess.run(
+            command, cwd=self.folder, env={**os.environ, "PATH": path}, capture_output=True, text=True, timeout=PATIENCE
+        )
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertEqual(json.loads(done.stdout)["status"], "done")  # the viewer does not write into it
+        self.assertIn("opened\n", done.stderr)
+        self.assertEqual(self.path("seen").read_text(), "view block.h5\n")
+        viewer.unlink()
+        done = subprocess.run(
+            [*command, "--force"], cwd=self.folder, env={**os.environ, "PATH": str(viewer.parent)}, capture_output=True,
+            text=True, timeout=PATIENCE,
+        )  # fmt: skip
+        self.assertEqual(done.returncode, 0)
+        self.assertIn("warning: --watch: rockdda-post lies neither beside rockdda nor on the PATH", done.stderr)
 
     def test_lines_without_a_terminal(self):
         # one every ten seconds, which the run sleeps through
