@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The commands of `rockdda-post` for studies and rules of design: study, loosening, voussoir, rockload."""
+"""The commands of `rockdda-post` for studies, tests and rules of design."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from ..analysis.limits import GRADIENT_LIMIT, WINDOW
 from ..errors import InputError, OutputError
 from ..text import csv_text
 from ..writing import complete_file, write_file
-from .common import NO_CONVERGENCE, STOPPED, open_results, print_summary, progress_bar
+from .common import NO_CONVERGENCE, STOPPED, Json, Output, Quiet, open_results, print_summary, progress_bar, target
 
 if TYPE_CHECKING:
     from ..study.runner import Outcome
@@ -29,6 +29,7 @@ def register(app: typer.Typer) -> None:
     app.command(name="loosening")(loosening_command)
     app.command(name="voussoir")(voussoir_command)
     app.command(name="rockload")(rock_load_command)
+    app.command(name="calibrate-bolt")(calibrate_bolt_command)
 
 
 def study_command(
@@ -318,3 +319,62 @@ def rock_load_command(
     lines = [f"{load.source}, {load.condition}: {load.low:.4g} to {load.high:.4g}" for load in loads]
     entries = [{"source": l.source, "condition": l.condition, "low": l.low, "high": l.high} for l in loads]  # noqa: E741
     print_summary(quiet, as_json, "\n".join(lines), loads=entries)
+
+
+def calibrate_bolt_command(
+    file: Annotated[
+        Path, typer.Argument(metavar="TEST.csv", help="Displacement of the head and force.", show_default=False)
+    ],
+    length: Annotated[float, typer.Option("--length", help="Length in grout [m].", show_default=False)],
+    young: Annotated[float, typer.Option("--young", help="Young's modulus of the steel [Pa].")] = 200e9,
+    diameter: Annotated[float | None, typer.Option("--diameter", help="Of the steel [m].", show_default=False)] = None,
+    area: Annotated[float | None, typer.Option("--area", help="Of the steel [m²].", show_default=False)] = None,
+    free_length: Annotated[
+        float, typer.Option("--free-length", help="Steel between the measured point and the grout [m].")
+    ] = 0.0,
+    yield_force: Annotated[
+        float | None,
+        typer.Option("--yield-force", help="Of the steel [N]: points there are left out.", show_default=False),
+    ] = None,
+    output: Output = None,
+    dpi: Annotated[int, typer.Option("--dpi", min=20, max=2400, help="Resolution of .png.")] = 200,
+    quiet: Quiet = False,
+    as_json: Json = False,
+) -> None:
+    """Stiffness and strength of the grout of a bolt from a pull test, with a picture.
+
+    The table has its units in the head, such as `displacement [mm], force [kN]`. The bar slips from its head on; the
+    fit of this curve gives grout_stiffness and grout_strength with their 95 % intervals. A curve that leaves one of
+    them open is refused (exit 2).
+
+    Example:
+
+        rockdda-post calibrate-bolt lab.csv --length 1 --diameter 0.025 --free-length 0.3
+    """
+    import matplotlib as mpl
+
+    mpl.use("Agg")
+    from .. import plot
+    from ..analysis.pull_test import calibrate_bolt
+
+    fit = calibrate_bolt(
+        file, length=length, young=young, diameter=diameter, area=area, free_length=free_length, yield_force=yield_force
+    )
+    path = target(output, file, "_fit.png")
+    plot.save(fit.plot(), path, dpi)
+    onset, force = fit.onset
+    lines = [
+        *(f"note: {note}" for note in fit.notes),
+        f"grout stiffness  {fit.grout_stiffness / 1e6:.4g} ± {fit.grout_stiffness_error / 1e6:.2g} MN/m²",
+        f"grout strength   {fit.grout_strength / 1e3:.4g} ± {fit.grout_strength_error / 1e3:.2g} kN/m",
+        f"slip begins      at {force / 1e3:.4g} kN, {1e3 * onset:.4g} mm; all slips at {fit.plateau / 1e3:.4g} kN",
+        f"scatter          {fit.scatter / 1e3:.2g} kN, {int(fit.used.sum())} points",
+        f"&bolt ... {fit.option_text} ... /",
+        str(path),
+    ]
+    print_summary(
+        quiet, as_json, "\n".join(lines), output=path, grout_stiffness=fit.grout_stiffness,
+        grout_stiffness_error=fit.grout_stiffness_error, grout_strength=fit.grout_strength,
+        grout_strength_error=fit.grout_strength_error, onset_displacement=onset, onset_force=force,
+        plateau=fit.plateau, scatter=fit.scatter, points=int(fit.used.sum()), notes=list(fit.notes),
+    )  # fmt: skip
