@@ -2,6 +2,7 @@
 """Every command of the pages runs: those of blocks in a folder made for the page, one after the other as a reader
 would; of commands within sentences, that the command and its options exist."""
 
+import math
 import os
 import re
 import shlex
@@ -18,6 +19,7 @@ import matplotlib as mpl
 import pytest
 import typer
 from places import EXTENSION, INPUTS, ROOT
+from rockdda.analysis.pull_test import pull_curve
 from rockdda.cli import main
 from rockdda.cli.command import app
 from synthetic import write_wall
@@ -157,6 +159,15 @@ def prepare(page: Path, folder: Path, program: str) -> None:
             shutil.copytree(INPUTS / "incline", folder / name)
     elif page.name == "hpc.md":
         shutil.copytree(INPUTS / "incline", folder / "model")
+    elif page.name == "support.md":
+        subprocess.run(
+            [program, "run", INPUTS / "hung_block", "-o", "out.h5", "--quiet"],
+            cwd=folder, check=True, capture_output=True,
+        )  # fmt: skip
+        moved = [0.2e-3 * k for k in range(60)]
+        force = pull_curve(moved, 1.0, 200e9 * 0.25 * math.pi * 0.025**2, 1e9, 200e3)
+        rows = "".join(f"{1e3 * d},{f / 1e3}\n" for d, f in zip(moved, force, strict=True))
+        (folder / "lab.csv").write_text("displacement [mm], force [kN]\n" + rows)
     elif page.name == "user-guide.md":
         for suffix in ("dc", "df"):
             shutil.copy(INPUTS / f"incline/incline.{suffix}", folder)
