@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -13,13 +13,11 @@ from .style import PALETTE, PAPER_WIDTH, new_axes, nice_ticks, style
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from ..analysis.pull_test import BoltFit
-
 __all__ = ["pull_test"]
 
 
-def pull_test(fit: BoltFit, *, axes: Axes | None = None, title: str | None = None) -> Axes:
-    """Measured points, the fit, where the slip begins and the plateau; points that were left out are hollow."""
+def pull_test(fit: Any, *, axes: Axes | None = None, title: str | None = None) -> Axes:
+    """Measured points, the fit (a `BoltFit` of `analysis.pull_test`), where the slip begins and the plateau; points that were left out are hollow."""
     test = fit.test
     with style():
         _, axes = new_axes(axes, (PAPER_WIDTH, 3.6))
