@@ -14,8 +14,7 @@ from pathlib import Path
 import pytest
 from rockdda import cli
 from rockdda.errors import InputError
-from rockdda.study import evaluate, read_study
-from rockdda.study.runner import collect, pending, prepare_case, run_study
+from rockdda.study import collect, evaluate, pending, prepare_case, read_study, run_study
 
 GEOMETRY = """\
 0.001   # e0
@@ -282,7 +281,7 @@ def test_results_named_later_come_from_the_runs_that_are_there(folder, monkeypat
     assert outcome.status == "failed"
     assert "history/nothing" in outcome.message
     assert pending(read_study(folder / "slide.toml")) == []
-    monkeypatch.setattr("rockdda.study.runner._model_files", lambda *_: pytest.fail("it runs again"))
+    monkeypatch.setattr("rockdda.study.case._model_files", lambda *_: pytest.fail("it runs again"))
     (folder / "slide.toml").write_text(once)
     study = read_study(folder / "slide.toml")
     (outcome,) = run_study(study)

@@ -4,6 +4,7 @@
 import csv
 import io
 import json
+import os
 import random
 import re
 import shlex
@@ -18,9 +19,9 @@ import pytest
 from places import INPUTS
 from rockdda import cli
 from rockdda.errors import InputError, OutputError
-from rockdda.study import read_study, run_study, runner
+from rockdda.study import dask_workers, read_study, run_study, write_job_array
+from rockdda.study.case import folder_of
 from rockdda.study.formula import evaluate, formatted
-from rockdda.study.runner import write_job_array
 from rockdda.text import csv_text
 
 STUDY = """\
@@ -64,11 +65,18 @@ def test_line_breaks_and_odd_names_are_refused(tmp_path, capsys, title, cluster,
     assert not (tmp_path / "study").exists()
 
 
+def code_of(script):
+    """The lines of a script that are no comments."""
+    return [line for line in script.read_text().split("\n") if line and not line.startswith("#")]
+
+
 def test_no_text_of_a_study_becomes_a_command(tmp_path):
     """300 hostile titles, values and folder names: bash takes the script as one command, and creates no file."""
     random.seed(5)
     pieces = ["\n", "$(touch P)", "`touch P`", ";touch P;", "'", '"', "\\", "#", "|touch P", ">P", "\u2028",
               "&", " ", "a", "ü", "${IFS}", "!!", "%s", "--wrap=x", "EOF", ";", "$(id)"]  # fmt: skip
+    (tmp_path / "plain").mkdir()
+    plain = code_of(write_job_array(read_study(write_study(tmp_path / "plain"))))
     refused = accepted = 0
     for number in range(300):
         text, value, name = ("".join(random.choices(pieces, k=random.randint(1, 4))) for _ in range(3))
@@ -82,16 +90,16 @@ def test_no_text_of_a_study_becomes_a_command(tmp_path):
             continue
         accepted += 1
         before = sorted(path.relative_to(folder) for path in folder.rglob("*"))
-        lines = script.read_text().split("\n")
-        code = [line for line in lines if line and not line.startswith("#")]
-        assert len(code) == 1
-        assert code[0].startswith("exec ")
-        assert str(study.resolve()) in shlex.split(code[0])
+        (at,) = [at for at, (line, usual) in enumerate(zip(code_of(script), plain, strict=True)) if line != usual]
+        command = code_of(script)[at]
+        assert command.startswith("  exec ")
+        assert str(study.resolve()) in shlex.split(command)
         if number % 10 == 0:
             subprocess.run(["bash", "-n", script], check=True, timeout=10)
             harmless = script.with_name("run.sh")
             harmless.write_text(script.read_text().replace("exec ", "exec true "))
-            subprocess.run(["bash", harmless], check=True, timeout=10, cwd=folder)
+            environment = {**os.environ, "SLURM_ARRAY_TASK_ID": "1"}
+            subprocess.run(["bash", harmless], check=True, timeout=10, cwd=folder, env=environment)
             harmless.unlink()
         assert sorted(path.relative_to(folder) for path in folder.rglob("*")) == before
     assert refused > 50  # both ways were taken
@@ -234,7 +242,7 @@ def test_values_lead_no_case_out_of_its_folder(tmp_path):
     study.write_text(study.read_text().replace("n = [3]", 'n = ["../../x", "..", "/etc/x", ".", "a/../b"]'))
     found = read_study(study)
     for case in found.cases:
-        folder = runner._folder(found, case)
+        folder = folder_of(found, case)
         assert folder.resolve().parent == (tmp_path / "s/cases").resolve()
         assert folder.name.startswith(f"{case.number:04d}_n")
 
@@ -274,7 +282,7 @@ def test_commands_for_workers_of_dask_are_refused(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "dask_jobqueue", types.SimpleNamespace())
     study = read_study(write_study(tmp_path, cluster='job_script_prologue = ["touch PWNED"]'))
     with pytest.raises(InputError, match=r"\[cluster\]: 'job_script_prologue' is none of queue, project"):
-        runner._cluster(study, "slurm", 1)
+        dask_workers._cluster(study, "slurm", 1)
 
 
 def test_cells_are_no_formulas_and_hold_no_control_characters():

@@ -12,7 +12,7 @@ from typing import Any
 from ..critical import NAMES
 from ..errors import InputError
 from ..study import Study
-from ..study.runner import SEARCHED
+from ..study.case import SEARCHED
 
 __all__ = ["FAILS", "STANDS", "UNKNOWN", "WRONG_INPUT", "Found", "found_in", "search_options"]
 

@@ -5,7 +5,10 @@ from __future__ import annotations
 
 import contextlib
 import math
+import os
 import signal
+import time
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -18,9 +21,14 @@ from ..writing import complete_file, write_file
 from .common import NO_CONVERGENCE, STOPPED, Json, Output, Quiet, open_results, print_summary, progress_bar, target
 
 if TYPE_CHECKING:
-    from ..study.runner import Outcome
+    from ..study import Outcome
 
 __all__ = ["register"]
+
+#: Seconds that another process has to end a case, which a scheduler has started once more.
+_PATIENCE = 120.0
+#: A case that is stopped so soon [s] got its signal at once: Slurm sends it up to a minute early.
+_SOON = 60.0
 
 
 def register(app: typer.Typer) -> None:
@@ -65,8 +73,8 @@ def study_command(
     """Run a template over a grid of parameters; one table and small multiples at the end.
 
     Cases that are done are not run again; interrupted ones continue from their checkpoint; failed ones are listed,
-    and run again with --retry. Ctrl-C stops the runs after their present step. The exit code is 3 when cases
-    have failed.
+    and run again with --retry. Ctrl-C stops the runs after their present step. The exit code is 3 when cases have
+    failed, 4 when some are not done.
 
     Examples:
 
@@ -81,15 +89,19 @@ def study_command(
     import matplotlib as mpl
 
     mpl.use("Agg")
+    from ..study.case import prepare_case
     from ..study.definition import read_study
-    from ..study.runner import collect, prepare_case, run_study, write_job_array
+    from ..study.job_array import logs_of, warning_of, write_job_array
+    from ..study.runner import collect, run_study
 
     study = read_study(file, output)
     if sum((slurm, table, case is not None, dask is not None)) > 1:
         raise InputError("--slurm, --table, --case and --dask exclude each other")
     if slurm:
         path = write_job_array(study, retry=retry)
-        print_summary(quiet, as_json, f"{path}: submit it with sbatch", script=path)
+        warning = warning_of(study)
+        told = f"{path}: submit it with sbatch; a case is stopped {warning} s before the end of its time"
+        print_summary(quiet, as_json, told, script=path, warning=warning)
         return
     if case is not None:
         if case > len(study.cases):
@@ -122,11 +134,16 @@ def study_command(
                 raise
     rows = collect(study)
     written = _write_table(study, rows)
-    count = {status: int((rows["status"] == status).sum()) for status in ("done", "failed", "stopped", "waiting")}
-    failed = rows[rows["status"] == "failed"]
+    count = {
+        status: int((rows["status"] == status).sum()) for status in ("done", "failed", "stopped", "running", "waiting")
+    }
+    unfinished = len(rows) - count["done"] - count["failed"]
     if not quiet:
-        for _, row in failed.iterrows():
-            typer.echo(f"case {row['case']} failed: {(str(row['message']).splitlines() or [''])[0]}", err=True)
+        for _, row in rows[(rows["status"] != "done") & (rows["message"] != "")].iterrows():
+            said = (str(row["message"]).splitlines() or [""])[0]
+            typer.echo(
+                f"case {row['case']} {'failed' if row['status'] == 'failed' else 'is not done'}: {said}", err=True
+            )
     summary = ", ".join(f"{number} {status}" for status, number in count.items() if number)
     print_summary(
         quiet,
@@ -137,15 +154,20 @@ def study_command(
         files=list(map(str, written)),
         **count,
     )
-    if count["waiting"] and not quiet and (study.output / "job-array.sh").exists():
-        typer.echo("cases wait: where tasks of job-array.sh have ended, their logs (slurm-*.out) say why", err=True)
+    script = study.output / "job-array.sh"
+    if unfinished and not quiet:
+        how = f"submit {script} again when its tasks have ended (logs: {logs_of(study)})" if script.exists() else ""
+        typer.echo(f"{unfinished} of {len(rows)} cases are not done: {how or 'the same command continues'}", err=True)
     if count["failed"]:
         raise typer.Exit(NO_CONVERGENCE)
+    if unfinished:
+        raise typer.Exit(STOPPED)
 
 
 def _one_case(study: Any, number: int, prepare: Any) -> Outcome:
     """Run one case that is not done, as a task of a job array does; SIGTERM lets it write its checkpoint."""
-    from ..study.runner import finished_case, run_case
+    from ..study.case import finished_case, read_status, run_case, write_status
+    from ..study.job_array import warning_of
 
     wanted = study.cases[number - 1]
     done = finished_case(study, wanted)
@@ -153,13 +175,23 @@ def _one_case(study: Any, number: int, prepare: Any) -> Outcome:
         return done
     folder = prepare(study, wanted)
     children: list[Any] = []
+    start, stopped = time.monotonic(), []
 
     def stop(*_: object) -> None:
+        stopped.append(time.monotonic() - start)
         for child in children:
             child.terminate()
 
     signal.signal(signal.SIGTERM, stop)
-    return run_case(str(folder), children.append)
+    found = run_case(str(folder), children.append, _PATIENCE)
+    if found.status == "stopped" and stopped and stopped[0] < _SOON and os.environ.get("SLURM_JOB_ID"):
+        note = (
+            f"stopped {stopped[0]:.0f} s after its start: where nobody cancelled it, the time of the job (--time) is "
+            f"hardly longer than the warning of {warning_of(study)} s before its end; give it more"
+        )
+        found = replace(found, message=f"{note}. {found.message}")
+        write_status(folder, {**read_status(folder), "message": found.message})
+    return found
 
 
 def _write_table(study: Any, rows: Any) -> list[Path]:

@@ -3,9 +3,11 @@
 
 from __future__ import annotations
 
+from .case import Outcome, pending, prepare_case, run_case
 from .definition import Case, Quantity, Study, read_study, render
 from .formula import evaluate
-from .runner import Outcome, collect, pending, prepare_case, run_case, run_study, write_job_array
+from .job_array import write_job_array
+from .runner import collect, run_study
 
 __all__ = [
     "Case",
