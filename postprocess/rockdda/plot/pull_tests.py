@@ -17,7 +17,10 @@ __all__ = ["pull_test"]
 
 
 def pull_test(fit: Any, *, axes: Axes | None = None, title: str | None = None) -> Axes:
-    """Measured points, the fit (a `BoltFit` of `analysis.pull_test`), where the slip begins and the plateau; points that were left out are hollow."""
+    """Measured points, the fit, where the slip begins and the plateau; points that were left out are hollow.
+
+    `fit` is a `BoltFit` of `analysis.pull_test`.
+    """
     test = fit.test
     with style():
         _, axes = new_axes(axes, (PAPER_WIDTH, 3.6))
