@@ -488,12 +488,12 @@ contains
       end do
    end function n_nodes
 
-   !> Place, axial force, slip and state of all nodes.
-   pure subroutine show_nodes(self, context, place, force, slip, state)
+   !> Place, axial force, slip, largest share of a strength, and state of all nodes.
+   pure subroutine show_nodes(self, context, place, force, slip, use, state)
       class(bars_type), intent(in) :: self
       type(step_context_type), intent(in) :: context
       real(wp), intent(out) :: place(:, :)       !! (2, nodes) [length]
-      real(wp), intent(out) :: force(:), slip(:) !! (nodes)
+      real(wp), intent(out) :: force(:), slip(:), use(:) !! (nodes)
       integer, intent(out) :: state(:)           !! (nodes) node_state%...
       type(bar_response_type) :: response
       type(bolt_type) :: bolt
@@ -501,6 +501,7 @@ contains
       n = 0
       force = 0
       slip = 0
+      use = 0
       state = node_state%absent
       do l = 1, n_bolts(self)
          bolt = self%bolts(l)
@@ -516,12 +517,17 @@ contains
                if (bolt%bar%element(t) == 0 .or. .not. bolt%state%held(t)) cycle
                i = n + bolt%bar%node(t)
                slip(i) = response%w(bolt%bar%node(t)) - response%at(t)
+               use(i) = max(use(i), abs(response%t(t))/slip_limit(bolt, t))
                if (abs(response%t(t)) >= at_limit*slip_limit(bolt, t)) state(i) = node_state%slipping
             end do
             do i = 1, bolt%bar%n
                e = min(i, bolt%bar%n - 1)
+               use(n + i) = min(1.0_wp, max(use(n + i), maxval(abs(response%f(max(1, i - 1):e))/ &
+                                                               bolt%bar%yield(max(1, i - 1):e))))
                if (abs(response%f(e)) >= at_limit*bolt%bar%yield(e)) state(n + i) = node_state%yielding
-               if (bolt%state%broken(e)) state(n + i) = node_state%ruptured
+               if (.not. bolt%state%broken(e)) cycle
+               state(n + i) = node_state%ruptured
+               use(n + i) = 1
             end do
          end if
          n = n + bolt%bar%n

@@ -59,6 +59,7 @@ module rockdda_model_state
       real(wp), allocatable :: place(:, :)     !! (2, nodes) [length]
       real(wp), allocatable :: force(:)        !! (nodes) axial, tension positive
       real(wp), allocatable :: slip(:)         !! (nodes) bar against rock [length]
+      real(wp), allocatable :: use(:)          !! (nodes) largest share of a strength: of the steel, of its grout
       integer, allocatable :: state(:)         !! (nodes) 0 absent, 1 elastic, 2 slipping, 3 yielding, 4 ruptured
    end type bolt_nodes_type
 

@@ -43,9 +43,10 @@ module rockdda_io_results
                          s_bolt_head = 20, s_bolt_dowel = 21, s_bolt_energy = 22, s_frame_step = 23, &
                          s_frame_time = 24, s_vertices = 25, s_centroid = 26, s_rotation = 27, s_stress = 28, &
                          s_velocity = 29, s_bolt_ends = 30, s_bolt_force = 31, s_bolt_node = 32, s_bolt_slip = 33, &
-                         s_bolt_state = 34, s_active = 35, s_offset = 36, s_point = 37, s_force = 38, s_state = 39, &
-                         s_blocks = 40, s_opening = 41, s_slip = 42, s_length = 43, s_normal_stress = 44, &
-                         s_shear_stress = 45, s_strength = 46, &
+                         s_bolt_state = 34, s_bolt_use = 35, &
+                         s_active = 36, s_offset = 37, s_point = 38, s_force = 39, s_state = 40, &
+                         s_blocks = 41, s_opening = 42, s_slip = 43, s_length = 44, s_normal_stress = 45, &
+                         s_shear_stress = 46, s_strength = 47, &
                          n_series = n_tables
 
    type :: results_type
@@ -189,6 +190,7 @@ contains
       call self%series(s_bolt_force)%init('frames/bolt_force', reals, [max(n_bolts, n_nodes)], small, n)
       call self%series(s_bolt_node)%init('frames/bolt_node', reals, [2, n_nodes], n_expected=n, only_filled=.true.)
       call self%series(s_bolt_slip)%init('frames/bolt_slip', reals, [n_nodes], small, n, only_filled=.true.)
+      call self%series(s_bolt_use)%init('frames/bolt_use', reals, [n_nodes], small, n, only_filled=.true.)
       call self%series(s_bolt_state)%init('frames/bolt_state', integers, [n_nodes], n_expected=n, only_filled=.true.)
       call self%series(s_active)%init('frames/active', integers, [nb], n_expected=n)
       call self%series(s_offset)%init('frames/contact_offset', integers, single, n_expected=n)
@@ -280,6 +282,7 @@ contains
             call s(s_bolt_node)%add(reshape(nodes%place, [size(nodes%place)]), 1)
             call s(s_bolt_slip)%add(nodes%slip, 1)
             call s(s_bolt_state)%add(nodes%state, 1)
+            call s(s_bolt_use)%add(nodes%use, 1)
          end if
          call s(s_active)%add(merge(1, 0, state%active(1:nb)), 1)
          self%so_far%frames = self%so_far%frames + 1

@@ -230,6 +230,7 @@ contains
             n = rows_of(file, check, 'bolt_node', reals, [2, n_nodes])
             n = rows_of(file, check, 'bolt_slip', reals, [n_nodes])
             n = rows_of(file, check, 'bolt_state', integers, [n_nodes])
+            if (file%exists('frames/bolt_use')) n = rows_of(file, check, 'bolt_use', reals, [n_nodes])
          end if
          n = rows_of(file, check, 'bolt_force', reals, [n_nodes])
       end if

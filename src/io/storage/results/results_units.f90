@@ -59,6 +59,7 @@ module rockdda_io_results_units
       entry_type('frames/bolt_force', 'force'), &
       entry_type('frames/bolt_node', 'length'), &
       entry_type('frames/bolt_slip', 'length'), &
+      entry_type('frames/bolt_use'), &
       entry_type('frames/contact_point', 'length'), &
       entry_type('frames/contact_force', 'force'), &
       entry_type('frames/contact_opening', 'length'), &
