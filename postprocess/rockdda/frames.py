@@ -275,7 +275,8 @@ class Frame:
     @property
     def bolt_nodes(self) -> pandas.DataFrame:
         """Nodes of the bolts: bolt (from 0), its name, x, y, force (tension positive, per bolt), slip (bar against
-        rock), state (0 absent, 1 elastic, 2 slipping, 3 yielding, 4 ruptured). Empty where bolts are springs alone."""
+        rock), use (largest share of a strength, of the steel or its grout), state (0 absent, 1 elastic, 2 slipping,
+        3 yielding, 4 ruptured). Empty where bolts are springs alone."""
         return self.bolt_node_columns.to_pandas("a table of bolts")
 
     @property
@@ -287,7 +288,30 @@ class Frame:
             self._row(name) if names else np.zeros((0, 2)[: 2 if name == "bolt_node" else 1]) for name in NODE_TABLES
         )
         columns = {"bolt": bolt, "name": np.array(names, dtype=object)[bolt], "x": place[:, 0], "y": place[:, 1]}
-        return Columns(columns | {"force": force, "slip": slip, "state": state})
+        use = self._row("bolt_use") if names and "frames/bolt_use" in self.results else np.full(len(force), np.nan)
+        return Columns(columns | {"force": force, "slip": slip, "use": use, "state": state})
+
+    @property
+    def bolt_pieces(self) -> Columns:
+        """The same pieces of bolts in each frame: springs, then the parts between nodes.
+
+        Columns: bolt (from 0), x1, y1, x2, y2, force, use (NaN: no strength is known), there (False: absent or lost).
+        """
+        ends = self.bolt_ends.reshape(-1, 4)
+        strength = self.results.bolt_properties[:, 2] if len(ends) else np.zeros(0)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            use = np.where(strength > 0, np.abs(self.bolt_force) / strength, np.nan)
+        springs = np.column_stack([np.arange(len(ends)), ends, self.bolt_force, use, np.ones(len(ends))])
+        nodes = self.bolt_node_columns
+        same = np.flatnonzero(nodes["bolt"][1:] == nodes["bolt"][:-1])
+        first, second = (nodes.rows(same + k) for k in (0, 1))
+        parts = np.column_stack([
+            first["bolt"], first.stack("x", "y"), second.stack("x", "y"), 0.5 * (first["force"] + second["force"]),
+            np.fmax(first["use"], second["use"]), (first["state"] > 0) & (second["state"] > 0),
+        ])  # fmt: skip
+        rows = np.concatenate([springs, parts])
+        columns = dict(zip(("bolt", "x1", "y1", "x2", "y2", "force", "use", "there"), rows.T, strict=True))
+        return Columns(columns | {"bolt": rows[:, 0].astype(int), "there": rows[:, 7] > 0})
 
     def bolt_parts(self, scale: float = 1.0) -> tuple[FloatArray, FloatArray]:
         """Bolts as drawn: (n, 2, 2) ends of springs and of the parts between nodes, (n,) their forces.

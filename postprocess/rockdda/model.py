@@ -175,18 +175,61 @@ class Model(OptionGroups):
         start: Point,
         end: Point,
         *,
-        stiffness: float,
+        stiffness: float | None = None,
         pretension: float = 0.0,
         strength: float = 0.0,
         name: str | None = None,
+        kind: str | None = None,
+        **options: Any,
     ) -> None:
-        """A bolt; strength 0 is unlimited. With a name it is a group &bolt of the options, else in the geometry."""
+        """A bolt from its head to its toe.
+
+        With a `kind` ('grouted', 'end_anchored', 'yielding', 'friction') it acts along its length, and `options` are
+        those of `&bolt`: `model.add_bolt((0, 0), (0, 3), kind="grouted", diameter=0.025, young=200e9, …)`. Without one
+        it is a spring of a `stiffness`; strength 0 is unlimited. A spring without a name stands in the geometry.
+        """
+        if kind is not None and kind != "spring":
+            if stiffness is not None or strength:
+                raise InputError(
+                    "stiffness and strength are those of a spring; a bolt of this kind has young, diameter"
+                )
+            ends = {"from": coordinates(start), "to": coordinates(end)}
+            own = {"name": name, "kind": kind, "pretension": pretension or None}
+            self.add_group("bolt", **{k: v for k, v in own.items() if v is not None}, **ends, **options)
+            return
+        if stiffness is None:
+            raise InputError("give stiffness (a spring), or kind")
+        if options:
+            raise InputError(f"{', '.join(options)}: a spring has stiffness, pretension and strength; give kind")
         if name is not None:
             ends = {"from": coordinates(start), "to": coordinates(end)}
             values = {"stiffness": stiffness, "pretension": pretension, "yield_force": strength or None}
             self.add_group("bolt", name=name, **ends, **values)
             return
         self._bolts.append(Bolt(coordinates(start, end), float(stiffness), float(pretension), float(strength)))
+
+    def add_bolts(
+        self,
+        along: npt.ArrayLike | None = None,
+        *,
+        kind: str,
+        spacing: float,
+        length: float,
+        outline: str | None = None,
+        name: str | None = None,
+        **options: Any,
+    ) -> None:
+        """A pattern of bolts whose heads stand along a line, (n, 2), or around a region (`outline`).
+
+        `options` are those of `&bolt`: angle, offset, diameter, young, spacing_out_of_plane and the others.
+        """
+        if (along is None) == (outline is None):
+            raise InputError("give along or outline")
+        place: dict[str, Any] = {"outline": outline}
+        if along is not None:
+            place = {"along": np.asarray(along, dtype=float).reshape(-1, 2).ravel().tolist()}
+        own = {"name": name} if name is not None else {}
+        self.add_group("bolt", **own, kind=kind, **place, spacing=spacing, length=length, **options)
 
     def add_fixed(self, start: Point, end: Point | None = None, *, table: Table = ()) -> None:
         """A fixed point, or a fixed line: points where it crosses edges and at its ends.

@@ -184,10 +184,10 @@ def _problem(row: Mapping[str, Any], value: Any) -> str:
         return "" if fits else f"expected one of {', '.join(map(repr, allowed))}"
     if "array" in kind:
         return _list_problem(row, value)
-    if kind == ["integer", "string"]:
+    if kind in (["integer", "string"], ["number", "string"]):
         if isinstance(value, str):
             return ""
-        kind = "integer"
+        kind = kind[0]
     if kind == "integer" and (not _is_number(value) or int(value) != value):
         return "expected a whole number"
     return _bounds_problem(row, value) if _is_number(value) else "expected a number"

@@ -183,11 +183,13 @@ def plot_command(
     kind = kind or ("joints" if field in JOINT_FIELDS else "blocks")
     if kind == "joints":
         field = plot.joint_field_name("normal_stress" if field == "displacement" else field)
+    if kind == "bolts":
+        field = "force" if field == "displacement" else field
     framed = (
         kind not in ("history", "energy", "iterations", "ground-reaction", "factor") or interactive or len(files) > 1
     )
     opened = [
-        in_shown_units(open_results(path, frame, None if kind == "joints" else field, framed), units, show)
+        in_shown_units(open_results(path, frame, None if kind in ("joints", "bolts") else field, framed), units, show)
         for path in files
     ]
     runs, units = [run for run, _ in opened], opened[0][1]

@@ -51,7 +51,8 @@ PlotFieldName = Annotated[
     str,
     typer.Option(
         "--field",
-        help=f"Field shown by the colours: {', '.join(FIELD_TEXTS)}; of joints: {', '.join(JOINT_FIELDS)}.",
+        help=f"Field shown by the colours: {', '.join(FIELD_TEXTS)}; of joints: "
+        f"{', '.join(JOINT_FIELDS)}; of bolts: force, use.",
         autocompletion=lambda: [*FIELD_TEXTS, *JOINT_FIELDS],
         callback=_present_field,
     ),

@@ -26,7 +26,7 @@ from ..errors import InputError, need
 from ..text import short
 from ..writing import complete_file
 from .dxf_blocks import DRAWN, MOST_ENTITIES, Clip, Shown, drawn
-from .geometry import KINDS, LARGEST_MATERIAL, POINT_KINDS, REGION_KINDS, Geometry, Point
+from .geometry import KINDS, LARGEST_MATERIAL, POINT_KINDS, REGION_KINDS, STEEL_KINDS, Geometry, Point
 from .placing import from_unit, metres_of
 from .report import LONGEST_MESSAGE, MOST_LINES, Report, check_size
 
@@ -38,7 +38,8 @@ MOST_ROWS = 3_000_000  # of a drawing; with that many vertices it takes some 15 
 ENTITY = re.compile(rb"[\r\n][ \t]*0[ \t]*\r?[\r\n][ \t]*[A-Z]")  # group 0 and a name: no value is followed by a letter
 FRAME = 16  # flag of a vertex of the control frame
 SPEAKING = re.compile(
-    r"(boundary|joint|material|area|opening|block(?:[_ ]material)?|fixed|load|loading|measured|hole|bolt)"
+    r"(boundary|joint|material|area|opening|block(?:[_ ]material)?|fixed|load|loading|measured|hole|"
+    r"bolt[ _-](?:grouted|end[ _-]anchored|yielding|friction)|bolt)"
     r"(?:s|[ _-]?(?:line|point)s?)?[ _:-]*(\d+)?$",
     re.I,
 )
@@ -88,6 +89,8 @@ def kinds_of_layers(
 def kind_of(word: str) -> str:
     """The kind that the first word of a layer's name means."""
     word = word.lower()
+    if word.startswith("bolt"):
+        return re.sub("[ -]", "_", word)
     return "loading" if word == "load" else "block" if word.startswith("block") else word
 
 
@@ -266,7 +269,14 @@ def _states_unit(path: Path) -> bool:
 def _check_finite(geometry: Geometry, report: Report) -> None:
     """No coordinate may be infinite or no number."""
     rows = [segment for segment, _ in geometry.lines + geometry.material_lines]
-    rows += [*geometry.fixed, *geometry.bolts, *geometry.loading, *geometry.measured, *geometry.holes]  # type: ignore[list-item]
+    rows += [
+        *geometry.fixed,
+        *geometry.bolts,
+        *(bolt for bolt, _ in geometry.steel),
+        *geometry.loading,
+        *geometry.measured,
+        *geometry.holes,
+    ]  # type: ignore[list-item]
     if not all(math.isfinite(value) for row in rows for value in row):
         report.error("there are coordinates that are infinite or no numbers")
 
@@ -335,6 +345,8 @@ class _Adding:
             geometry.fixed += pairs
         elif kind == "bolt":
             geometry.bolts.append((*corners[0], *corners[-1]))
+        elif kind in STEEL_KINDS:
+            geometry.steel.append(((*corners[0], *corners[-1]), kind.removeprefix("bolt_")))
         else:
             lines = {"joint": geometry.joints, "boundary": geometry.boundary, "material": geometry.material_lines}[kind]
             lines += [(pair, material) for pair in pairs]
@@ -461,9 +473,10 @@ def write_dxf(frame: Frame, path: Path) -> Path:
     points: npt.NDArray[Any] = results.fixed_points
     for x, y in points:
         space.add_point((x, y), dxfattribs={"layer": "fixed_points"})
-    if len(frame.bolt_ends):
+    parts = frame.bolt_parts()[0]
+    if len(parts):
         document.layers.add("bolts", color=5)
-    for start, end in frame.bolt_ends.tolist():
+    for start, end in parts.tolist():
         space.add_line(start, end, dxfattribs={"layer": "bolts"})
     with complete_file(path) as part:
         document.saveas(part)

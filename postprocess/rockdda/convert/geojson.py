@@ -19,7 +19,7 @@ from typing import Any
 from ..errors import InputError
 from ..text import short, shown
 from . import systems
-from .geometry import KINDS, LARGEST_MATERIAL, POINT_KINDS, REGION_KINDS, Geometry, Point, Ring
+from .geometry import KINDS, LARGEST_MATERIAL, POINT_KINDS, REGION_KINDS, STEEL_KINDS, Geometry, Point, Ring
 from .json_places import JsonPath, places_of
 from .report import MOST_ERRORS, MOST_LINES, Report, check_json, read_text
 from .systems import System
@@ -265,6 +265,8 @@ class Reader:
             geometry.fixed += pairs
         elif kind == "bolt":
             geometry.bolts += pairs
+        elif kind in STEEL_KINDS:
+            geometry.steel += [(pair, kind.removeprefix("bolt_")) for pair in pairs]
         else:
             lines = {"joint": geometry.joints, "boundary": geometry.boundary, "material": geometry.material_lines}
             lines[kind] += [(pair, material) for pair in pairs]

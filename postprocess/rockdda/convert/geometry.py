@@ -18,7 +18,9 @@ Ring = list[Point]
 
 REGION_KINDS = ("area", "opening")
 POINT_KINDS = ("loading", "measured", "hole")
-KINDS = ("joint", "boundary", "material", *REGION_KINDS, "block", "fixed", *POINT_KINDS, "bolt", "skip")
+#: Bolts that act along their length, by layer or property: groups &bolt of the labelled file.
+STEEL_KINDS = ("bolt_grouted", "bolt_end_anchored", "bolt_yielding", "bolt_friction")
+KINDS = ("joint", "boundary", "material", *REGION_KINDS, "block", "fixed", *POINT_KINDS, "bolt", *STEEL_KINDS, "skip")
 LARGEST_MATERIAL = 10_000
 
 
@@ -35,6 +37,7 @@ class Geometry:
     material_lines: list[tuple[Segment, int]] = field(default_factory=list)  # with block materials
     bolts: list[Segment] = field(default_factory=list)
     bolt_values: tuple[float, float, float] | None = None  # stiffness, pretension, strength of all bolts
+    steel: list[tuple[Segment, str]] = field(default_factory=list)  # with a kind of &bolt; from the head to the toe
     fixed: list[Segment] = field(default_factory=list)  # both ends equal: a point
     loading: list[Point] = field(default_factory=list)
     measured: list[Point] = field(default_factory=list)
@@ -70,8 +73,15 @@ class Geometry:
             counts = Counter(material for material, _, _ in self.blocks)
             materials = ", ".join(f"{material}: {count}" for material, count in sorted(counts.items()))
             rows.append(f"{len(self.blocks)} blocks (by material {materials})")
-        names = ("fixed points and lines", "loading points", "measured points", "hole points", "bolts")
-        groups: tuple[list[Any], ...] = (self.fixed, self.loading, self.measured, self.holes, self.bolts)
+        names = (
+            "fixed points and lines",
+            "loading points",
+            "measured points",
+            "hole points",
+            "bolts",
+            "bolts with a kind",
+        )
+        groups: tuple[list[Any], ...] = (self.fixed, self.loading, self.measured, self.holes, self.bolts, self.steel)
         rows += [f"{len(group)} {name}" for name, group in zip(names, groups, strict=True) if group]
         return rows
 
@@ -97,7 +107,18 @@ class Geometry:
 
     def add(self, other: Geometry) -> None:
         """Add all of another geometry."""
-        for name in ("boundary", "joints", "material_lines", "bolts", "fixed", *_POINTS, "regions", "chains", "blocks"):
+        for name in (
+            "boundary",
+            "joints",
+            "material_lines",
+            "bolts",
+            "steel",
+            "fixed",
+            *_POINTS,
+            "regions",
+            "chains",
+            "blocks",
+        ):
             getattr(self, name).extend(getattr(other, name))
 
     def move(self, change: Callable[[Point], Point]) -> None:
@@ -106,7 +127,7 @@ class Geometry:
         def segment(old: Segment) -> Segment:
             return (*change(old[:2]), *change(old[2:]))
 
-        for name in ("boundary", "joints", "material_lines"):
+        for name in ("boundary", "joints", "material_lines", "steel"):
             setattr(self, name, [(segment(line), material) for line, material in getattr(self, name)])
         for name in ("bolts", "fixed"):
             setattr(self, name, [segment(line) for line in getattr(self, name)])

@@ -13,6 +13,15 @@ Segment = tuple[float, float, float, float]
 Support = tuple[str, str]  # kind, and the places it lies along
 
 
+#: Typical numbers of a bolt of 25 mm, by kind.
+STEEL = {
+    "grouted": "diameter = 0.025, young = 200e9, yield_force = 245e3, grout_stiffness = 1e9, grout_strength = 200e3",
+    "end_anchored": "diameter = 0.025, young = 200e9, yield_force = 245e3, pretension = 50e3",
+    "yielding": "diameter = 0.025, young = 200e9, plateau_force = 150e3, stroke = 0.2",
+    "friction": "area = 250e-6, young = 200e9, grout_stiffness = 1e8, grout_strength = 40e3",
+}
+
+
 def template_text(geometry: Geometry, name: str, ending: str, title: str) -> str:
     """The labelled file NAME.nml of the geometry NAME + ending, with comments and typical values of rock."""
     blocks = max([material for _, material in geometry.material_lines] + [m for m, _, _ in geometry.blocks], default=1)
@@ -44,6 +53,16 @@ def template_text(geometry: Geometry, name: str, ending: str, title: str) -> str
         "&load            gravity = 9.81 /",
         "",
     ]
+    if geometry.steel:
+        rows += [
+            "! Bolts: steel of 25 mm [m, N/m2, N], grout [N/m2, N/m]; forces are those of one bolt",
+            *(
+                f"&bolt            name = 'bolt {k}', kind = '{kind}', from = {x1:.10g},{y1:.10g}, "
+                f"to = {x2:.10g},{y2:.10g},\n                 {STEEL[kind]}, spacing_out_of_plane = 1 /"
+                for k, ((x1, y1, x2, y2), kind) in enumerate(geometry.steel, 1)
+            ),
+            "",
+        ]
     if geometry.loading:
         rows += [
             "! Forces on the loading points of the geometry: t, fx, fy, ... [s, N]",

@@ -46,7 +46,7 @@ class Grid:
 def grids_of(results: Results, frame: Frame) -> dict[str, Grid]:
     """The grids of a frame by what their file names have behind the stem: blocks, bolts, joints."""
     grids = {"": _blocks(frame)}
-    if len(frame.bolt_ends):
+    if frame.bolt_pieces.n_rows:
         grids["_bolts"] = _bolts(frame)
     if frame.results.has_joints:
         grids["_joints"] = _joints(frame)
@@ -95,13 +95,21 @@ def _blocks(frame: Frame) -> Grid:
 
 def _bolts(frame: Frame) -> Grid:
     """The bolts of a frame as a grid of lines."""
-    ends, at_start = (bolts.reshape(-1, 2) for bolts in (frame.bolt_ends, frame.results.bolt_ends))
-    n = len(frame.bolt_ends)
+    pieces, at_start = frame.bolt_pieces, frame.results.frames[0].bolt_pieces
+    there = pieces["there"]
+    n_springs = len(frame.bolt_ends)
+    ends, at_start = (p.stack("x1", "y1", "x2", "y2")[there].reshape(-1, 2) for p in (pieces, at_start))
+    n = len(ends) // 2
+    blocks = np.full((len(there), 2), -1)  # of parts between nodes none is known
+    blocks[:n_springs] = frame.results.bolt_blocks + 1
     cells: Arrays = {
-        "force": frame.bolt_force,
-        "bolt": np.arange(1, n + 1, dtype=np.int32),
-        "blocks": (frame.results.bolt_blocks + 1).astype(np.int32),
+        "force": pieces["force"][there],
+        "use": pieces["use"][there],
+        "bolt": (pieces["bolt"][there] + 1).astype(np.int32),
+        "blocks": blocks[there].astype(np.int32),
     }
+    if frame.results.bolt_names:
+        cells["force_per_metre"] = cells["force"] / frame.results.bolt_spacing[cells["bolt"] - 1]
     return Grid(ends, 2 * np.arange(n + 1), LINE, {"displacement": in_space(ends - at_start)}, cells)
 
 

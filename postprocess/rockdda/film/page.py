@@ -20,6 +20,7 @@ from ..plot.style import (
     MATERIALS,
     SEQUENTIAL,
     STATES,
+    USE_MAP,
     colour_range,
     field_words,
     limits_of,
@@ -57,6 +58,7 @@ def colour_maps() -> dict[str, str]:
         "diverging": colours(DIVERGING),
         "materials": "".join(colour[1:] for colour in MATERIALS),
         "states": "".join(colour[1:] for colour in STATES.values()),
+        "use": colours(USE_MAP),
     }
 
 
@@ -68,7 +70,7 @@ def shown_fields(results: Results, fields: Sequence[str], units: Units, *, joint
     for name in fields:
         values = np.abs(now.field(name)[now.active])
         found[name] = units.multiple(field_words(name)[1], float(values.max(initial=0.0)))
-    found["bolts"] = units.multiple("force", float(np.abs(now.bolt_force).max(initial=0.0)))
+    found["bolts"] = units.multiple("force", float(np.abs(now.bolt_pieces["force"]).max(initial=0.0)))
     found["length"] = units.multiple("length", float(np.abs(results.vertices).max()))
     return found
 
@@ -95,7 +97,8 @@ def describe(
         "boundaries": boundary_rows(results),
         "stageNames": results.stage_names if results.has_stages else [],
         "hasWater": has_water(results),
-        "bolts": results.bolt_ends.reshape(-1, 4).tolist(),
+        "bolts": results.frames[0].bolt_pieces.stack("x1", "y1", "x2", "y2").tolist(),
+        "boltNames": bolt_titles(results),
         "boltLabel": _with_unit("axial force", shown["bolts"][1]),
         "maps": colour_maps(),
         "unit": f" {units.time}" if units.time else "",
@@ -116,9 +119,21 @@ def _with_unit(text: str, unit: str) -> str:
     return f"{text} [{unit}]" if unit else text
 
 
+def bolt_titles(results: Results) -> list[str]:
+    """The bolt that each piece belongs to: its name, or its number."""
+    names = results.bolt_names
+    return [names[k] if names else f"bolt {k + 1}" for k in results.frames[0].bolt_pieces["bolt"].tolist()]
+
+
 def bolt_rows(frame: Frame, shown: Shown) -> npt.NDArray[Any]:
-    """(n, 5) x1 y1 x2 y2 force of the bolts of a frame."""
-    return np.column_stack([frame.bolt_ends.reshape(-1, 4), shown["bolts"][0] * frame.bolt_force])
+    """(n, 6) x1 y1 x2 y2, force and share of a strength of the pieces of bolts of a frame; -1: none is known.
+
+    The places of what is not there are no numbers.
+    """
+    pieces = frame.bolt_pieces
+    places = np.where(pieces["there"][:, None], pieces.stack("x1", "y1", "x2", "y2"), np.nan)
+    use = np.where(np.isfinite(pieces["use"]), pieces["use"], -1.0)
+    return np.column_stack([places, shown["bolts"][0] * pieces["force"], use])
 
 
 def _plain(label: str) -> str:
@@ -170,7 +185,7 @@ def film_page(
         if progress is not None:
             progress(k + 1, len(frames))
     unit = float(np.abs(moves).max()) / 32767 or 1.0
-    if len(results.bolt_ends):
+    if setup["bolts"]:
         bolts = [bolt_rows(results.frames[index], shown) for index in frames]
         setup["boltData"] = pack(np.array(bolts), "f4")
     setup |= {"live": False, "state": "", "moves": {"unit": unit, "data": pack(np.rint(moves / unit), "i2")}}

@@ -19,7 +19,7 @@ from ..frames import field_name
 from ..interrupts import HeldInterrupts
 from ..plot.block_maps import MANY, add_bolts, add_colour_bar, add_fixed_points, add_outline, moment, name_map
 from ..plot.boundary_marks import add_boundaries
-from ..plot.style import MATERIALS, field_words, limits_of, size_of, style, without_splinters
+from ..plot.style import BOLT, MATERIALS, USE_MAP, field_words, limits_of, size_of, style, without_splinters
 from ..plot.water_levels import add_water_tables
 from ..text import plain_text
 from ..units import Units
@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from matplotlib.collections import LineCollection, PolyCollection
     from matplotlib.figure import Figure
 
+    from ..frames import Frame
     from ..results import Results
 
 __all__ = ["animate"]
@@ -117,8 +118,7 @@ def _draw(
                 drawn.set_array(now.field(field))
             share = (now.time - first) / (last - first) if last > first else 1.0
             if bolts is not None:
-                start = results.bolt_ends
-                bolts.set_segments(list(start + scale * (now.bolt_ends - start)))
+                _move_bolts(bolts, results, now, scale)
             bar.set_data([0, share], [1.005, 1.005])
             while marks:
                 marks.pop().remove()
@@ -171,7 +171,9 @@ def _scene(
 ) -> tuple[Axes, PolyCollection, LineCollection | None]:  # fmt: skip
     """Axes for all frames: limits around all of them, one colour scale."""
     import matplotlib.pyplot as plt
+    from matplotlib.cm import ScalarMappable
     from matplotlib.collections import PolyCollection
+    from matplotlib.colors import Normalize
 
     low, high = results.vertices.min(axis=0), results.vertices.max(axis=0)
     values, there = [], []
@@ -203,7 +205,27 @@ def _scene(
     if outline:
         add_outline(axes, results.vertices, results.vertex_offset)
     add_fixed_points(axes, results)
-    return axes, drawn, add_bolts(axes, results.bolt_ends)
+    pieces = results.frames[0].bolt_pieces
+    bolts = add_bolts(axes, pieces.stack("x1", "y1", "x2", "y2").reshape(-1, 2, 2))
+    if bolts is not None and any(np.isfinite(results.frames[k].bolt_pieces["use"]).any() for k in frames):
+        scale_of_use = ScalarMappable(Normalize(0, 100), USE_MAP)
+        axes.figure.colorbar(scale_of_use, ax=axes, label="bolts: largest share of a strength [%]", shrink=0.5)
+    return axes, drawn, bolts
+
+
+def _move_bolts(drawn: LineCollection, results: Results, now: Frame, scale: float) -> None:
+    """Bolts where they are, in the colour of the largest share of a strength where one is known."""
+    from matplotlib import colormaps
+    from matplotlib.colors import to_rgba
+
+    start = results.frames[0].bolt_pieces.stack("x1", "y1", "x2", "y2")
+    pieces = now.bolt_pieces
+    there = pieces["there"]
+    ends = (start + scale * (pieces.stack("x1", "y1", "x2", "y2") - start))[there]
+    drawn.set_segments(list(ends.reshape(-1, 2, 2)))
+    use = pieces["use"][there]
+    if np.isfinite(use).any():
+        drawn.set_color(np.where(np.isfinite(use)[:, None], colormaps[USE_MAP](np.nan_to_num(use)), to_rgba(BOLT)))
 
 
 def _writer(path: Path, fps: Any) -> Any:

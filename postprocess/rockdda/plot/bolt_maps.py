@@ -11,7 +11,7 @@ from ..errors import InputError
 from ..units import Units
 from .block_maps import add_fixed_points, add_plain_blocks, frame_axes
 from .boundary_marks import add_boundaries
-from .style import style
+from .style import USE_MAP, style
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -21,8 +21,12 @@ if TYPE_CHECKING:
 MARKS = {2: ("slips", "o"), 3: ("yields", "s"), 4: ("broken", "X")}
 
 
+FIELDS = ("force", "use")
+
+
 def bolts(
     results: Results,
+    field: str = "force",
     frame: int = -1,
     *,
     axes: Axes | None = None,
@@ -32,24 +36,33 @@ def bolts(
 ) -> Axes:
     """Axial force along the bolts as colour, per bolt, and marks at nodes that slip, yield or are broken.
 
-    `size` is a factor on the width of the lines.
+    `field='use'` shows the largest share of a strength instead, of the steel or of its grout; bolts without a strength
+    are grey. `size` is a factor on the width of the lines.
     """
+    from matplotlib import colormaps
     from matplotlib.collections import LineCollection
 
     now, units = results.frames[frame], Units.parse(units, results)
-    parts, force = now.bolt_parts()
+    if field not in FIELDS:
+        raise InputError(f"bolts are coloured by {' or '.join(map(repr, FIELDS))}, not by {field!r}")
+    pieces = now.bolt_pieces.rows(now.bolt_pieces["there"])
+    parts, force = pieces.stack("x1", "y1", "x2", "y2").reshape(-1, 2, 2), pieces["force"]
     if not len(parts):
         raise InputError(f"{results.path} has no bolts in this frame")
     factor, unit = units.multiple("force", float(np.abs(force).max()))
+    # the colours begin or end at zero: equal forces differ by rounding alone
+    low, high = factor * min(0.0, float(force.min())), factor * max(0.0, float(force.max()))
+    shown, label = factor * force, f"axial force per bolt{f' [{unit}]' if unit else ''}"
+    if field == "use":
+        shown, low, high, label = 100 * pieces["use"], 0.0, 100.0, "largest share of a strength [%]"
     with style():
         axes = frame_axes(results, now, now.shown_vertices, axes, units, title)
         add_plain_blocks(axes, results, now.shown_vertices)
-        lines = LineCollection(list(parts), array=factor * force, cmap="viridis", linewidths=2.4 * size, zorder=3.5)
-        # the colours begin or end at zero: equal forces differ by rounding alone
-        low, high = factor * min(0.0, float(force.min())), factor * max(0.0, float(force.max()))
+        colours = colormaps["viridis" if field == "force" else USE_MAP].with_extremes(bad="#999999")
+        lines = LineCollection(list(parts), array=shown, cmap=colours, linewidths=2.4 * size, zorder=3.5)
         lines.set_clim(low, high if high > low else 1.0)
         axes.add_collection(lines, autolim=False)
-        axes.figure.colorbar(lines, ax=axes, label=f"axial force per bolt{f' [{unit}]' if unit else ''}", shrink=0.7)
+        axes.figure.colorbar(lines, ax=axes, label=label, shrink=0.7)
         nodes = now.bolt_node_columns
         for state, (words, mark) in MARKS.items():
             chosen = nodes.rows(nodes["state"] == state)

@@ -28,6 +28,7 @@ PALETTE = ("#000000", "#0072B2", "#D55E00", "#009E73", "#E69F00", "#56B4E9", "#C
 MATERIALS = ("#B8C4CE", "#E69F00", "#56B4E9", "#009E73", "#CC79A7", "#F0E442", "#0072B2", "#D55E00")
 STATES = {"open": "#9A9A9A", "sliding": "#D55E00", "locked": "#0072B2"}
 BOLT = "#B3006B"
+USE_MAP = "plasma"  # of shares of a strength, 0 to 1
 BOUNDARIES = {
     "fixed": "#000000",
     "roller": "#000000",

@@ -144,8 +144,9 @@ def in_words(results: Results, units: Units) -> str:
                            ("line_load", "line loads"), ("liner", "a liner"))
         if name in groups
     ]  # fmt: skip
-    if len(results.bolt_ends):
-        acting.append(f"{len(results.bolt_ends)} bolt{'s' if len(results.bolt_ends) > 1 else ''}")
+    n_bolts = len(results.bolt_names) or len(results.bolt_ends)
+    if n_bolts:
+        acting.append(f"{n_bolts} bolt{'s' if n_bolts > 1 else ''}")
     if acting:
         words.append(f"Besides the weight there act: {', '.join(acting)}.")
     if results.has_stages and len(results.stages) > 1:
@@ -348,8 +349,9 @@ def in_short(results: Results, units: Units) -> list[tuple[str, str]]:
             facts.append(
                 ("joints by length", ", ".join(f"{100 * s:.1f} % {n}" for s, n in zip(shares, names, strict=True)))
             )
-    if len(now.bolt_force):
-        facts.append(("largest force of a bolt", units.text(now.bolt_force.max(), "force")))
+    forces = now.bolt_pieces["force"]
+    if len(forces):
+        facts.append(("largest force of a bolt", units.text(float(forces.max()), "force")))
     for name, value in search_table(results):
         facts.append((name, value))
     return facts

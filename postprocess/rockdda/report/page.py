@@ -7,6 +7,7 @@ import base64
 import hashlib
 import html
 import io
+import math
 import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -324,21 +325,42 @@ def _end_part(results: Results, units: Units, drawn: dict[str, str]) -> list[str
             parts += [_lead(words), _table(columns, rows)]
     parts += [drawn.get("water", "")]
     now = results.frames[-1]
-    if len(now.bolt_force):
-        order = np.argsort(-np.abs(now.bolt_force))[:MOST_ROWS]
-        strength = results.bolt_properties[:, 2]
-        factor, force = units.multiple("force", float(now.bolt_force.max()))
-        rows = [
-            [
-                str(i + 1),
-                facts.number(factor * now.bolt_force[i]),
-                facts.number(factor * strength[i]) if strength[i] else "unlimited",
-                f"{100 * now.bolt_force[i] / strength[i]:.0f} %" if strength[i] else "–",
-            ]
-            for i in order
-        ]
-        parts += ["<h3>Bolts</h3>", _table(["bolt", f"axial force [{force}]", f"strength [{force}]", "used"], rows)]
+    if now.bolt_pieces.n_rows:
+        parts += ["<h3>Bolts</h3>", _bolt_table(results, units)]
     return parts
+
+
+def _bolt_table(results: Results, units: Units) -> str:
+    """Forces of the bolts that use most of a strength, per bolt and per metre."""
+    pieces, first = results.frames[-1].bolt_pieces, results.frames[0].bolt_pieces
+    names = results.bolt_names or [str(k + 1) for k in range(len(results.bolt_ends))]
+    spacing = results.bolt_spacing if results.bolt_names else np.ones(len(names))
+    factor, unit = units.multiple("force", float(np.abs(pieces["force"]).max()))
+    rows = []
+    for k in range(len(names)):
+        own = pieces.rows(first["bolt"] == k)
+        if not own["there"].any():
+            continue
+        force = own["force"][int(np.argmax(np.abs(own["force"])))]
+        use = float(np.nanmax(own["use"])) if np.isfinite(own["use"]).any() else math.nan
+        rows.append((names[k], force, force / spacing[k], use))
+    rows.sort(key=lambda row: (-(row[3] if math.isfinite(row[3]) else 0.0), -abs(row[1])))
+    head = ["bolt", f"largest axial force per bolt [{unit}]", f"per metre [{unit}/m]", "share of a strength"]
+    if not unit:
+        head[1:3] = ["largest axial force per bolt", "per unit of thickness"]
+    lead = f"{len(rows)} bolts, the first {MOST_ROWS}:" if len(rows) > MOST_ROWS else ""
+    return (_lead(lead) if lead else "") + _table(
+        head,
+        [
+            [
+                html.escape(name),
+                facts.number(factor * force),
+                facts.number(factor * metre),
+                f"{100 * use:.0f} %" if math.isfinite(use) else "unlimited",
+            ]
+            for name, force, metre, use in rows[:MOST_ROWS]
+        ],
+    )
 
 
 def _search_part(results: Results, units: Units, drawn: dict[str, str]) -> list[str]:

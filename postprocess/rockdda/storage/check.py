@@ -174,6 +174,8 @@ def _check_nodes(file: h5py.File, n_springs: int) -> None:
     _table(file, "frames/bolt_node", "f8", n, 2)
     _table(file, "frames/bolt_slip", "f8", n)
     _table(file, "frames/bolt_state", "i4", n)
+    if "frames/bolt_use" in file:
+        _table(file, "frames/bolt_use", "f8", n)
 
 
 def _check_model(file: h5py.File) -> tuple[int, int, dict[str, int]]:

@@ -33,7 +33,7 @@ class Film { // everything is in the page, as whole numbers within ranges
     if (this.data.boltData) this.boltRows = await unpack(this.data.boltData, Float32Array);
   }
   async bolts(k) {
-    const n = 5 * this.data.bolts.length;
+    const n = 6 * this.data.bolts.length;
     return this.boltRows.subarray(k * n, (k + 1) * n);
   }
   async joints(k) {
@@ -285,8 +285,10 @@ function drawBolts() {
   if (!bolts) return;
   const factor = enlarged();
   setup.bolts.forEach((from, i) => {
-    const [x1, y1, x2, y2] = places(from.map((v, j) => v + factor * (bolts[5 * i + j] - v)));
-    for (const [colour, width] of [["#ffffff", 5], ["#b3006b", 2.2]]) {
+    const [x1, y1, x2, y2] = places(from.map((v, j) => v + factor * (bolts[6 * i + j] - v))), use = bolts[6 * i + 5];
+    if (Number.isNaN(x1)) return; // absent, or its rock is gone
+    const own = use < 0 ? "#b3006b" : maps.use[Math.min(Math.floor(use * maps.use.length), maps.use.length - 1)];
+    for (const [colour, width] of [["#ffffff", 5], [own, 2.6]]) {
       pen.strokeStyle = colour; pen.lineWidth = width;
       pen.beginPath(); pen.moveTo(x1, y1); pen.lineTo(x2, y2); pen.stroke();
     }
@@ -927,10 +929,10 @@ function boltAt(px, py) { // number from 1 and force of the nearest bolt within 
   const factor = enlarged();
   let best = 6, found = "";
   setup.bolts.forEach((from, i) => {
-    const [x1, y1, x2, y2] = places(from.map((v, j) => v + factor * (bolts[5 * i + j] - v))), dx = x2 - x1, dy = y2 - y1;
+    const [x1, y1, x2, y2] = places(from.map((v, j) => v + factor * (bolts[6 * i + j] - v))), dx = x2 - x1, dy = y2 - y1;
     const share = Math.min(Math.max(((px - x1) * dx + (py - y1) * dy) / (dx * dx + dy * dy || 1), 0), 1);
     const away = Math.hypot(px - x1 - share * dx, py - y1 - share * dy);
-    if (away < best) { best = away; found = ` · bolt ${i + 1}: ${setup.boltLabel} ${text(bolts[5 * i + 4])}`; }
+    if (away < best) { best = away; found = ` · ${setup.boltNames[i]}: ${setup.boltLabel} ${text(bolts[6 * i + 4])}` + (bolts[6 * i + 5] >= 0 ? `, ${Math.round(100 * bolts[6 * i + 5])} % of a strength` : ""); }
   });
   return found;
 }
