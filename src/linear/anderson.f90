@@ -18,17 +18,17 @@ module rockdda_linear_anderson
    private
    public :: anderson_type
 
-   !> Largest number of differences m.
-   integer, parameter :: depth = 8
+   !> Largest number of differences m: as many as friction in a net of blocks needs; fewer where they take much memory.
+   integer, parameter :: depth = 40, least_depth = 8, many_unknowns = 100000
    !> A difference is left out when the share of it that is orthogonal to the newer ones is smaller than this (squared).
    real(wp), parameter :: dependent = 1.0e-10_wp
 
    type :: anderson_type
       private
-      integer :: n_kept = 0
+      integer :: n_kept = 0, depth = 0
       logical :: has_last = .false.
       real(wp), allocatable :: value(:), residual(:)                     !! (n) x and r of the last iterate
-      real(wp), allocatable :: value_change(:, :), residual_change(:, :) !! (n, depth) dX and dR, newest first
+      real(wp), allocatable :: value_change(:, :), residual_change(:, :) !! (n, self%depth) dX and dR, newest first
    contains
       procedure :: restart
       procedure :: next => next_iterate
@@ -46,7 +46,8 @@ contains
          if (size(self%value) >= n) return
          deallocate (self%value, self%residual, self%value_change, self%residual_change)
       end if
-      allocate (self%value(n), self%residual(n), self%value_change(n, depth), self%residual_change(n, depth))
+      self%depth = merge(depth, least_depth, n <= many_unknowns)
+      allocate (self%value(n), self%residual(n), self%value_change(n, self%depth), self%residual_change(n, self%depth))
    end subroutine restart
 
    !> Replace the iterate x by the next one.
@@ -58,11 +59,11 @@ contains
       integer :: n, i
       n = size(value)
       if (self%has_last) then
-         do i = min(self%n_kept, depth - 1), 1, -1
+         do i = min(self%n_kept, self%depth - 1), 1, -1
             self%value_change(1:n, i + 1) = self%value_change(1:n, i)
             self%residual_change(1:n, i + 1) = self%residual_change(1:n, i)
          end do
-         self%n_kept = min(self%n_kept + 1, depth)
+         self%n_kept = min(self%n_kept + 1, self%depth)
          self%value_change(1:n, 1) = value - self%value(1:n)
          self%residual_change(1:n, 1) = residual - self%residual(1:n)
       end if

@@ -81,6 +81,10 @@ contains
       character(len=:), allocatable :: text
       text = ''
       if (done_share(sim) >= least_share) return
+      ! the stages have ended the run
+      associate (p => sim%parameters)
+         if (p%ends_with_stages .and. sim%state%step < p%n_steps .and. sim%state%time < p%t_end) return
+      end associate
       text = 'only '//to_string(100*done_share(sim), 3)//' % of the planned time was computed: '// &
              to_string(sim%state%step)//' steps ended at time '//sim%parameters%shown(sim%state%time, 'time', 6)// &
              ' instead of '//sim%parameters%shown(sim%planned_time(), 'time', 6)//'. '//cuts_text(sim)// &

@@ -19,7 +19,7 @@ module rockdda_stepping_method
       !> of the two blocks; by the second one when `fine_rounds` rounds have not done better.
       real(wp) :: force_tolerance = 1.0e-5_wp, coarse_tolerance = 1.0e-3_wp
       !> The misfit of friction and normal forces is brought down in at most so many solves a round.
-      integer :: friction_solves = 12
+      integer :: friction_solves = 60
       !> A predicted motion is taken when its residual is below this share of that of the last motion; that of some
       !> blocks suffices to reject it when it is so many times this share.
       real(wp) :: good_prediction = 0.1_wp, clearly_not = 5.0_wp

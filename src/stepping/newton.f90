@@ -458,7 +458,8 @@ contains
       may_leave = size(equations%x, 2) > conditions%method%few_blocks
       associate (contacts => families%contacts, friction => families%contacts%friction)
          call friction%begin(contacts%table, contacts%trial)
-         small = accepted_miss(conditions, conditions%method%friction_tolerance)*friction%deepest
+         ! not what a step may miss: a round whose friction is off by more than |R| leads nowhere
+         small = conditions%method%friction_tolerance*friction%deepest
          do k = 1, conditions%method%friction_solves
             call friction%improve(contacts%table, contacts%laws, contacts%settings, contacts%trial, worst)
             call friction%assess(worst, small, may_leave, is_enough)
