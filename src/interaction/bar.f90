@@ -18,9 +18,10 @@
 !> its residual strength, changes with `accept` only, for the next step.
 module rockdda_interaction_bar
    use rockdda_base_kinds, only : wp
+   use rockdda_model_bolt_numbers, only : bolt_numbers_type
    implicit none
    private
-   public :: bar_type, bar_form_type, bar_state_type, bar_response_type, new_bar, respond, condense, accept, &
+   public :: bar_type, bar_state_type, bar_response_type, new_bar, respond, condense, accept, &
       tension, &
       stored_energy, node_forces
 
@@ -33,22 +34,6 @@ module rockdda_interaction_bar
    !> A pivot below this share of the stiffness is that of a piece without ties.
    real(wp), parameter :: least_pivot = 1.0e-14_wp
    integer, parameter :: most_steps = 100
-
-   !> What a bolt is made of.
-   type :: bar_form_type
-      real(wp) :: length = 0            !! [length]
-      real(wp) :: axial = 0             !! E A [force]
-      real(wp) :: yield = huge(1.0_wp)  !! force
-      real(wp) :: rupture_strain = huge(1.0_wp)   !! plastic strain at which an element breaks
-      real(wp) :: stroke = huge(1.0_wp) !! plastic elongation at which it breaks [length]
-      logical :: grouted = .false.      !! along its length; otherwise head and toe alone are held
-      real(wp) :: element = 0           !! largest distance of nodes in grout [length]
-      real(wp) :: grout_stiffness = 0   !! [force/length^2]
-      real(wp) :: grout_strength = 0    !! [force/length]
-      real(wp) :: grout_residual = 1    !! share of the strength after slip
-      real(wp) :: free(2) = 0           !! part without grout, distances from the head [length]
-      real(wp) :: plate_strength = 0    !! force, of a grouted bolt; 0: no plate
-   end type bar_form_type
 
    !> What does not change.
    type :: bar_type
@@ -92,7 +77,7 @@ contains
 
    !> A bar in the rock, whose part j lies from `from(j)` to `to(j)`: points 2 j - 1 and 2 j.
    pure type(bar_type) function new_bar(form, from, to) result(bar)
-      type(bar_form_type), intent(in) :: form
+      type(bolt_numbers_type), intent(in) :: form
       real(wp), intent(in) :: from(:), to(:)   !! distances from the head, ascending [length]
       real(wp) :: near, x, step
       integer :: e, i, j, k, m

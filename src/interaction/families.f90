@@ -324,6 +324,7 @@ contains
       real(wp) :: l(6, 6)
       integer :: i
       logical :: ok
+      call self%bars%reach_end()
       if (.not. context%scheme%second_order) return
       context%jump = 0
       call self%contacts%add_impulses(equations, context%dt, context%jump)

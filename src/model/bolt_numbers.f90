@@ -16,21 +16,22 @@ module rockdda_model_bolt_numbers
    real(wp), parameter :: pi = acos(-1.0_wp)
    character(len=*), parameter :: automatic = 'auto'
 
-   !> Forces and stiffnesses of one bolt.
+   !> What a bolt is made of: its forces and stiffnesses.
    type :: bolt_numbers_type
+      real(wp) :: length = 0                      !! [length]
       logical :: grouted = .false.                !! else head and toe alone are held
       real(wp) :: axial = 0                       !! E A [force]
       real(wp) :: yield = huge(1.0_wp)            !! force
-      real(wp) :: rupture_strain = huge(1.0_wp)
-      real(wp) :: stroke = huge(1.0_wp)           !! [length]
+      real(wp) :: rupture_strain = huge(1.0_wp)   !! plastic strain at which an element breaks
+      real(wp) :: stroke = huge(1.0_wp)           !! plastic elongation at which it breaks [length]
       real(wp) :: pretension = 0                  !! force
       real(wp) :: spacing = 1                     !! out of the plane [length]
-      real(wp) :: element = 0                     !! [length]
+      real(wp) :: element = 0                     !! largest distance of nodes in grout [length]
       real(wp) :: grout_stiffness = 0             !! [force/length^2]
       real(wp) :: grout_strength = 0              !! [force/length]
-      real(wp) :: grout_residual = 1
-      real(wp) :: free(2) = 0                     !! [length]
-      real(wp) :: plate_strength = 0              !! force
+      real(wp) :: grout_residual = 1              !! share of the strength after slip
+      real(wp) :: free(2) = 0                     !! part without grout, distances from the head [length]
+      real(wp) :: plate_strength = 0              !! force, of a grouted bolt; 0: no plate
       real(wp) :: shear_stiffness = 0             !! [force/length]
       real(wp) :: shear_strength = huge(1.0_wp)   !! force
    end type bolt_numbers_type
@@ -44,6 +45,7 @@ contains
       character(len=:), allocatable :: kind
       real(wp) :: given
       kind = kind_of(bolt)
+      numbers%length = length
       numbers%grouted = kind == 'grouted' .or. kind == 'friction'
       numbers%axial = bolt%young*area_of(bolt)
       if (bolt%yield_force > 0 .and. kind /= 'friction') numbers%yield = bolt%yield_force

@@ -320,7 +320,7 @@ class Refused(ResumeTest):
         )
         self.seal(lambda file: file.attrs.modify("format_version", 99))
         self.refused(
-            "block.ckpt.h5: error: this program reads checkpoints of format version 28, not 99; start the run again",
+            "block.ckpt.h5: error: this program reads checkpoints of format version 29, not 99; start the run again",
             "block.ckpt.h5",
         )
         self.seal(lambda file: file.attrs.modify("format", "something"))

@@ -1,0 +1,222 @@
+! SPDX-License-Identifier: MIT
+!> What a bolt with nodes has done at the end of a step, what is shown of it, and what lasts of it in a checkpoint.
+module rockdda_interaction_bar_state
+   use rockdda_base_kinds, only : wp
+   use rockdda_base_state_archive, only : state_archive_type
+   use rockdda_interaction_bar, only : bar_state_type, bar_response_type, respond, condense, accept, node_forces
+   use rockdda_interaction_bar_bolt, only : bolt_type, outcome_type, points_with, chain_forces, dowel_response, &
+      energy_of, place_at
+   implicit none
+   private
+   public :: node_state, show_nodes_of, show_forces_of, finish_bolt, exchange_bolts
+
+   !> What carries this share of its strength is shown as slipping or yielding, also at rest.
+   real(wp), parameter :: at_limit = 1 - 1.0e-6_wp
+
+   !> What a node is at the end of a step.
+   type :: node_state_enum
+      integer :: absent = 0
+      integer :: elastic = 1
+      integer :: slipping = 2
+      integer :: yielding = 3
+      integer :: ruptured = 4
+   end type node_state_enum
+   type(node_state_enum), parameter :: node_state = node_state_enum()
+
+contains
+
+   !> Place, axial force, slip, largest share of a strength, and state of the nodes of a bolt.
+   pure subroutine show_nodes_of(bolt, place, force, slip, use, state)
+      type(bolt_type), intent(in) :: bolt                     !! measured at the present places
+      real(wp), intent(out) :: place(:, :)                    !! (2, nodes) [length]
+      real(wp), intent(out) :: force(:), slip(:), use(:)      !! (nodes)
+      integer, intent(out) :: state(:)                        !! (nodes) node_state%...
+      type(bar_response_type) :: response
+      integer :: e, i, t
+      do i = 1, bolt%bar%n
+         place(:, i) = place_at(bolt, bolt%bar%place(i))
+      end do
+      force = 0
+      slip = 0
+      use = 0
+      state = node_state%absent
+      if (size(bolt%acting) == 0) return
+      call respond(bolt%bar, bolt%state, bolt%start, response)
+      force = node_forces(bolt%bar, response)
+      state = node_state%elastic
+      do t = 1, size(bolt%bar%node)
+         if (bolt%bar%element(t) == 0 .or. .not. bolt%state%held(t)) cycle
+         i = bolt%bar%node(t)
+         slip(i) = response%w(i) - response%at(t)
+         use(i) = max(use(i), abs(response%t(t))/slip_limit(bolt, t))
+         if (abs(response%t(t)) >= at_limit*slip_limit(bolt, t)) state(i) = node_state%slipping
+      end do
+      do i = 1, bolt%bar%n
+         e = min(i, bolt%bar%n - 1)
+         use(i) = min(1.0_wp, max(use(i), maxval(abs(response%f(max(1, i - 1):e))/bolt%bar%yield(max(1, i - 1):e))))
+         if (abs(response%f(e)) >= at_limit*bolt%bar%yield(e)) state(i) = node_state%yielding
+         if (.not. bolt%state%broken(e)) cycle
+         state(i) = node_state%ruptured
+         use(i) = 1
+      end do
+   end subroutine show_nodes_of
+
+   !> Force at which a tie slips.
+   pure real(wp) function slip_limit(bolt, tie)
+      type(bolt_type), intent(in) :: bolt
+      integer, intent(in) :: tie
+      slip_limit = bolt%bar%strength(tie)
+      if (bolt%state%weak(tie)) slip_limit = bolt%bar%residual*slip_limit
+   end function slip_limit
+
+   !> Largest axial force along a bolt, force at its head, largest force of a dowel; and the stored energy.
+   pure subroutine show_forces_of(bolt, largest, head, dowel, stored)
+      type(bolt_type), intent(in) :: bolt                     !! measured at the present places
+      real(wp), intent(out) :: largest, head, dowel, stored
+      type(bar_response_type) :: response
+      real(wp) :: force, forces(bolt%bar%n)
+      logical :: shears
+      integer :: c
+      largest = 0
+      head = 0
+      dowel = 0
+      stored = 0
+      if (size(bolt%acting) == 0) return
+      call respond(bolt%bar, bolt%state, bolt%start, response)
+      forces = node_forces(bolt%bar, response)
+      largest = forces(maxloc(abs(forces), 1))
+      head = forces(1)
+      do c = 1, size(bolt%crossing)
+         if (.not. bolt%holds(c)) cycle
+         call dowel_response(bolt, bolt%across(c) - bolt%dowel_slip(c), force, shears)
+         if (abs(force) > abs(dowel)) dowel = force
+      end do
+      stored = energy_of(bolt, response)
+   end subroutine show_forces_of
+
+   !> What a bolt does in a step.
+   pure subroutine finish_bolt(level, bolt)
+      real(wp), intent(in) :: level
+      type(bolt_type), intent(inout) :: bolt           !! its outcome is set, nothing else
+      type(bolt_type) :: new                           !! at the end of the step
+      real(wp) :: work, slipped, yielded, stored(2), freed
+      type(bar_response_type) :: response
+      type(bar_state_type) :: old
+      real(wp) :: force(size(bolt%block)), dowel, before, more(2)
+      logical :: changes, shears
+      integer :: c
+      new = bolt
+      call respond(bolt%bar, bolt%state, bolt%start, response)
+      stored(1) = energy_of(bolt, response)
+      call respond(bolt%bar, bolt%state, points_with(bolt, bolt%e), response)
+      call condense(bolt%bar, response, force)
+      associate (chain => chain_forces(bolt, force))
+         work = dot_product(chain, bolt%e(1:size(chain)))/level
+      end associate
+      new%start = points_with(bolt, bolt%e/level)
+      new%across = bolt%across + bolt%shift/level
+      call respond(bolt%bar, bolt%state, new%start, response)
+      call accept(bolt%bar, response, new%state, slipped, yielded)
+      do c = 1, size(bolt%crossing)
+         if (.not. bolt%holds(c)) cycle
+         call dowel_response(bolt, bolt%across(c) + bolt%shift(c) - bolt%dowel_slip(c), dowel, shears)
+         work = work + dowel*bolt%shift(c)/level
+         call dowel_response(bolt, new%across(c) - bolt%dowel_slip(c), dowel, shears)
+         if (.not. shears) cycle
+         new%dowel_slip(c) = new%across(c) - dowel/bolt%dowel_stiffness
+         yielded = yielded + dowel*(new%dowel_slip(c) - bolt%dowel_slip(c))
+      end do
+      work = work/bolt%spacing
+      freed = 0
+      stored(2) = energy_of(new, response)
+      changes = .not. same_state(bolt%state, new%state)
+      do
+         ! what has broken or weakened lets the rest of the bolt move at once
+         call respond(bolt%bar, new%state, new%start, response)
+         before = stored(2)
+         stored(2) = energy_of(new, response)
+         if (.not. changes) exit
+         old = new%state
+         call accept(bolt%bar, response, new%state, more(1), more(2))
+         slipped = slipped + more(1)
+         yielded = yielded + more(2)
+         freed = freed + (before - stored(2)) - sum(more)/bolt%spacing
+         changes = .not. same_state(old, new%state)
+      end do
+      bolt%outcome = outcome_type(new%state, new%dowel_slip, work, slipped/bolt%spacing, yielded/bolt%spacing, stored, &
+                                  freed)
+
+   contains
+
+      !> Is nothing more broken or weakened?
+      pure logical function same_state(a, b)
+         type(bar_state_type), intent(in) :: a, b
+         same_state = all(a%broken .eqv. b%broken) .and. all(a%weak .eqv. b%weak)
+      end function same_state
+
+   end subroutine finish_bolt
+
+   !> Save or load what lasts of all bolts; `fits` is false when what was loaded belongs to other bolts.
+   subroutine exchange_bolts(archive, bolts, fits)
+      class(state_archive_type), intent(inout) :: archive
+      type(bolt_type), intent(inout) :: bolts(:)
+      logical, intent(out) :: fits
+      real(wp), allocatable :: moved(:), plastic(:), slip(:), dowel(:), place(:, :), origin(:, :)
+      logical, allocatable :: there(:), broken(:), weak(:)
+      integer :: l, n(5)
+      allocate (moved(0), plastic(0), slip(0), dowel(0), place(2, 0), origin(2, 0), there(0), broken(0), weak(0))
+      do l = 1, merge(size(bolts), 0, archive%saving)
+         associate (b => bolts(l))
+            there = [there, b%is_there]
+            moved = [moved, b%state%w]
+            plastic = [plastic, b%state%plastic]
+            broken = [broken, b%state%broken]
+            slip = [slip, b%state%slip]
+            weak = [weak, b%state%weak]
+            place = reshape([place, b%place], [2, size(place, 2) + size(b%place, 2)])
+            origin = reshape([origin, b%origin], [2, size(origin, 2) + size(b%origin, 2)])
+            dowel = [dowel, b%dowel_slip]
+         end associate
+      end do
+      call archive%item('is_there', there)
+      call archive%item('displacement', moved)
+      call archive%item('plastic', plastic)
+      call archive%item('broken', broken)
+      call archive%item('slip', slip)
+      call archive%item('weak', weak)
+      call archive%item('place', place)
+      call archive%item('origin', origin)
+      call archive%item('dowel_slip', dowel)
+      fits = .true.
+      if (archive%saving) return
+      fits = allocated(there) .and. allocated(moved) .and. allocated(plastic) .and. allocated(broken) .and. &
+         allocated(slip) .and. allocated(weak) .and. allocated(place) .and. allocated(origin) .and. allocated(dowel)
+      if (.not. fits) return
+      n = 0
+      do l = 1, size(bolts)
+         associate (b => bolts(l))
+            n = n + [size(b%state%w), size(b%state%plastic), size(b%state%slip), size(b%place, 2), size(b%dowel_slip)]
+         end associate
+      end do
+      fits = size(there) == size(bolts) .and. all(n == [size(moved), size(plastic), size(slip), size(place, 2), &
+                                                       size(dowel)]) .and. size(broken) == n(2) .and. &
+         size(weak) == n(3) .and. size(origin, 2) == n(4) .and. size(place, 1) == 2 .and. size(origin, 1) == 2
+      if (.not. fits) return
+      n = 0
+      do l = 1, size(bolts)
+         associate (b => bolts(l))
+            b%is_there = there(l)
+            b%state%w = moved(n(1) + 1:n(1) + size(b%state%w))
+            b%state%plastic = plastic(n(2) + 1:n(2) + size(b%state%plastic))
+            b%state%broken = broken(n(2) + 1:n(2) + size(b%state%broken))
+            b%state%slip = slip(n(3) + 1:n(3) + size(b%state%slip))
+            b%state%weak = weak(n(3) + 1:n(3) + size(b%state%weak))
+            b%place = place(:, n(4) + 1:n(4) + size(b%place, 2))
+            b%origin = origin(:, n(4) + 1:n(4) + size(b%origin, 2))
+            b%dowel_slip = dowel(n(5) + 1:n(5) + size(b%dowel_slip))
+            n = n + [size(b%state%w), size(b%state%plastic), size(b%state%slip), size(b%place, 2), size(b%dowel_slip)]
+         end associate
+      end do
+   end subroutine exchange_bolts
+
+end module rockdda_interaction_bar_state
