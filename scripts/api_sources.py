@@ -6,7 +6,8 @@
 
 FORTRAN becomes a copy of src in which FORD finds nothing that it misreads:
 - a comment that begins with one word and a colon, which FORD takes for metadata and drops;
-- a name that a module imports and makes public again, which FORD does not know.
+- a name that a module imports and makes public again, which FORD does not know;
+- a length of a text with commas, as of max(…).
 The pages of the Python package are made here, too, for scripts/site_pages.py: one for each module.
 """
 
@@ -22,6 +23,7 @@ def for_ford(text: str) -> str:
     """The text of a Fortran source as FORD reads it right."""
     text = re.sub(r"^( *!> *[\w-]+):", r"\1&#58;", text, flags=re.M)
     text = re.sub(r"(!! *[\w-]+):", r"\1&#58;", text)
+    text = re.sub(r"\bcharacter\(len=max\([^:\n]*\)\) ::", "character(len=:) ::", text)
     imported = {
         name.split("=>")[0].strip().lower()
         for names in re.findall(r"^ *use\b[^\n:]*only *:((?:[^\n!]*&[^\n]*\n)*[^\n!]*)", text, re.M)

@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: MIT
 """RockDDA: discontinuous deformation analysis of block systems.
 
->>> import rockdda
->>> results = rockdda.open("slope.h5")  # doctest: +SKIP
->>> results.frames[-1].displacement.max()  # doctest: +SKIP
+Example:
+    >>> import rockdda
+    >>> results = rockdda.open("slope.h5")  # doctest: +SKIP
+    >>> results.frames[-1].displacement.max()  # doctest: +SKIP
 
 The import is quick: modules, and NumPy and h5py with them, are loaded when a name of them is first used.
 """
