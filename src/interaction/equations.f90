@@ -178,6 +178,8 @@ contains
       integer, intent(in) :: c, blocks(2)
       self%same_pairs = self%same_pairs .and. all(self%pair(:, c) == blocks)
       self%pair(:, c) = blocks
+      ! the place may have been that of a contact, which was coupled with the next one
+      self%coupling(c) = 0
    end subroutine join
 
    !> A link with a matrix joins two blocks, or has one (and 0); it has the number `at` among them. Its lines are not in
@@ -193,7 +195,6 @@ contains
       self%vectors(:, c) = 0
       self%stiffness(:, c) = 0
       self%force(:, c) = 0
-      self%coupling(c) = 0
       if (.not. allocated(self%matrix_link)) allocate (self%matrix_link(0), self%matrices(6, 6, 0))
       at = self%n_matrices + 1
       if (at > size(self%matrix_link)) then
