@@ -14,11 +14,11 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from . import collisions, elastic, joint_law, masonry, motion, readers, relations, rooms, silence, sliding
+from . import bolting, collisions, elastic, joint_law, masonry, motion, readers, relations, rooms, silence, sliding
 from .bench import ROOT
 from .drawing import Kind, Values, draw, judge, shrink
 
-FAMILIES = (motion, joint_law, sliding, masonry, collisions, elastic, rooms, relations, readers, silence)
+FAMILIES = (motion, joint_law, sliding, masonry, collisions, elastic, rooms, relations, readers, silence, bolting)
 KINDS: dict[str, Kind] = {kind.name: kind for module in FAMILIES for kind in module.KINDS}
 #: draws of one chunk: what is lost when a run is killed
 CHUNK = 25
