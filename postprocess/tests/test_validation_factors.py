@@ -11,8 +11,8 @@ from rockdda_validation.runner import comparisons_of, run_here
 pytest.importorskip("scipy")
 pytestmark = pytest.mark.usefixtures("native")
 
-FAST = ("factor-arch", "factor-plane-failure", "factor-refusal", "factor-stack", "factor-thin-arch", "factor-toppling",
-        "factor-uplift")  # fmt: skip
+FAST = ("factor-arch", "factor-design-values", "factor-load", "factor-plane-failure", "factor-probability",
+        "factor-refusal", "factor-stack", "factor-thin-arch", "factor-toppling", "factor-uplift")  # fmt: skip
 
 
 @pytest.fixture(autouse=True)

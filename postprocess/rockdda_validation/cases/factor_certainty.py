@@ -1,0 +1,134 @@
+# SPDX-License-Identifier: MIT
+"""Load factors of an arch, design values and probabilities of failure, against limit analysis and closed forms."""
+
+from __future__ import annotations
+
+import numpy as np
+from rockdda.certainty import Reliability, reliability
+
+from ..case import Case, Record
+from ..factor_models import PlaneFailure, arch_blocks, assemble
+from ..factor_runs import LENGTH, draw_mechanism, search, trial_table
+
+__all__ = ["CASES"]
+
+PART = "Critical factors"
+WATER = "crack"  # the group of water of `PlaneFailure`
+PROGRAMME = "limit analysis (linear programme of rigid voussoirs)"
+
+
+def loaded_arch(record: Record) -> None:
+    """An arch of 31 voussoirs under a point load on its back."""
+    record.text(
+        "A segment of 120°, mean radius 5 m, 0.5 m thick, of 31 voussoirs of 20 kN/m³ between fixed springers carries "
+        "a vertical load on the back of one voussoir: near the quarter of the span (120.97° from the right) and at the "
+        "crown. The load rises from nothing (`--search load`); the arch fails as hinges form. Blocks and joints of the "
+        f"program are elastic, those of the linear programme rigid. {LENGTH}"
+    )
+    found = []
+    for name, voussoir, truth in (("quarter", 23, 68.871), ("crown", 15, 132.773)):
+        middle = 30 + (voussoir + 0.5) * 120 / 31  # from the right
+        model = assemble(
+            f"arch_{name}", arch_blocks(5.0, 0.5, 120.0, 31), {0, 1}, friction=31.0, density=2000.0, gravity=10.0
+        )
+        half = np.radians(60 / 31)
+        back = 5.25 * np.cos(half)  # the middle of a straight face
+        place = [float(back * np.cos(np.radians(middle))), float(back * np.sin(np.radians(middle)))]
+        model.options["loading_point"] = [{"name": "axle", "at": place, "force": [0.0, -1000.0]}]
+        one = search(record, model, model.name, search="load", loads="axle")
+        # half of the interval of a factor is 0.5 %, the deformation of the blocks as much
+        record.compare(f"{name}: load", one.value, "kN/m", truth=truth, truth_source=PROGRAMME, allowed=0.01)
+        found.append((name, one))
+        stiff = []
+        for stiffness in (6e11, 24e11):
+            model.options["contact"] = {"stiffness": stiffness}
+            stiff.append(search(record, model, f"{name}_{stiffness:g}", search="load", loads="axle", tolerance=0.002))
+        record.compare(
+            f"{name}: load with joints four times as stiff, over the load", stiff[1].value / stiff[0].value, truth=1.0,
+            truth_source="stiffness of joints does not decide", scale=1, allowed=0.01,
+        )  # fmt: skip
+    trial_table(record, found, "Search of the loads that the arch carries")
+    draw_mechanism(
+        record, found[0][1], "mechanism", "The arch at the first load near its quarter that it does not carry"
+    )
+
+
+def of_slope(record: Record, name: str, water: float, vary: str, **options: object) -> Reliability:
+    """A reliability of the plane failure in a folder of its own."""
+    model = PlaneFailure(water=water).model(name)
+    folder = record.folder / name
+    folder.mkdir(parents=True, exist_ok=True)
+    model.write(folder, force=True)
+    found = reliability(folder / f"{name}.nml", vary, output=folder / "runs", jobs=record.workers, **options)
+    record.runs += found.runs
+    return found
+
+
+def probabilities(record: Record) -> None:
+    """The slope of Sau Mau Ping whose strength and water scatter."""
+    record.text(
+        "The plane failure of Sau Mau Ping (Hoek 2007) with cohesion 0.10 ± 0.02 MPa and tan φ 0.70021 ± 0.10, both "
+        "normal: the limit state is linear, and the reliability index has a closed form, for a dry and a full tension "
+        "crack. With φ 35 ± 5° and any share of the crack filled the probability of failure comes from quadrature. "
+        "Each of 30 runs of a Latin hypercube is a search; a quadratic surface through the factors does the rest. "
+        f"{LENGTH}"
+    )
+    linear = "plane.cohesion = normal(0.10e6, 0.02e6); tan(plane.friction) = normal(0.70021, 0.10)"
+    for name, water, index, allowed in (("dry", 0.0, 3.16648, 0.05), ("full", 1.0, 1.38102, 0.03)):
+        found = of_slope(record, name, water, linear)
+        record.compare(
+            f"crack {name}: reliability index", found.beta, truth=index, truth_source="closed form", scale=1,
+            allowed=allowed,
+        )  # fmt: skip
+    for input_name, truth in (("plane.cohesion", 0.078817e6), ("tan(plane.friction)", 0.611586)):
+        record.compare(
+            f"crack full: {input_name} of the design point", found.design_point[input_name], truth=truth,
+            truth_source="closed form", allowed=0.02,
+        )  # fmt: skip
+    slope = PlaneFailure()
+    scattered = (
+        "plane.cohesion = normal(0.10e6, 0.02e6); plane.friction = normal(35, 5); "
+        f"{WATER}.table[4] = uniform({slope.foot!r}, {slope.height!r})"
+    )
+    repeated = [
+        of_slope(record, f"seed_{seed}", 1.0, scattered, seed=seed).probability
+        for seed in range(1, 11 if record.full else 4)
+    ]
+    worst = max(repeated, key=lambda value: abs(value - 0.023108))
+    record.compare(
+        "any water: probability of failure, mean of the repetitions", float(np.mean(repeated)), truth=0.023108,
+        truth_source="quadrature", scale=1, allowed=0.0012 if record.full else 0.0025,
+    )  # fmt: skip
+    record.compare(
+        "any water: probability of failure, farthest repetition", worst, truth=0.023108, truth_source="quadrature",
+        scale=1, allowed=0.004,
+    )  # fmt: skip
+
+
+def design_values(record: Record) -> None:
+    """The slope of Sau Mau Ping with cohesion and tan φ divided by 1.25."""
+    record.text(
+        "Does the slope of Sau Mau Ping stand with cohesion and tan φ divided by 1.25 (Eurocode 7)? The reserve is the "
+        f"factor of safety with these values, Hoek and Bray's over 1.25. {LENGTH}"
+    )
+    found = []
+    for name, water, truth in (("full", 1.0, 0.9590), ("half full", 0.5, 1.1305), ("dry", 0.0, 1.2675)):
+        model = PlaneFailure(water=water).model(f"design_{name.replace(' ', '_')}")
+        factors = {"friction": 1.25, "cohesion": 1.25}
+        one = search(record, model, model.name, factors=factors, tolerance=0.002)
+        # half of the interval is 0.1 %
+        record.compare(f"crack {name}: reserve", one.value, truth=truth, truth_source="Hoek and Bray", allowed=0.003)
+        stands = float(bool(one.stands))
+        record.compare(
+            f"crack {name}: told that it stands", stands, truth=float(truth > 1), truth_source="Hoek and Bray", scale=1,
+            allowed=0,
+        )  # fmt: skip
+        found.append((name, one))
+    trial_table(record, found, "Search of the reserve")
+
+
+CASES = [
+    Case("factor-load", "Arch under a point load", PART, loaded_arch),
+    Case("factor-probability", "A slope whose strength and water scatter", PART, probabilities),
+    Case("factor-design-values", "A slope with design values", PART, design_values),
+]
