@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Studies: a block that slides to a stop after v^2/(2 g tan(phi)), over a grid of friction angles and velocities."""
 
+import fcntl
 import json
 import math
 import os
@@ -15,6 +16,7 @@ import pytest
 from rockdda import cli
 from rockdda.errors import InputError
 from rockdda.study import collect, evaluate, pending, prepare_case, read_study, run_study
+from rockdda.study.job_array import last_words, logs_of, warning_of
 
 GEOMETRY = """\
 0.001   # e0
@@ -175,6 +177,65 @@ def test_job_array(folder):
     assert [case.number for case in pending(read_study(study_file))] == [3]
     assert cli.main(["study", str(study_file), "--slurm", "--quiet"]) == 0
     assert "#SBATCH --array=3\n" in script.read_text()
+
+
+def test_more_cases_than_slurm_takes_tasks(folder, monkeypatch):
+    """MaxArraySize 3: two tasks do three cases; the table of a study that is not done ends with 4."""
+    monkeypatch.setattr("rockdda.study.job_array._array_size", lambda: 3)
+    study_file = folder / "slide.toml"
+    study_file.write_text(STUDY.replace("[2.0, 3.0]", "[2.0]"))
+    assert cli.main(["study", str(study_file), "--slurm", "--quiet"]) == 0
+    script = folder / "slide/job-array.sh"
+    assert "#SBATCH --array=1-2\n" in script.read_text()
+    assert cli.main(["study", str(study_file), "--table", "--quiet"]) == cli.STOPPED
+    environment = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
+    for task in ("1", "2"):
+        subprocess.run(["bash", script], env={**environment, "SLURM_ARRAY_TASK_ID": task}, check=True, timeout=120)
+    assert cli.main(["study", str(study_file), "--table", "--quiet"]) == 0
+
+
+@pytest.mark.parametrize(
+    ("limit", "warning"),
+    [("0:01:00", 12), ("1", 12), ("0:10:00", 120), ("1-00", 120), ("30:00", 120), ("5:00", 60), ("forever", 120)],
+)
+def test_the_warning_fits_the_time(folder, limit, warning):
+    (folder / "slide.toml").write_text(STUDY + f'\n[cluster]\ntime = "{limit}"\n')
+    assert warning_of(read_study(folder / "slide.toml")) == warning
+
+
+def test_logs_of_tasks_that_ended_before_their_case(folder):
+    (folder / "slide.toml").write_text(STUDY)
+    study = read_study(folder / "slide.toml")
+    logs_of(study).mkdir(parents=True)
+    (logs_of(study) / "7_1.log").write_text(
+        "rockdda-post: case 1\nNo module named rockdda\nrockdda-post: case 1 ended with exit code 1\n"
+        "rockdda-post: case 2\nrockdda-post: case 3\n"
+        "slurmstepd: error: *** JOB 7 CANCELLED AT 12:00 DUE TO TIME LIMIT ***\n"
+    )
+    found = last_words(study)
+    assert found[1] == (True, f"No module named rockdda ({logs_of(study) / '7_1.log'})")
+    assert 2 not in found
+    assert not found[3][0] and "TIME LIMIT" in found[3][1]
+    rows = collect(study)
+    assert list(rows["status"][:3]) == ["failed", "waiting", "waiting"]
+
+
+def test_a_case_that_another_process_runs_is_left_alone(folder):
+    """By its lock; neither its status nor its files change."""
+    (folder / "slide.toml").write_text(STUDY.replace("[20, 30, 40]", "[20]").replace("[2.0, 3.0]", "[2.0]"))
+    study = read_study(folder / "slide.toml")
+    place = prepare_case(study, study.cases[0])
+    before = {path.name: path.read_bytes() for path in place.iterdir()}
+    handle = os.open(place, os.O_RDONLY)
+    try:
+        fcntl.flock(handle, fcntl.LOCK_EX)
+        (outcome,) = run_study(study)
+        assert (outcome.status, outcome.message) == ("running", "another process runs this case")
+        assert {path.name: path.read_bytes() for path in place.iterdir()} == before
+    finally:
+        os.close(handle)
+    (outcome,) = run_study(study)
+    assert outcome.status == "done"
 
 
 def test_dask_with_a_worker_that_dies(folder):
