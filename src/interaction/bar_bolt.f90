@@ -24,6 +24,9 @@ module rockdda_interaction_bar_bolt
       real(wp), allocatable :: force(:)         !! (points) of the rock on the bar
       real(wp), allocatable :: stiffness(:, :)  !! (points, points)
       real(wp), allocatable :: e(:)             !! (neighbours) elongations of the step [length]
+      ! what `stiffness` follows from: tangents of elements and ties, and the ties that hold nodes
+      real(wp), allocatable :: of_steel(:), of_ties(:)
+      integer, allocatable :: holder(:)
    end type tangent_type
 
    !> What a bolt does in a step.

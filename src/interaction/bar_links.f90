@@ -346,6 +346,16 @@ contains
       end do
    end subroutine measure_placement_of
 
+   !> Does the stiffness that is known belong to a response?
+   pure logical function has_tangents(tangent, response)
+      type(tangent_type), intent(in) :: tangent
+      type(bar_response_type), intent(in) :: response
+      has_tangents = .false.
+      if (.not. allocated(tangent%of_steel)) return
+      has_tangents = all(abs(tangent%of_steel - response%f_tangent) <= 0) .and. &
+         all(abs(tangent%of_ties - response%t_tangent) <= 0) .and. all(tangent%holder == response%holder)
+   end function has_tangents
+
    !> Linearise at the present motion; the last round holds where its forces follow the laws there.
    subroutine judge_bolt(bolt, n_changes)
       type(bolt_type), intent(inout) :: bolt
@@ -366,7 +376,14 @@ contains
       call respond(bolt%bar, bolt%state, new%u, response)
       new%force = new%u
       new%stiffness = bolt%tangent%stiffness
-      call condense(bolt%bar, response, new%force, new%stiffness)
+      if (has_tangents(bolt%tangent, response)) then
+         call condense(bolt%bar, response, new%force)
+      else
+         call condense(bolt%bar, response, new%force, new%stiffness)
+      end if
+      new%of_steel = response%f_tangent
+      new%of_ties = response%t_tangent
+      new%holder = response%holder
       missing = new%force - (bolt%tangent%force + matmul(bolt%tangent%stiffness, new%u - bolt%tangent%u))
       if (maxval(abs(missing)) > agreement*maxval(abs(new%force)) + &
           rounding*maxval(abs(new%stiffness))*maxval(abs(new%u))) n_changes = n_changes + 1
