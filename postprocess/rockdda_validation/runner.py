@@ -16,7 +16,6 @@ import multiprocessing
 import os
 import shutil
 import signal
-import sys
 import tempfile
 import time as clock
 import traceback
@@ -26,6 +25,7 @@ from multiprocessing.connection import wait
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import rockdda
 from rockdda.errors import InputError, OutputError, RockddaError
 from rockdda.native import VERSION, Session, load
 from rockdda.writing import write_file
@@ -37,7 +37,6 @@ from .registry import all_cases
 if TYPE_CHECKING:
     from multiprocessing.process import BaseProcess
 
-PACKAGE = __name__.partition(".")[0]
 #: of contacts, in the order of the report
 FORMULATIONS = ("vertex", "length")
 
@@ -150,7 +149,6 @@ def _run_all(
     cases: Sequence[Case], place: Path, full: bool, formulation: str, workers: int, module: str | None
 ) -> Iterator[tuple[Case, dict[str, Any]]]:
     """Cases with their records, as they end."""
-    rockdda = sys.modules[PACKAGE]
     context = multiprocessing.get_context("spawn")
     waiting = list(cases)
     running: dict[int, tuple[Case, BaseProcess, float]] = {}
@@ -207,7 +205,6 @@ def _child(
     parent: int,
 ) -> None:
     """One case, in a separate process."""
-    rockdda = sys.modules[PACKAGE]
     with contextlib.suppress(OSError, AttributeError):  # do not outlive the parent (Linux)
         ctypes.CDLL(None).prctl(1, signal.SIGTERM)
     if os.getppid() != parent:
