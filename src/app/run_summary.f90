@@ -45,7 +45,7 @@ contains
       if (.not. line%json) then
          call print_line(status//': '//counted(run%sim%state%step, 'step')//' to time '// &
                   system%shown(run%sim%state%time, 'time', 10)//kept_text(run, n_steps, time)//', '// &
-                  counted(run%sim%blocks%n_blocks, 'block')//', contacts '// &
+                  counted(run%sim%blocks%n_blocks - run%sim%blocks%n_segments, 'block')//', contacts '// &
                   to_string(run%sim%record%contacts(1))//' open '//to_string(run%sim%record%contacts(2))// &
                   ' sliding '//to_string(run%sim%record%contacts(3))//' locked'//new_line('a')// &
                   'results: '//results_text(run%output, n_frames, found)//', log: '//run%log_file// &
@@ -64,7 +64,7 @@ contains
       call json%put('title', run%sim%parameters%title)
       call json%put('units', trim(run%sim%parameters%units))
       call json%put('solver', run%sim%parameters%solver_method)
-      call json%put('blocks', run%sim%blocks%n_blocks)
+      call json%put('blocks', run%sim%blocks%n_blocks - run%sim%blocks%n_segments)
       call json%put('first_step', run%first_step)
       call json%put('steps', n_steps)
       call json%put('time', time)

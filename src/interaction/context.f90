@@ -134,8 +134,25 @@ contains
       class(step_context_type), intent(in) :: self
       type(block_system_type) :: blocks
       blocks = self%blocks
+      call drop_segments(blocks)
       call move_model(self%state%datum, blocks)
    end function model_blocks
+
+   !> Leave out the segments of linings.
+   pure subroutine drop_segments(blocks)
+      type(block_system_type), intent(inout) :: blocks
+      integer :: n
+      if (blocks%n_segments == 0) return
+      blocks%n_blocks = blocks%n_blocks - blocks%n_segments
+      blocks%n_segments = 0
+      n = blocks%n_blocks
+      blocks%vertex_offset = blocks%vertex_offset(:n + 1)
+      blocks%vertices = blocks%vertices(:, :blocks%n_vertices())
+      blocks%edge_joint = blocks%edge_joint(:blocks%n_vertices())
+      blocks%block_material = blocks%block_material(:n)
+      if (allocated(blocks%file_line)) blocks%file_line = blocks%file_line(:n)
+      if (allocated(blocks%parent)) blocks%parent = blocks%parent(:n)
+   end subroutine drop_segments
 
    !> Is a block asleep among blocks that are asleep too? It has no terms and no links in this step.
    pure logical function is_left_out(self, block)

@@ -23,6 +23,7 @@ module rockdda_interaction_families
    use rockdda_interaction_initial_traction, only : start_with_stress
    use rockdda_interaction_interaction, only : interaction_type
    use rockdda_interaction_kinematics, only : mass_matrix
+   use rockdda_interaction_liners, only : liners_type
    use rockdda_interaction_loads, only : loads_type
    use rockdda_interaction_quiet_boundaries, only : quiet_boundaries_type
    use rockdda_interaction_supports, only : supports_type
@@ -34,7 +35,7 @@ module rockdda_interaction_families
    public :: families_type
 
    !> Number of families of the program: as many as `family` has cases.
-   integer, parameter :: n_own = 11
+   integer, parameter :: n_own = 12
 
    !> A family that was added.
    type :: added_family_type
@@ -53,6 +54,7 @@ module rockdda_interaction_families
       type(held_forces_type) :: held
       type(water_family_type) :: water
       type(bars_type) :: bars
+      type(liners_type) :: liners
       type(added_family_type), allocatable, private :: added(:)
    contains
       procedure :: init
@@ -95,6 +97,8 @@ contains
          call self%supports%init(blocks, parameters)
          call self%bolts%init(blocks%bolts)
          call self%bars%init(context)
+         call self%liners%init(context)
+         self%liners%laws = self%contacts%laws
          call self%water%init(blocks, parameters, known)
          call self%water%begin(context)
          call pressure_on_edges(self%water, blocks, parameters, pressure)
@@ -121,6 +125,7 @@ contains
       case (9); item => self%held
       case (10); item => self%water
       case (11); item => self%bars
+      case (12); item => self%liners
       case default; item => self%added(i - n_own)%item
       end select
    end function family
@@ -154,6 +159,7 @@ contains
       type(equations_type), intent(inout) :: equations
       class(interaction_type), pointer :: item
       integer :: i, n_links
+      if (self%liners%n_nodes() > 0) self%liners%laws = self%contacts%laws
       n_links = 0
       do i = 1, self%count()
          item => self%family(i)

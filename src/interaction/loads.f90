@@ -33,6 +33,7 @@ module rockdda_interaction_loads
       real(wp), allocatable :: external(:, :)       !! (6, nb) point loads, line loads, base motion; none: no array
    contains
       procedure :: init
+      procedure :: make_room
       procedure :: add_to_blocks
       procedure :: add_energies
       procedure :: commit
@@ -80,6 +81,15 @@ contains
       end do
       call find_carriers(blocks, parameters, self%line_blocks, messages)
    end subroutine init
+
+   !> Room for more blocks, which have no weight yet.
+   pure subroutine make_room(self, n_blocks)
+      class(loads_type), intent(inout) :: self
+      integer, intent(in) :: n_blocks
+      if (size(self%weight, 2) == n_blocks) return
+      deallocate (self%weight)
+      allocate (self%weight(2, n_blocks))
+   end subroutine make_room
 
    !> All loads of the step.
    subroutine add_to_blocks(self, context, equations)

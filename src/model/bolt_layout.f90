@@ -12,7 +12,7 @@ module rockdda_model_bolt_layout
    use rockdda_model_regions, only : blocks_of_region, count_words, word_of, same_name
    implicit none
    private
-   public :: bolt_line_type, bolt_lines, trace_bolt, rock_at, stage_with, title_of_bolt, most_bolts
+   public :: bolt_line_type, bolt_lines, trace_bolt, rock_at, stage_with, title_of_bolt, most_bolts, outer_line
 
    !> Bolts of one pattern, at most: more are a slip of the spacing.
    integer, parameter :: most_bolts = 2000

@@ -9,6 +9,7 @@ module rockdda_model_option_table
    use rockdda_model_options, only : run_options_type, stage_type, change_type, line_load_type, &
       dda_windows, old_dda_windows, most_threads
    use rockdda_model_bolt_options, only : describe_bolts
+   use rockdda_model_liner_options, only : describe_liners
    use rockdda_model_joint_options, only : describe_joint
    use rockdda_model_boundary_options, only : describe_boundaries
    use rockdda_model_quake_options, only : describe_quakes
@@ -50,6 +51,7 @@ contains
       call describe_water(table, options%water)
       call describe_quakes(table, options%quakes)
       call describe_bolts(table, options%bolts)
+      call describe_liners(table, options%liners)
    end subroutine describe_options
 
    !> What the parameters of a run keep of the table.
@@ -65,6 +67,7 @@ contains
       call describe_water(table, parameters%water)
       call describe_quakes(table, parameters%quakes)
       call describe_bolts(table, parameters%bolts)
+      call describe_liners(table, parameters%liners)
    end subroutine describe_parameters
 
    !> The groups that are not lists.

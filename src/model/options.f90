@@ -12,7 +12,8 @@ module rockdda_model_options
    implicit none
    private
    public :: run_options_type, stage_type, change_type, line_load_type, base_motion_type, region_type, &
-             subdivision_type, point_table_type, boundary_type, in_situ_type, water_type, quake_type, bolt_type
+             subdivision_type, point_table_type, boundary_type, in_situ_type, water_type, quake_type, bolt_type, &
+             liner_type
    public :: unset_real, unset_integer, is_set, dda_windows, old_dda_windows, most_threads
 
    !> The preset and the dialect of DDA for Windows, and how both were spelled at first (still accepted).
@@ -48,7 +49,7 @@ module rockdda_model_options
       real(wp) :: relax = unset_real             !! share of the forces of excavated blocks that is released
       integer :: relax_steps = 10                !! in so many steps
       character(len=:), allocatable :: place     !! regions that are absent until the stage begins
-      character(len=:), allocatable :: install, remove   !! names of bolts
+      character(len=:), allocatable :: install, remove   !! names of bolts and linings
       character(len=:), allocatable :: water     !! groups of &water that act from the stage on
       type(origin_type) :: origin                !! where it was read
    end type stage_type
@@ -59,11 +60,27 @@ module rockdda_model_options
       character(len=:), allocatable :: joint_material   !! number or name
       character(len=:), allocatable :: block_material   !! number or name
       character(len=:), allocatable :: region           !! names, commas between them
+      character(len=:), allocatable :: liner            !! name
       type(joint_material_type) :: joint                !! new values of a joint material
       !> of a block material: density, Young's modulus, Poisson's ratio, weight per area
       real(wp) :: density = unset_real, young = unset_real, poisson = unset_real, unit_weight = unset_real
       type(origin_type) :: origin                       !! where it was read
    end type change_type
+
+   !> A lining along a line, or a layer of one.
+   type :: liner_type
+      character(len=:), allocatable :: name
+      real(wp), allocatable :: along(:)          !! x y of the points of its line [length]
+      character(len=:), allocatable :: outline   !! region whose outer line it follows
+      character(len=:), allocatable :: on        !! the lining on which this layer lies
+      real(wp) :: thickness = unset_real         !! [length]
+      real(wp) :: young = unset_real, poisson = unset_real
+      real(wp) :: density = unset_real           !! [mass/length^2]
+      real(wp) :: compressive_strength = unset_real, tensile_strength = unset_real
+      character(len=:), allocatable :: joint_material   !! between rock and lining: number or name
+      real(wp) :: element = unset_real           !! largest distance of nodes [length]
+      type(origin_type) :: origin                !! where it was read
+   end type liner_type
 
    !> Force per length along a line of block edges, linear between the ends, times a factor of time.
    type :: line_load_type
@@ -238,6 +255,7 @@ module rockdda_model_options
       type(water_type), allocatable :: water(:)
       type(quake_type), allocatable :: quakes(:)
       type(bolt_type), allocatable :: bolts(:)
+      type(liner_type), allocatable :: liners(:)
       ! &output
       character(len=:), allocatable :: output_file
       logical :: write_frames = .true.

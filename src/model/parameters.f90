@@ -5,7 +5,7 @@ module rockdda_model_parameters
    use rockdda_base_kinds, only : wp
    use rockdda_model_analysis_input, only : block_material_type, joint_material_type, time_table_type
    use rockdda_model_options, only : stage_type, change_type, line_load_type, base_motion_type, region_type, &
-      subdivision_type, boundary_type, in_situ_type, water_type, quake_type, bolt_type
+      subdivision_type, boundary_type, in_situ_type, water_type, quake_type, bolt_type, liner_type
    use rockdda_model_units, only : unit_system_type, unit_system
    implicit none
    private
@@ -69,6 +69,8 @@ module rockdda_model_parameters
       type(water_type), allocatable :: water(:)
       type(quake_type), allocatable :: quakes(:)
       type(bolt_type), allocatable :: bolts(:)    !! of the options: the model holds them already
+      type(liner_type), allocatable :: liners(:)
+      integer :: first_liner_material = 0         !! of blocks: those of the linings follow; 0: not yet there
       ! solver
       character(len=:), allocatable :: solver_method !! empty: default of the build
       character(len=:), allocatable :: preconditioner

@@ -88,6 +88,7 @@ contains
       parameters%in_situ = settings%in_situ
       parameters%water = settings%water
       parameters%bolts = settings%bolts
+      parameters%liners = settings%liners
 
       parameters%w0 = reference_length(blocks, length_scale(settings%length_scale, analysis%dialect))
       if (alone) call choose_numbers(blocks, options, parameters, messages)

@@ -61,9 +61,9 @@ contains
                             least=1.0_wp), stage%relax_steps)
       call table%add(option('place', regions//'their blocks are absent until the stage begins', &
                             default_text='none', not_blank=.true., see=guide), stage%place)
-      call table%add(option('install', 'names of bolts that are installed when the stage begins, commas between them', &
+      call table%add(option('install', 'names of bolts and linings that are installed when the stage begins, commas between them', &
                             default_text='none', not_blank=.true.), stage%install)
-      call table%add(option('remove', 'names of bolts that are removed when the stage begins, commas between them', &
+      call table%add(option('remove', 'names of bolts and linings that are removed when the stage begins, commas between them', &
                             default_text='none', not_blank=.true.), stage%remove)
       call table%add(option('water', "names of the groups of &water that act from the stage on, commas between "// &
                             "them; 'none': none of them", &
@@ -119,6 +119,8 @@ contains
                      change%block_material)
       call table%add(option('region', 'names of regions, commas between them: the new values hold for their blocks', &
                             default_text='none', not_blank=.true.), change%region)
+      call table%add(option('liner', "name of a lining, whose Young's modulus changes: stress stays", &
+                            default_text='none', not_blank=.true.), change%liner)
       call table%add(option('density', 'mass per area', unit='mass/length^2', above=0.0_wp, applies=of_blocks, &
                             default_text='as it was'), change%density)
       call table%add(option('young', "Young's modulus", unit='stress', above=0.0_wp, applies=of_blocks, &

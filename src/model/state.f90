@@ -4,7 +4,8 @@ module rockdda_model_state
    use rockdda_base_kinds, only : wp
    implicit none
    private
-   public :: block_state_type, step_record_type, bolt_nodes_type, n_energies, energy_names, energy, radius_of_inertia
+   public :: block_state_type, step_record_type, bolt_nodes_type, liner_nodes_type, &
+      n_energies, energy_names, energy, radius_of_inertia
 
    !> Places of the ledger in `step_record_type%energy` (theory manual, "energy ledger").
    type :: energy_enum
@@ -62,6 +63,13 @@ module rockdda_model_state
       real(wp), allocatable :: use(:)          !! (nodes) largest share of a strength: of the steel, of its grout
       integer, allocatable :: state(:)         !! (nodes) 0 absent, 1 elastic, 2 slipping, 3 yielding, 4 ruptured
    end type bolt_nodes_type
+
+   !> Nodes of linings, in a frame.
+   type :: liner_nodes_type
+      real(wp), allocatable :: place(:, :)     !! (2, nodes) [length]
+      real(wp), allocatable :: force(:, :)     !! (3, nodes) N tension positive, M pulling on the side of the opening, Q
+      integer, allocatable :: state(:)         !! (nodes) 0 absent, 1 sound, 2 cracked, 3 crushed
+   end type liner_nodes_type
 
    !> What the history keeps of one accepted step.
    type :: step_record_type

@@ -54,7 +54,7 @@ contains
          end do
          largest = much_strain
          block = 0
-         do i = 1, sim%blocks%n_blocks
+         do i = 1, sim%blocks%n_blocks - sim%blocks%n_segments
             if (.not. state%active(i)) cycle
             e = matmul(c(:, :, sim%blocks%block_material(i)), state%stress(:, i))
             strain = 0.5_wp*(abs(e(1) + e(2)) + sqrt((e(1) - e(2))**2 + e(3)**2))

@@ -5,7 +5,7 @@ module rockdda_run_files
    use rockdda_base_error, only : error_type
    use rockdda_base_diagnostics, only : diagnostics_type
    use rockdda_contact_view, only : contact_view_type
-   use rockdda_model_state, only : bolt_nodes_type
+   use rockdda_model_state, only : bolt_nodes_type, liner_nodes_type
    use rockdda_stepping_simulation, only : simulation_type
    use rockdda_io_checkpoint, only : checkpoint_facts_type, checkpoint_path
    use rockdda_io_digest, only : digest_length
@@ -103,8 +103,8 @@ contains
       type(diagnostics_type), intent(in) :: messages
       type(error_type), allocatable, intent(out) :: error
       call describe_run(sim, self%facts%checkpoint_every, self%facts%header)
-      call self%results%reopen(self%output, self%facts%header, self%digest, self%facts%rows, sim%blocks, sim%record, &
-                               error)
+      call self%results%reopen(self%output, self%facts%header, self%digest, self%facts%rows, sim%model_blocks(), &
+                               sim%record, error)
       if (allocated(error)) return
       call self%timer%restart(wall_seconds())
       call self%log%reopen(self%log_file, sim, messages, error)
@@ -116,11 +116,13 @@ contains
       type(simulation_type), intent(in) :: sim
       type(error_type), allocatable, intent(out) :: error
       type(bolt_nodes_type) :: nodes
+      type(liner_nodes_type) :: liner_nodes
       integer :: first, last
       self%last_frame = sim%state%step
       if (.not. self%facts%header%frames) return
       call sim%show_bolts(nodes)
-      call self%results%append_frame(sim%state, sim%contacts%n, nodes%force, error, nodes)
+      call sim%show_liners(liner_nodes)
+      call self%results%append_frame(sim%state, sim%contacts%n, nodes%force, error, nodes, liner_nodes)
       last = 0
       do while (last < sim%contacts%n .and. .not. allocated(error))
          first = last + 1

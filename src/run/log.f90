@@ -142,7 +142,8 @@ contains
       if (.not. allocated(error) .and. len(strikes_text(sim)) > 0) call self%put('# '//strikes_text(sim), error)
       if (.not. allocated(error) .and. sim%parameters%sleeps) &
          call self%put('# asleep: '//to_string(count(sim%state%asleep))//' of '// &
-                       counted(sim%blocks%n_blocks, 'block')//'; the unbalanced force is that of the others', error)
+                       counted(sim%blocks%n_blocks - sim%blocks%n_segments, 'block')// &
+                       '; the unbalanced force is that of the others', error)
    end subroutine write_outcome
 
 end module rockdda_run_log

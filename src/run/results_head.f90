@@ -60,6 +60,7 @@ contains
       header%units = sim%parameters%units
       header%n_boundaries = size(sim%parameters%boundaries)
       call sim%list_bolts(header%n_bolt_nodes, header%bolt_names, header%bolt_first, header%bolt_spacing)
+      call sim%list_liners(header%n_liner_nodes, header%liner_names, header%liner_first, header%liner_section)
       header%stage_names = stage_names(sim%parameters%stages, sim%parameters%ends_with_stages)
       allocate (header%stage_resets(size(header%stage_names)), source=0)
       associate (stages => sim%parameters%stages)

@@ -35,6 +35,7 @@ module rockdda_stepping_construction
       type(lodging_type) :: lodging             !! blocks inside each other, and what has been reported
    contains
       procedure :: init
+      procedure :: make_room
       procedure :: absent_at_start
       procedure :: comes_back
       procedure :: place
@@ -80,6 +81,30 @@ contains
       end function mask
 
    end subroutine init
+
+   !> Room for more blocks, which belong to no region.
+   pure subroutine make_room(self, n_blocks)
+      class(construction_type), intent(inout) :: self
+      integer, intent(in) :: n_blocks
+      integer :: n
+      n = n_blocks - size(self%newborn)
+      if (n == 0) return
+      self%newborn = [self%newborn, spread(.false., 1, n)]
+      self%excavated = longer(self%excavated)
+      self%placed = longer(self%placed)
+      self%changed = longer(self%changed)
+
+   contains
+
+      !> A table with more rows, of zeros.
+      pure function longer(table)
+         integer, intent(in) :: table(:, :)
+         integer :: longer(n_blocks, size(table, 2))
+         longer = 0
+         longer(:size(table, 1), :) = table
+      end function longer
+
+   end subroutine make_room
 
    !> Is a block absent until a stage places it? Not when a stage takes it out before.
    pure logical function absent_at_start(self, i)
@@ -162,6 +187,7 @@ contains
          do p = 1, n
             k = pairs(1, p)
             m = pairs(2, p)
+            if (max(k, m) > blocks%n_blocks - blocks%n_segments) cycle
             if (.not. (state%active(k) .and. state%active(m)) .or. (self%newborn(k) .eqv. self%newborn(m))) cycle
             if (.not. lie_on(k, m)) cycle
             n_found = n_found + 1

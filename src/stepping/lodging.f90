@@ -134,7 +134,8 @@ contains
       real(wp), allocatable :: boxes(:, :)
       integer, allocatable :: there(:)
       integer :: i, k
-      there = pack([(i, i=1, blocks%n_blocks)], state%active)
+      there = pack([(i, i=1, blocks%n_blocks - blocks%n_segments)], &
+                   state%active(:blocks%n_blocks - blocks%n_segments))
       allocate (boxes(4, size(there)))
       do k = 1, size(there)
          associate (v => state%vertices(:, blocks%vertex_offset(there(k)) + 1:blocks%vertex_offset(there(k) + 1)))

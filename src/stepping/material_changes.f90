@@ -33,6 +33,7 @@ contains
          associate (change => parameters%changes(i))
             if (.not. is_given(change%stage)) cycle
             if (.not. same_name(change%stage, stage_name(parameters%stages, stage))) cycle
+            if (is_given(change%liner)) cycle   ! rockdda_interaction_liners
             is_new = .true.
             if (is_set(change%unit_weight)) call write_out_weights(parameters)
             if (is_given(change%joint_material)) then

@@ -11,7 +11,7 @@ module rockdda_stepping_simulation
    use rockdda_base_interruption, only : interruption_type
    use rockdda_model_blocks, only : block_system_type
    use rockdda_model_parameters, only : parameters_type
-   use rockdda_model_state, only : step_record_type, bolt_nodes_type
+   use rockdda_model_state, only : step_record_type, bolt_nodes_type, liner_nodes_type
    use rockdda_contact_table, only : cut_no_interval
    use rockdda_contact_view, only : contact_view_type, view_contacts
    use rockdda_interaction_block_forces, only : block_forces_type
@@ -49,6 +49,8 @@ module rockdda_stepping_simulation
       procedure :: bonds_hold
       procedure :: show_bolts
       procedure :: list_bolts
+      procedure :: show_liners
+      procedure :: list_liners
       procedure :: list_boundaries
       procedure :: list_water
       procedure :: weak_starts
@@ -228,6 +230,41 @@ contains
          n_nodes = first(size(first))
       end associate
    end subroutine list_bolts
+
+   !> Nodes of all linings in the present state.
+   subroutine show_liners(self, nodes)
+      class(simulation_type), intent(in) :: self
+      type(liner_nodes_type), intent(out) :: nodes
+      if (self%families%liners%n_nodes() == 0) return
+      call self%families%liners%show_nodes(self%step_context_type, nodes)
+      nodes%place = nodes%place + spread(self%state%datum, 2, size(nodes%place, 2))
+   end subroutine show_liners
+
+   !> Names of all linings, how many nodes are before those of each, and their sections.
+   pure subroutine list_liners(self, n_nodes, names, first, section)
+      class(simulation_type), intent(in) :: self
+      integer, intent(out) :: n_nodes
+      character(len=:), allocatable, intent(inout) :: names(:)
+      integer, allocatable, intent(inout) :: first(:)
+      real(wp), allocatable, intent(inout) :: section(:, :)   !! (4, linings) thickness, strengths, 1: closed
+      integer :: k, longest
+      n_nodes = self%families%liners%n_nodes()
+      if (allocated(names)) deallocate (names)
+      if (n_nodes == 0) return
+      associate (liners => self%families%liners%liners)
+         longest = maxval([(len(liners(k)%name), k=1, size(liners))])
+         allocate (character(len=longest) :: names(size(liners)))
+         if (allocated(section)) deallocate (section)
+         allocate (section(4, size(liners)))
+         first = [0]
+         do k = 1, size(liners)
+            names(k) = liners(k)%name
+            first = [first, first(k) + liners(k)%layout%n]
+            section(:, k) = [liners(k)%section%thickness, liners(k)%section%compression, liners(k)%section%tension, &
+                             merge(1.0_wp, 0.0_wp, liners(k)%layout%closed)]
+         end do
+      end associate
+   end subroutine list_liners
 
    !> Edges of the boundaries, each by its boundary and its first vertex, and what kinds the boundaries are of.
    pure subroutine list_boundaries(self, n, edges, kinds)

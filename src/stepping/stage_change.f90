@@ -46,6 +46,14 @@ contains
          call step%families%boundaries%become_quiet(step%step_context_type, balance)
    end subroutine change_stage
 
+   !> Blocks that are there and may have contacts: segments of linings have none.
+   pure function with_contacts(step) result(seen)
+      type(trial_step_type), intent(in) :: step
+      logical :: seen(step%blocks%n_blocks)
+      seen = step%state%active
+      seen(step%blocks%n_blocks - step%blocks%n_segments + 1:) = .false.
+   end function with_contacts
+
    !> Carry out the start of all stages that have begun since the last step.
    subroutine begin_stages(step, construction, balance)
       type(trial_step_type), intent(inout) :: step
@@ -61,6 +69,7 @@ contains
          call bring_back(step, construction, s)
          call take_out_blocks(step, construction, s, balance)
          call step%families%bars%begin_stage(s, step%step_context_type, balance)
+         call step%families%liners%begin_stage(s, step%step_context_type, balance)
          if (any(construction%excavated(:, s) > 0) .or. is_set(step%parameters%stages(s)%relax)) &
             call step%control%begin_release(step%parameters)
          call take_new_materials(step, construction, s, balance)
@@ -71,7 +80,7 @@ contains
          step%state%calm = 0
          step%state%accelerates = .false.
       end do
-      call step%finder%show_blocks(step%state%active, construction%newborn, places)
+      call step%finder%show_blocks(with_contacts(step), construction%newborn, places)
    end subroutine begin_stages
 
    !> Blocks that were taken out and that a stage has placed again: their boundaries and line loads begin anew.
@@ -150,7 +159,7 @@ contains
       step%gravity = step%control%gravity(step%parameters)
       step%water = step%control%water(step%parameters)
       step%dt = step%control%step_size(step%parameters, step%state%time)
-      call step%finder%show_blocks(step%state%active, construction%newborn, places)
+      call step%finder%show_blocks(with_contacts(step), construction%newborn, places)
       step%finder%needs_forces = .true.
       call step%find_contacts(step%finder%first_reach(step%step_context_type, step%control))
       step%finder%needs_forces = .false.

@@ -8,6 +8,7 @@ module rockdda_stepping_start
    use rockdda_model_datum, only : find_datum, move_model
    use rockdda_model_parameters, only : parameters_type
    use rockdda_interaction_context, only : step_context_type
+   use rockdda_interaction_liners, only : add_liner_materials
    use rockdda_linear_factory, only : new_solver, default_solver
    use rockdda_stepping_construction, only : construction_type
    use rockdda_stepping_control, only : new_step_control
@@ -42,17 +43,22 @@ contains
       call new_solver(step%parameters%solver_method, parameters%solver_tolerance, parameters%sor_factor, &
                       parameters%preconditioner, step%solver, error)
       if (allocated(error)) return
+      call add_liner_materials(step%parameters)
       call start_state(blocks, parameters, step%state, step%initial_stress)
       call construction%init(blocks, parameters, step%state)
       call step%ground_motion%init(parameters%quakes)
       call new_step_control(parameters, blocks%fixed%n, step%control)
       step%water = step%control%water(parameters)
       call step%families%init(step%step_context_type)
+      call step%families%liners%append_segments(step%step_context_type)
+      call step%families%loads%make_room(step%blocks%n_blocks)
+      call construction%make_room(step%blocks%n_blocks)
       call subtract_datum(step%step_context_type)
       call step%families%bars%subtract_datum(step%state%datum)
-      call step%finder%init(blocks)
+      call step%families%liners%start(step%step_context_type)
+      call step%finder%init(step%blocks)
       call step%contacts%resize(0)
-      call step%equations%set_size(blocks%n_blocks, 0)
+      call step%equations%set_size(step%blocks%n_blocks, 0)
       step%equations%x = 0
    end subroutine start_step
 

@@ -11,7 +11,8 @@ module rockdda_io_results
    use rockdda_base_error, only : error_type, error_code, make_error
    use rockdda_contact_view, only : contact_view_type
    use rockdda_model_blocks, only : block_system_type
-   use rockdda_model_state, only : block_state_type, bolt_nodes_type, step_record_type, n_energies, energy_names
+   use rockdda_model_state, only : block_state_type, bolt_nodes_type, liner_nodes_type, step_record_type, &
+      n_energies, energy_names
    use rockdda_io_hdf5_adapter, only : hdf5_file_type
    use rockdda_io_hdf5_driver, only : undo_path, check_undo, roll_back, digest_length
    use rockdda_io_posix, only : get_path_kind, path_kind, remove_file
@@ -43,10 +44,10 @@ module rockdda_io_results
                          s_bolt_head = 20, s_bolt_dowel = 21, s_bolt_energy = 22, s_frame_step = 23, &
                          s_frame_time = 24, s_vertices = 25, s_centroid = 26, s_rotation = 27, s_stress = 28, &
                          s_velocity = 29, s_bolt_ends = 30, s_bolt_force = 31, s_bolt_node = 32, s_bolt_slip = 33, &
-                         s_bolt_state = 34, s_bolt_use = 35, &
-                         s_active = 36, s_offset = 37, s_point = 38, s_force = 39, s_state = 40, &
-                         s_blocks = 41, s_opening = 42, s_slip = 43, s_length = 44, s_normal_stress = 45, &
-                         s_shear_stress = 46, s_strength = 47, &
+                         s_bolt_state = 34, s_bolt_use = 35, s_active = 36, s_liner_point = 37, s_liner_force = 38, &
+                         s_liner_state = 39, s_offset = 40, s_point = 41, s_force = 42, s_state = 43, s_blocks = 44, &
+                         s_opening = 45, s_slip = 46, s_length = 47, s_normal_stress = 48, s_shear_stress = 49, &
+                         s_strength = 50, &
                          n_series = n_tables
 
    type :: results_type
@@ -193,6 +194,10 @@ contains
       call self%series(s_bolt_use)%init('frames/bolt_use', reals, [n_nodes], small, n, only_filled=.true.)
       call self%series(s_bolt_state)%init('frames/bolt_state', integers, [n_nodes], n_expected=n, only_filled=.true.)
       call self%series(s_active)%init('frames/active', integers, [nb], n_expected=n)
+      n_nodes = header%n_liner_nodes
+      call self%series(s_liner_point)%init('frames/liner_point', reals, [2, n_nodes], n_expected=n, only_filled=.true.)
+      call self%series(s_liner_force)%init('frames/liner_force', reals, [3, n_nodes], small, n, only_filled=.true.)
+      call self%series(s_liner_state)%init('frames/liner_state', integers, [n_nodes], n_expected=n, only_filled=.true.)
       call self%series(s_offset)%init('frames/contact_offset', integers, single, n_expected=n)
       call self%series(s_point)%init('frames/contact_point', reals, [2], n_expected=nc)
       call self%series(s_force)%init('frames/contact_force', reals, [2], small, nc)
@@ -245,13 +250,14 @@ contains
 
    !> One frame: the blocks after a step (or at the start). The contacts of that step follow (`append_contacts`), all of
    !> them before anything else is appended.
-   subroutine append_frame(self, state, n_contacts, bolt_force, error, nodes)
+   subroutine append_frame(self, state, n_contacts, bolt_force, error, nodes, liner_nodes)
       class(results_type), intent(inout) :: self
       type(block_state_type), intent(in) :: state
       integer, intent(in) :: n_contacts
       real(wp), intent(in) :: bolt_force(:)             !! (springs, nodes) axial, tension positive
       type(error_type), allocatable, intent(out) :: error
       type(bolt_nodes_type), intent(in), optional :: nodes   !! where bolts have them
+      type(liner_nodes_type), intent(in), optional :: liner_nodes   !! where there are linings
       integer :: nb, nv, n_bolts, n
       if (.not. self%frames) return
       n = merge(n_contacts, 0, self%contacts)
@@ -285,6 +291,11 @@ contains
             call s(s_bolt_use)%add(nodes%use, 1)
          end if
          call s(s_active)%add(merge(1, 0, state%active(1:nb)), 1)
+         if (present(liner_nodes) .and. .not. s(s_liner_point)%is_absent) then
+            call s(s_liner_point)%add(reshape(liner_nodes%place, [size(liner_nodes%place)]), 1)
+            call s(s_liner_force)%add(reshape(liner_nodes%force, [size(liner_nodes%force)]), 1)
+            call s(s_liner_state)%add(liner_nodes%state, 1)
+         end if
          self%so_far%frames = self%so_far%frames + 1
          self%so_far%contacts = self%so_far%contacts + n
          call s(s_offset)%add([self%so_far%contacts], 1)

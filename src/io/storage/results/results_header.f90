@@ -11,7 +11,7 @@ module rockdda_io_results_header
    !> their mobilised strength.
    integer, parameter :: results_format_version = 3, oldest_format_version = 1
    !> Growing tables, and checksums: one for each table, one for the model.
-   integer, parameter :: n_tables = 47, n_totals = n_tables + 1
+   integer, parameter :: n_tables = 50, n_totals = n_tables + 1
 
    !> Header: origin and options of the file.
    type :: results_header_type
@@ -32,6 +32,10 @@ module rockdda_io_results_header
       character(len=:), allocatable :: bolt_names(:)     !! where there are nodes; springs come first, with one each
       integer, allocatable :: bolt_first(:)              !! (bolts + 1) nodes before each
       real(wp), allocatable :: bolt_spacing(:)           !! (bolts) out of the plane [length]
+      integer :: n_liner_nodes = 0                       !! 0: no linings
+      character(len=:), allocatable :: liner_names(:)
+      integer, allocatable :: liner_first(:)             !! (linings + 1) nodes before each
+      real(wp), allocatable :: liner_section(:, :)       !! (4, linings) thickness, strengths (huge: none), 1: closed
       integer, allocatable :: boundary_edges(:, :)       !! (2, n) boundary and first vertex of each edge, from 1
       character(len=10), allocatable :: boundary_kinds(:) !! (boundaries)
       type(water_type), allocatable :: water(:)          !! groups

@@ -24,6 +24,7 @@ contains
       call write_header(file, header, error)
       if (.not. allocated(error)) call write_model(file, blocks, state, error)
       if (.not. allocated(error) .and. header%n_bolt_nodes > 0) call write_nodes(file, header, error)
+      if (.not. allocated(error) .and. header%n_liner_nodes > 0) call write_liners(file, header, error)
       if (.not. allocated(error)) call write_boundaries(file, header, error)
       if (.not. allocated(error)) call write_stage_names(file, header, error)
       if (.not. allocated(error)) call write_water(file, header, error)
@@ -129,6 +130,20 @@ contains
       if (.not. allocated(error)) call file%set_attribute('model/bolt_first', 'spacing_out_of_plane', &
                                                                header%bolt_spacing, error)
    end subroutine write_nodes
+
+   !> Write the names of all linings, how many nodes are before those of each, their sections, and which are closed.
+   subroutine write_liners(file, header, error)
+      type(hdf5_file_type), intent(in) :: file
+      type(results_header_type), intent(in) :: header
+      type(error_type), allocatable, intent(out) :: error
+      integer :: n
+      n = size(header%liner_section, 2)
+      call file%write_texts('model/liner_names', header%liner_names, error)
+      if (.not. allocated(error)) call file%write('model/liner_first', [size(header%liner_first)], header%liner_first, &
+                                                       error)
+      if (.not. allocated(error)) call file%write('model/liner_section', [4, n], reshape(header%liner_section, [4*n]), &
+                                                       error)
+   end subroutine write_liners
 
    !> Write the edges of the boundaries, if there are any: each by the number of its boundary and its first vertex.
    subroutine write_boundaries(file, header, error)

@@ -187,17 +187,18 @@ contains
       if (file%exists('history/stage')) n = rows_of(file, check, 'stage', integers, [integer ::])
    end subroutine check_history
 
-   !> Nodes of bolts.
-   integer function nodes_of(file, check) result(n)
+   !> Nodes of bolts, or linings.
+   integer function nodes_of(file, check, name) result(n)
       type(hdf5_file_type), intent(in) :: file
       type(value_check_type), intent(inout) :: check
+      character(len=*), intent(in) :: name       !! of the table of the nodes before each
       integer, allocatable :: first(:)
       type(error_type), allocatable :: error
       n = 0
-      call file%read('model/bolt_first', first, error)
-      call check%is_read(error, file%path, 'bolt_first')
+      call file%read('model/'//name, first, error)
+      call check%is_read(error, file%path, name)
       if (.not. check%passed()) return
-      call check%holds(size(first) > 0, 'bolt_first')
+      call check%holds(size(first) > 0, name)
       if (check%passed()) n = max(0, first(size(first)))
    end function nodes_of
 
@@ -226,7 +227,7 @@ contains
          n = rows_of(file, check, 'bolt_ends', reals, [2, 2, n_bolts])
          n_nodes = n_bolts
          if (file%exists('frames/bolt_state')) then
-            n_nodes = nodes_of(file, check)
+            n_nodes = nodes_of(file, check, 'bolt_first')
             n = rows_of(file, check, 'bolt_node', reals, [2, n_nodes])
             n = rows_of(file, check, 'bolt_slip', reals, [n_nodes])
             n = rows_of(file, check, 'bolt_state', integers, [n_nodes])
@@ -235,6 +236,12 @@ contains
          n = rows_of(file, check, 'bolt_force', reals, [n_nodes])
       end if
       if (file%exists('frames/active')) n = rows_of(file, check, 'active', integers, [nb])
+      if (file%exists('frames/liner_state')) then
+         n_nodes = nodes_of(file, check, 'liner_first')
+         n = rows_of(file, check, 'liner_point', reals, [2, n_nodes])
+         n = rows_of(file, check, 'liner_force', reals, [3, n_nodes])
+         n = rows_of(file, check, 'liner_state', integers, [n_nodes])
+      end if
       n = rows_of(file, check, 'contact_point', reals, [2])
       n = rows_of(file, check, 'contact_force', reals, [2])
       n = rows_of(file, check, 'contact_state', integers, [integer ::])

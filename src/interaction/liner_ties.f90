@@ -1,0 +1,124 @@
+! SPDX-License-Identifier: MIT
+!> Points at which the back of a lining is held to the rock, or to the lining on which it lies: their law.
+!>
+!> A point stands for a length of the back. Its gap, positive open, and its shear displacement count from its
+!> installation, when it is closed and free of stress. A bond is elastic in both directions. With a joint material it
+!> opens at the tensile strength of the joint, none unless given, and slides at its shear strength
+!> (rockdda_interaction_contact_law); within a step an open bond keeps its strength, and is broken for the next one.
+module rockdda_interaction_liner_ties
+   use rockdda_base_kinds, only : wp
+   use rockdda_interaction_contact_law, only : contact_law_type, shear_strength, tension_at
+   implicit none
+   private
+   public :: tie_type, tie_response_type, tie_numbers, tie_state, respond_tie, pack_tie, unpack_tie
+
+   !> Numbers that last of a tie.
+   integer, parameter :: tie_numbers = 12
+
+   type :: tie_state_enum
+      integer :: open = 0
+      integer :: held = 1       !! stiff in both directions
+      integer :: slides = 2
+      integer :: at_tension = 3 !! at the tensile strength
+      integer :: parts = 4      !! at the tensile and the shear strength
+   end type tie_state_enum
+   type(tie_state_enum), parameter :: tie_state = tie_state_enum()
+
+   type :: tie_type
+      integer :: a = 0                 !! block of the rock, or segment of the lower lining; 0: it has gone for good
+      integer :: b = 0                 !! segment
+      logical :: on_rock = .true.
+      real(wp) :: at_a(2) = 0          !! its place in the rock now; on a segment its arm, as it was placed [length]
+      real(wp) :: arm(2) = 0           !! on segment b, as it was installed [length]
+      real(wp) :: angle = 0            !! of the normal from a to b then [rad]
+      real(wp) :: length = 0
+      real(wp) :: free_shear = 0       !! shear displacement without force [length]
+      real(wp) :: slip = 0             !! |slip| summed up [length]
+      logical :: bonded = .true.
+      ! of the step
+      logical :: acts = .false.
+      real(wp) :: start(2) = 0         !! gap and shear displacement at its start [length]
+      real(wp) :: move(2) = 0, kept(2) = 0   !! change where forces act [length]
+      integer :: state = 0             !! tie_state%..., of the last round
+      real(wp) :: force(2) = 0         !! of the last round
+      real(wp) :: at(2) = 0            !! its change there [length]
+      real(wp) :: tangent(2) = 0       !! [force/length]
+   end type tie_type
+
+   type :: tie_response_type
+      integer :: state = 0             !! tie_state%...
+      real(wp) :: force(2) = 0         !! pulling positive, and along the shear displacement [force]
+      real(wp) :: stiffness(2) = 0     !! [force/length]
+      real(wp) :: energy = 0           !! stored
+      logical :: breaks = .false.      !! its bond
+   end type tie_response_type
+
+contains
+
+   !> Forces of a gap and a shear displacement. Without a law it is elastic.
+   pure subroutine respond_tie(tie, stiffness, motion, response, law)
+      type(tie_type), intent(in) :: tie
+      real(wp), intent(in) :: stiffness(2)       !! over length [force/length^2]
+      real(wp), intent(in) :: motion(2)          !! since its installation [length]
+      type(tie_response_type), intent(out) :: response
+      type(contact_law_type), intent(in), optional :: law
+      real(wp) :: k(2), limit, e(2)
+      k = stiffness*tie%length
+      e = motion - [0.0_wp, tie%free_shear]
+      response%state = tie_state%held
+      response%force = k*e
+      response%stiffness = k
+      if (present(law)) then
+         limit = tension_at(law, tie%slip, tie%bonded)*tie%length
+         if (response%force(1) > limit) then
+            response%energy = 0.5_wp*limit**2/k(1) + limit*(e(1) - limit/k(1))
+            response%force(1) = limit
+            response%stiffness(1) = 0
+            response%state = tie_state%at_tension
+            response%breaks = tie%bonded
+            if (.not. limit > 0) then
+               response%state = tie_state%open
+               response%force = 0
+               response%stiffness = 0
+               return
+            end if
+         else
+            response%energy = 0.5_wp*response%force(1)*e(1)
+         end if
+         limit = shear_strength(law, -response%force(1), tie%length, tie%bonded, 0.0_wp, tie%slip)
+         if (abs(response%force(2)) > limit) then
+            response%breaks = response%breaks .or. (tie%bonded .and. law%brittle)
+            response%force(2) = sign(limit, response%force(2))
+            response%stiffness(2) = 0
+            response%state = merge(tie_state%slides, tie_state%parts, response%state == tie_state%held)
+         end if
+         response%energy = response%energy + 0.5_wp*response%force(2)**2/k(2)
+      else
+         response%energy = 0.5_wp*dot_product(response%force, e)
+      end if
+   end subroutine respond_tie
+
+   !> What lasts of a tie, as numbers.
+   pure function pack_tie(tie) result(numbers)
+      type(tie_type), intent(in) :: tie
+      real(wp) :: numbers(tie_numbers)
+      numbers = [real(tie%a, wp), real(tie%b, wp), merge(1.0_wp, 0.0_wp, tie%on_rock), tie%at_a, tie%arm, tie%angle, &
+                 tie%length, tie%free_shear, tie%slip, merge(1.0_wp, 0.0_wp, tie%bonded)]
+   end function pack_tie
+
+   !> A tie of its numbers.
+   pure type(tie_type) function unpack_tie(numbers) result(tie)
+      real(wp), intent(in) :: numbers(tie_numbers)
+      tie%a = nint(numbers(1))
+      tie%b = nint(numbers(2))
+      tie%on_rock = numbers(3) > 0.5_wp
+      tie%at_a = numbers(4:5)
+      tie%arm = numbers(6:7)
+      tie%angle = numbers(8)
+      tie%length = numbers(9)
+      tie%free_shear = numbers(10)
+      tie%slip = numbers(11)
+      tie%bonded = numbers(12) > 0.5_wp
+   end function unpack_tie
+
+end module rockdda_interaction_liner_ties

@@ -1,0 +1,1472 @@
+! SPDX-License-Identifier: MIT
+!> Linings: chains of segments along the wall of an opening (docs/theory.md, "Linings").
+!>
+!> A segment is a rigid body: a block behind those of the model (`n_segments` of rockdda_model_blocks) that the search
+!> for contacts does not find and whose strains nothing loads. Neighbours are joined by a beam
+!> (rockdda_interaction_liner_beam), and the back of each is held to the rock, or to the lining below, at points
+!> (rockdda_interaction_liner_ties). The axis of the beams lies in the line of the lining.
+!>
+!> A joint of two bodies, beam or tie, has a point on each of them, and axes that turn with the mean rotation of both
+!> (beam) or with the segment (tie). With D the way from the first point to the second, its change in a step along an
+!> axis n is
+!>
+!>     n1.D1 - n0.D0 = (n1 + n0)/2 . (D1 - D0) + (n1 - n0).(D1 + D0)/2
+!>
+!> exactly, linear in the unknowns once the rotations in it are those that are expected.
+!>
+!> Links: four of a beam, along both axes, of the rotation, and along the first axis again for what couples it with the
+!> rotation; one of a tie.
+module rockdda_interaction_liners
+   use rockdda_base_kinds, only : wp
+   use rockdda_base_state_archive, only : state_archive_type
+   use rockdda_base_strings, only : is_given
+   use rockdda_base_value_check, only : value_check_type
+   use rockdda_geometry_polygons, only : polygon_properties
+   use rockdda_model_analysis_input, only : block_material_type
+   use rockdda_model_blocks, only : block_system_type, largest_coordinate
+   use rockdda_model_bolt_layout, only : stage_with, rock_at
+   use rockdda_model_liner_layout, only : liner_layout_type, new_liner_layout, line_of_liner, title_of_liner, &
+      lower_liner, lift
+   use rockdda_model_options, only : is_set
+   use rockdda_model_parameters, only : parameters_type
+   use rockdda_model_regions, only : same_name, material_number
+   use rockdda_model_stage_options, only : stage_name
+   use rockdda_model_state, only : energy, liner_nodes_type
+   use rockdda_interaction_balance, only : energy_balance_type
+   use rockdda_interaction_block_forces, only : block_forces_type
+   use rockdda_interaction_contact_law, only : contact_law_type
+   use rockdda_interaction_context, only : step_context_type
+   use rockdda_interaction_equations, only : equations_type
+   use rockdda_interaction_finite_rotation, only : moving_block_type, mean_load, mean_displacement, end_point
+   use rockdda_interaction_interaction, only : interaction_type
+   use rockdda_interaction_kinematics, only : move_point
+   use rockdda_interaction_liner_beam, only : liner_section_type, beam_type, beam_state_type, beam_response_type, &
+      new_beam, respond_beam, accept_beam, deformation_of, forces_at, n_sections
+   use rockdda_interaction_liner_places, only : stretch_type, find_stretches, follow_rock, segment_outline, &
+      opening_side, reach_over_thickness, rock_ends
+   use rockdda_interaction_liner_ties, only : tie_type, tie_response_type, tie_numbers, tie_state, respond_tie, &
+      pack_tie, unpack_tie
+   implicit none
+   private
+   public :: liners_type, node_state, add_liner_materials
+
+   !> Forces agree with their laws to this share; those of friction, which wait for normal forces.
+   real(wp), parameter :: agreement = 1.0e-8_wp, friction_agreement = 1.0e-6_wp
+   !> Rounding of deformations, as a share of them.
+   real(wp), parameter :: rounding = 1.0e-13_wp
+   !> Stiffness of a bond over E'/thickness of the lining, least and most, and by the third power of thickness over
+   !> distance of nodes: a segment of which a half is held does not turn, and its end is clamped.
+   real(wp), parameter :: least_bond = 100, most_bond = 1000, bond_of_segment = 120
+   !> Numbers that last of a beam.
+   integer, parameter :: beam_numbers = 3 + 2*n_sections
+   integer, parameter :: beam_links = 4
+
+   !> What a node is.
+   type :: node_state_enum
+      integer :: absent = 0
+      integer :: sound = 1
+      integer :: cracked = 2
+      integer :: crushed = 3
+   end type node_state_enum
+   type(node_state_enum), parameter :: node_state = node_state_enum()
+
+   !> A beam between two segments, in a step.
+   type :: joint_type
+      type(beam_type) :: beam
+      type(beam_state_type) :: state
+      integer :: block(2) = 0          !! segments
+      real(wp) :: arm(2, 2) = 0        !! from their centroids to the centre of the beam, as installed [length]
+      real(wp) :: start(3) = 0         !! deformation at the start of the step [length, rad]
+      real(wp) :: move(3) = 0, kept(3) = 0   !! its change where forces act
+      real(wp) :: at(3) = 0            !! change at which the last round is linear
+      type(beam_response_type) :: tangent
+   end type joint_type
+
+   type :: liner_type
+      character(len=:), allocatable :: name
+      integer :: installs = 0, removes = 0       !! stages; 0: from the start, never
+      type(liner_layout_type) :: layout          !! on its line at the start
+      type(liner_section_type) :: section
+      real(wp) :: poisson = 0.2_wp
+      real(wp) :: drawn(2) = 0                   !! from the axis towards the opening [length]
+      real(wp) :: lift = 0                       !! of its axis from that of the lining below [length]
+      integer :: lower = 0                       !! the lining on which it lies; 0: the rock
+      integer :: joint = 0                       !! joint material; 0: a bond
+      real(wp) :: stiffness(2) = 0               !! of its back [force/length^2]
+      integer :: before = 0                      !! block before its first segment
+      ! what lasts
+      logical :: is_there = .false.
+      integer :: side = 1                        !! of the path on which the opening lies: 1 left, -1 right
+      real(wp), allocatable :: path(:, :)        !! (2, points) as installed [length]
+      type(joint_type), allocatable :: joints(:)
+      type(tie_type), allocatable :: ties(:)
+      integer :: first_link = 0
+   end type liner_type
+
+   type, extends(interaction_type) :: liners_type
+      type(liner_type), allocatable :: liners(:)
+      type(contact_law_type), allocatable :: laws(:)   !! of the joint materials, of the step
+      real(wp) :: stored = 0                     !! energy at the end of the last step
+      real(wp), private :: level = 1             !! share of the step's motion up to where forces act
+   contains
+      procedure :: init
+      procedure :: append_segments
+      procedure :: start
+      procedure :: begin_stage
+      procedure :: n_nodes
+      procedure :: show_nodes
+      procedure :: stored_energy
+      procedure :: count_links
+      procedure :: prepare
+      procedure :: begin
+      procedure :: place
+      procedure :: add_to_links
+      procedure :: predict
+      procedure :: keep
+      procedure :: shorten
+      procedure :: lawful_forces
+      procedure :: measure_placement
+      procedure :: judge
+      procedure :: add_energies
+      procedure :: commit
+      procedure :: add_forces
+      procedure :: exchange_state
+      procedure :: check_state
+   end type liners_type
+
+contains
+
+   !> Give each lining a block material for its segments, behind all others, unless they have them.
+   pure subroutine add_liner_materials(parameters)
+      type(parameters_type), intent(inout) :: parameters
+      type(block_material_type) :: own
+      integer :: k
+      if (.not. allocated(parameters%liners)) return
+      if (size(parameters%liners) == 0 .or. parameters%first_liner_material > 0) return
+      parameters%first_liner_material = size(parameters%block_materials)
+      do k = 1, size(parameters%liners)
+         associate (liner => parameters%liners(k), first => parameters%block_materials(1))
+            own = block_material_type(density=first%density, weight=first%weight, youngs_modulus=liner%young)
+            own%poisson_ratio = poisson_of(liner%poisson)
+            if (is_set(liner%density)) own%density = liner%density
+            own%weight = first%weight*(own%density/first%density)
+            parameters%block_materials = [parameters%block_materials, own]
+         end associate
+      end do
+   end subroutine add_liner_materials
+
+   !> Poisson's ratio, or that which a lining has by default.
+   pure real(wp) function poisson_of(given)
+      real(wp), intent(in) :: given
+      poisson_of = 0.2_wp
+      if (is_set(given)) poisson_of = given
+   end function poisson_of
+
+   !> The linings of a model, on their lines as drawn; none is there yet. The context holds the blocks of the model
+   !> alone.
+   subroutine init(self, context)
+      class(liners_type), intent(inout) :: self
+      type(step_context_type), intent(in) :: context
+      real(wp), allocatable :: line(:)
+      integer :: k, n
+      if (allocated(self%liners)) deallocate (self%liners)
+      n = 0
+      if (allocated(context%parameters%liners)) n = size(context%parameters%liners)
+      allocate (self%liners(n))
+      self%stored = 0
+      n = context%blocks%n_blocks
+      associate (p => context%parameters)
+         do k = 1, size(self%liners)
+            associate (liner => self%liners(k), given => p%liners(k))
+               liner%name = title_of_liner(given, k)
+               liner%installs = stage_with(p%stages, liner%name, installs=.true.)
+               liner%removes = stage_with(p%stages, liner%name, installs=.false.)
+               liner%lower = lower_liner(p%liners, k)
+               liner%poisson = poisson_of(given%poisson)
+               liner%section%thickness = given%thickness
+               liner%section%shear = 0.5_wp*(1 - liner%poisson)
+               if (is_set(given%compressive_strength)) liner%section%compression = given%compressive_strength
+               if (is_set(given%tensile_strength)) liner%section%tension = given%tensile_strength
+               call set_young(given%young, liner)
+               liner%drawn = [0.0_wp, given%thickness]
+               if (liner%lower > 0) then
+                  liner%layout = self%liners(liner%lower)%layout
+                  liner%lift = 0.5_wp*(self%liners(liner%lower)%section%thickness + given%thickness)
+                  liner%drawn = self%liners(liner%lower)%drawn(2) - liner%lift + [0.0_wp, given%thickness]
+               else
+                  line = line_of_liner(p%liners, k, context%blocks, p%regions)
+                  liner%layout = new_liner_layout(line, given%thickness, given%element)
+                  call break_at_rock(context, line, given%element, liner)
+               end if
+               call set_back(p, given%joint_material, liner)
+               liner%before = n
+               n = n + liner%layout%n
+               allocate (liner%joints(0), liner%ties(0))
+               if (liner%layout%n == 0) cycle
+               liner%side = opening_side(liner%layout%path, liner%layout%closed)
+               liner%path = liner%layout%path
+               if (liner%lower > 0) liner%path = lift(liner%path, liner%layout%closed, liner%side*liner%lift)
+            end associate
+         end do
+      end associate
+   end subroutine init
+
+   !> Put nodes where the rock along a line begins or ends when the lining is installed.
+   pure subroutine break_at_rock(context, line, element, liner)
+      type(step_context_type), intent(in) :: context
+      real(wp), intent(in) :: line(:), element
+      type(liner_type), intent(inout) :: liner
+      type(stretch_type), allocatable :: stretches(:)
+      real(wp), allocatable :: ends(:)
+      integer :: side
+      if (liner%layout%n == 0) return
+      associate (p => context%parameters, blocks => context%blocks, t => liner%section%thickness)
+         call find_stretches(liner%layout%path, reach_over_thickness*t, blocks, blocks%vertices, &
+                             rock_at(blocks, p%regions, p%stages, liner%installs), &
+                             stretches, side)
+         ends = liner%layout%start + rock_ends(liner%layout%path, stretches, 0.1_wp*t)
+         if (size(ends) > 0) liner%layout = new_liner_layout(line, t, element, ends)
+      end associate
+   end subroutine break_at_rock
+
+   !> Modulus of a lining, in plane strain.
+   pure subroutine set_young(young, liner)
+      real(wp), intent(in) :: young
+      type(liner_type), intent(inout) :: liner
+      liner%section%modulus = young/(1 - liner%poisson**2)
+   end subroutine set_young
+
+   !> Stiffness and joint material of the back.
+   pure subroutine set_back(parameters, word, liner)
+      type(parameters_type), intent(in) :: parameters
+      character(len=:), allocatable, intent(in) :: word
+      type(liner_type), intent(inout) :: liner
+      integer :: i
+      liner%stiffness = liner%section%modulus/liner%section%thickness* &
+                        max(least_bond, min(most_bond, bond_of_segment*(liner%section%thickness/mean_distance())**3))
+      liner%joint = 0
+      if (.not. is_given(word)) return
+      i = material_number(trim(adjustl(word)))
+      if (i >= 1 .and. i <= size(parameters%joint_materials)) liner%joint = i
+      do i = 1, size(parameters%joint_materials)
+         if (.not. is_given(parameters%joint_materials(i)%name)) cycle
+         if (same_name(parameters%joint_materials(i)%name, word)) liner%joint = i
+      end do
+      if (liner%joint == 0) return
+      associate (joint => parameters%joint_materials(liner%joint))
+         if (joint%normal_stiffness > 0) liner%stiffness = joint%normal_stiffness
+         if (joint%shear_stiffness > 0) liner%stiffness(2) = joint%shear_stiffness
+      end associate
+
+   contains
+
+      !> Mean distance of the nodes.
+      pure real(wp) function mean_distance()
+         integer :: k
+         mean_distance = liner%section%thickness
+         if (liner%layout%n < 2) return
+         mean_distance = sum([(norm2(liner%layout%path(:, k + 1) - liner%layout%path(:, k)), &
+                               k=1, size(liner%layout%path, 2) - 1)])/merge(liner%layout%n, &
+                        liner%layout%n - 1, liner%layout%closed)
+      end function mean_distance
+
+   end subroutine set_back
+
+   !> Append the segments of all linings, absent, to blocks and state.
+   subroutine append_segments(self, context)
+      class(liners_type), intent(in) :: self
+      type(step_context_type), intent(inout) :: context
+      integer :: i, k, n
+      if (size(self%liners) == 0) return
+      n = 0
+      do k = 1, size(self%liners)
+         associate (liner => self%liners(k), blocks => context%blocks, state => context%state)
+            do i = 1, liner%layout%n
+               n = n + 1
+               associate (outline => segment_outline(liner%path, liner%layout%closed, liner%layout%first(i), &
+                          liner%layout%last(i), liner%side, liner%drawn(1), liner%drawn(2)))
+                  blocks%vertex_offset = [blocks%vertex_offset, blocks%n_vertices() + size(outline, 2)]
+                  blocks%vertices = columns(blocks%vertices, outline)
+                  blocks%edge_joint = [blocks%edge_joint, spread(0, 1, size(outline, 2))]
+               end associate
+               blocks%n_blocks = blocks%n_blocks + 1
+               blocks%block_material = [blocks%block_material, context%parameters%first_liner_material + k]
+               if (allocated(blocks%file_line)) blocks%file_line = [blocks%file_line, 0]
+               if (allocated(blocks%parent)) blocks%parent = [blocks%parent, blocks%n_blocks]
+            end do
+         end associate
+      end do
+      associate (blocks => context%blocks, state => context%state)
+         blocks%n_segments = n
+         state%vertices = blocks%vertices
+         state%centroid = columns(state%centroid, zeros(2, n))
+         state%rotation = [state%rotation, spread(0.0_wp, 1, n)]
+         state%stress = columns(state%stress, zeros(3, n))
+         state%velocity = columns(state%velocity, zeros(6, n))
+         state%acceleration = columns(state%acceleration, zeros(6, n))
+         state%area = [state%area, spread(0.0_wp, 1, n)]
+         state%moments = columns(state%moments, zeros(3, n))
+         state%mass = [state%mass, spread(0.0_wp, 1, n)]
+         state%active = [state%active, spread(.false., 1, n)]
+         state%asleep = [state%asleep, spread(.false., 1, n)]
+         state%calm = [state%calm, spread(0, 1, n)]
+         if (allocated(context%held)) context%held = [context%held, spread(.false., 1, n)]
+         ! blocks beside a lining do not sleep
+         if (allocated(context%bolted)) deallocate (context%bolted)
+         allocate (context%bolted(blocks%n_blocks), source=.true.)
+         do i = blocks%n_blocks - n + 1, blocks%n_blocks
+            call set_properties(context, i)
+         end do
+         associate (field => context%initial_stress)
+            if (allocated(field%stress)) then
+               field%stress = columns(field%stress, zeros(3, n))
+               field%gradient = reshape([field%gradient, zeros(6, n)], [3, 2, blocks%n_blocks])
+               field%centroid = state%centroid
+            end if
+         end associate
+      end associate
+   end subroutine append_segments
+
+   !> Two tables side by side.
+   pure function columns(a, b) result(both)
+      real(wp), intent(in) :: a(:, :), b(:, :)
+      real(wp) :: both(size(a, 1), size(a, 2) + size(b, 2))
+      both(:, :size(a, 2)) = a
+      both(:, size(a, 2) + 1:) = b
+   end function columns
+
+   !> A table of zeros.
+   pure function zeros(m, n)
+      integer, intent(in) :: m, n
+      real(wp) :: zeros(m, n)
+      zeros = 0
+   end function zeros
+
+   !> Area, centroid, moments and mass of a segment, by its outline.
+   subroutine set_properties(context, i)
+      type(step_context_type), intent(inout) :: context
+      integer, intent(in) :: i       !! block
+      associate (state => context%state, blocks => context%blocks)
+         call polygon_properties(state%vertices(:, blocks%vertex_offset(i) + 1:blocks%vertex_offset(i + 1)), &
+                                 state%area(i), state%centroid(:, i), state%moments(:, i))
+         state%mass(i) = context%parameters%block_materials(blocks%block_material(i))%density*state%area(i)
+      end associate
+   end subroutine set_properties
+
+   !> Relative to the datum of the run; linings that are there from the start are installed.
+   subroutine start(self, context)
+      class(liners_type), intent(inout) :: self
+      type(step_context_type), intent(inout) :: context
+      integer :: k
+      do k = 1, size(self%liners)
+         associate (liner => self%liners(k))
+            if (liner%layout%n == 0) cycle
+            liner%layout%path = liner%layout%path - spread(context%state%datum, 2, size(liner%layout%path, 2))
+            liner%path = liner%path - spread(context%state%datum, 2, size(liner%path, 2))
+         end associate
+      end do
+      do k = 1, size(self%liners)
+         if (self%liners(k)%installs == 0) call install(self, k, context)
+      end do
+   end subroutine start
+
+   !> Install a lining on the deformed outline, free of stress.
+   subroutine install(self, k, context)
+      class(liners_type), intent(inout) :: self
+      integer, intent(in) :: k
+      type(step_context_type), intent(inout) :: context
+      type(stretch_type), allocatable :: stretches(:)
+      real(wp) :: reach
+      integer :: b, i, side
+      associate (liner => self%liners(k), layout => self%liners(k)%layout, state => context%state)
+         if (layout%n == 0) return
+         if (liner%lower > 0) then
+            if (.not. self%liners(liner%lower)%is_there) return
+            liner%side = self%liners(liner%lower)%side
+            liner%path = lift(path_now(context, self%liners(liner%lower)), layout%closed, liner%side*liner%lift)
+            allocate (stretches(0))
+         else
+            reach = reach_over_thickness*liner%section%thickness
+            liner%path = follow_rock(layout%path, reach, context%blocks, state%vertices, state%active)
+            if (layout%closed) liner%path(:, size(liner%path, 2)) = liner%path(:, 1)
+            call find_stretches(liner%path, reach, context%blocks, state%vertices, state%active, stretches, side)
+            liner%side = opening_side(liner%path, layout%closed)
+            if (side /= 0) liner%side = side
+         end if
+         liner%is_there = .true.
+         do i = 1, layout%n
+            b = liner%before + i
+            state%vertices(:, context%blocks%vertex_offset(b) + 1:context%blocks%vertex_offset(b + 1)) = &
+               segment_outline(liner%path, layout%closed, layout%first(i), layout%last(i), liner%side, liner%drawn(1), &
+                               liner%drawn(2))
+            call set_properties(context, b)
+            state%rotation(b) = 0
+            state%velocity(:, b) = 0
+            state%acceleration(:, b) = 0
+            state%stress(:, b) = 0
+            state%active(b) = .true.
+         end do
+         call join_segments(liner)
+         if (liner%lower > 0) then
+            call tie_to_lining(context, self%liners(liner%lower), liner)
+         else
+            call tie_to_rock(context, stretches, liner)
+         end if
+      end associate
+   end subroutine install
+
+   !> Where the path of a lining that is there lies now, by its segments; at the end of two of them half-way between.
+   pure function path_now(context, liner) result(path)
+      type(step_context_type), intent(in) :: context
+      type(liner_type), intent(in) :: liner
+      real(wp), allocatable :: path(:, :), center(:, :)
+      integer :: i, n(size(liner%path, 2)), p
+      allocate (path, mold=liner%path)
+      path = 0
+      n = 0
+      center = installed_centroids(liner)
+      do i = 1, liner%layout%n
+         do p = liner%layout%first(i), liner%layout%last(i)
+            path(:, p) = path(:, p) + on_segment(context, liner%before + i, liner%path(:, p) - center(:, i))
+            n(p) = n(p) + 1
+         end do
+      end do
+      path = path/spread(n, 1, 2)
+      if (.not. liner%layout%closed) return
+      p = size(path, 2)
+      path(:, 1) = 0.5_wp*(path(:, 1) + path(:, p))
+      path(:, p) = path(:, 1)
+   end function path_now
+
+   !> Centroids that the segments had when they were installed.
+   pure function installed_centroids(liner) result(center)
+      type(liner_type), intent(in) :: liner
+      real(wp) :: center(2, liner%layout%n), area, moments(3)
+      integer :: i
+      do i = 1, liner%layout%n
+         call polygon_properties(segment_outline(liner%path, liner%layout%closed, liner%layout%first(i), &
+                                 liner%layout%last(i), liner%side, liner%drawn(1), liner%drawn(2)), area, &
+                                 center(:, i), moments)
+      end do
+   end function installed_centroids
+
+   !> A point of a segment now, given its arm when the segment was installed.
+   pure function on_segment(context, block, arm) result(point)
+      type(step_context_type), intent(in) :: context
+      integer, intent(in) :: block
+      real(wp), intent(in) :: arm(2)
+      real(wp) :: point(2)
+      point = context%state%centroid(:, block) + turned(arm, context%state%rotation(block))
+   end function on_segment
+
+   !> A vector turned by an angle.
+   pure function turned(v, angle)
+      real(wp), intent(in) :: v(2), angle
+      real(wp) :: turned(2)
+      turned = [cos(angle)*v(1) - sin(angle)*v(2), sin(angle)*v(1) + cos(angle)*v(2)]
+   end function turned
+
+   !> Beams between all neighbours, on the path as installed.
+   pure subroutine join_segments(liner)
+      type(liner_type), intent(inout) :: liner
+      real(wp) :: center(2, liner%layout%n)
+      real(wp), allocatable :: path(:, :)
+      integer :: i, next, n
+      if (allocated(liner%joints)) deallocate (liner%joints)
+      n = liner%layout%n
+      allocate (liner%joints(merge(n, n - 1, liner%layout%closed)))
+      center = installed_centroids(liner)
+      do i = 1, size(liner%joints)
+         next = 1 + mod(i, n)
+         if (next > i) then
+            path = liner%path(:, liner%layout%node(i):liner%layout%node(next))
+         else
+            path = columns(liner%path(:, liner%layout%node(i):), liner%path(:, 2:liner%layout%node(1)))
+         end if
+         associate (joint => liner%joints(i))
+            joint%beam = new_beam(path, liner%section, liner%side)
+            joint%block = liner%before + [i, next]
+            joint%arm(:, 1) = joint%beam%center - center(:, i)
+            joint%arm(:, 2) = joint%beam%center - center(:, next)
+         end associate
+      end do
+   end subroutine join_segments
+
+   !> Hold the back to the rock: at two points of each stretch, which stand for what is linear along it exactly.
+   subroutine tie_to_rock(context, stretches, liner)
+      type(step_context_type), intent(in) :: context
+      type(stretch_type), intent(in) :: stretches(:)
+      type(liner_type), intent(inout) :: liner
+      real(wp) :: along(2), middle, half, x(2), normal(2)
+      integer :: g, i, j, n
+      if (allocated(liner%ties)) deallocate (liner%ties)
+      allocate (liner%ties(2*size(stretches)))
+      n = 0
+      do j = 1, size(stretches)
+         associate (stretch => stretches(j))
+            i = segment_of(liner%layout, stretch%piece)
+            along = liner%path(:, stretch%piece + 1) - liner%path(:, stretch%piece)
+            normal = liner%side*[-along(2), along(1)]/norm2(along)
+            middle = 0.5_wp*sum(stretch%ends)
+            half = 0.5_wp*(stretch%ends(2) - stretch%ends(1))
+            do g = -1, 1, 2
+               n = n + 1
+               x = liner%path(:, stretch%piece) + (middle + g*half/sqrt(3.0_wp))*along
+               liner%ties(n)%a = stretch%block
+               liner%ties(n)%b = liner%before + i
+               liner%ties(n)%at_a = x
+               liner%ties(n)%arm = x - context%state%centroid(:, liner%before + i)
+               liner%ties(n)%angle = atan2(normal(2), normal(1))
+               liner%ties(n)%length = half*norm2(along)
+            end do
+         end associate
+      end do
+   end subroutine tie_to_rock
+
+   !> Hold a layer to the segments below, at their common face.
+   subroutine tie_to_lining(context, lower, liner)
+      type(step_context_type), intent(in) :: context
+      type(liner_type), intent(in) :: lower
+      type(liner_type), intent(inout) :: liner
+      type(tie_type) :: tie
+      real(wp) :: face(2, size(liner%path, 2)), along(2), x(2), normal(2)
+      integer :: g, i, p
+      if (allocated(liner%ties)) deallocate (liner%ties)
+      allocate (liner%ties(0))
+      face = lift(liner%path, liner%layout%closed, -0.5_wp*liner%side*liner%section%thickness)
+      tie%on_rock = .false.
+      do i = 1, liner%layout%n
+         do p = liner%layout%first(i), liner%layout%last(i) - 1
+            along = face(:, p + 1) - face(:, p)
+            if (.not. norm2(along) > 0) cycle
+            normal = liner%side*[-along(2), along(1)]/norm2(along)
+            do g = -1, 1, 2
+               x = face(:, p) + 0.5_wp*(1 + g/sqrt(3.0_wp))*along
+               tie%a = lower%before + i
+               tie%b = liner%before + i
+               tie%at_a = turned(x - context%state%centroid(:, tie%a), -context%state%rotation(tie%a))
+               tie%arm = x - context%state%centroid(:, tie%b)
+               tie%angle = atan2(normal(2), normal(1))
+               tie%length = 0.5_wp*norm2(along)
+               liner%ties = [liner%ties, tie]
+            end do
+         end do
+      end do
+   end subroutine tie_to_lining
+
+   !> Segment to which a piece of the path belongs.
+   pure integer function segment_of(layout, piece) result(i)
+      type(liner_layout_type), intent(in) :: layout
+      integer, intent(in) :: piece
+      do i = 1, layout%n - 1
+         if (layout%last(i) > piece) return
+      end do
+      i = layout%n
+   end function segment_of
+
+   !> Remove and install linings when a stage begins, and take new moduli, under which stress stays. What has gone is
+   !> discarded.
+   subroutine begin_stage(self, stage, context, balance)
+      class(liners_type), intent(inout) :: self
+      integer, intent(in) :: stage
+      type(step_context_type), intent(inout) :: context
+      class(energy_balance_type), intent(inout) :: balance
+      real(wp) :: left, kinetic
+      integer :: b, i, k, l
+      if (size(self%liners) == 0) return
+      kinetic = 0
+      do k = 1, size(self%liners)
+         associate (liner => self%liners(k))
+            if (liner%removes == stage .and. liner%is_there) then
+               liner%is_there = .false.
+               do b = liner%before + 1, liner%before + liner%layout%n
+                  kinetic = kinetic + 0.5_wp*dot_product(context%state%velocity(:, b), &
+                                                         context%momentum(b, context%state%velocity(:, b)))
+                  context%state%active(b) = .false.
+                  context%state%velocity(:, b) = 0
+                  context%state%acceleration(:, b) = 0
+                  context%state%stress(:, b) = 0
+               end do
+            end if
+            ! rock that goes, and comes back as it was drawn, is no longer behind the lining
+            do l = 1, size(liner%ties)
+               if (liner%ties(l)%a == 0) cycle
+               if (.not. context%state%active(liner%ties(l)%a)) liner%ties(l)%a = 0
+            end do
+            do i = 1, size(context%parameters%changes)
+               associate (change => context%parameters%changes(i))
+                  if (.not. (is_given(change%liner) .and. is_set(change%young) .and. is_given(change%stage))) cycle
+                  if (.not. same_name(change%liner, liner%name)) cycle
+                  if (.not. same_name(change%stage, stage_name(context%parameters%stages, stage))) cycle
+                  call harden(context, change%young, liner)
+               end associate
+            end do
+         end associate
+      end do
+      left = self%stored_energy(context)
+      call balance%add(energy%discarded, kinetic + self%stored - left)
+      self%stored = left
+      do k = 1, size(self%liners)
+         if (self%liners(k)%installs == stage) call install(self, k, context)
+      end do
+   end subroutine begin_stage
+
+   !> A new Young's modulus under which all forces stay.
+   subroutine harden(context, young, liner)
+      type(step_context_type), intent(in) :: context
+      real(wp), intent(in) :: young
+      type(liner_type), intent(inout) :: liner
+      type(beam_response_type) :: response
+      type(liner_section_type) :: old
+      real(wp) :: d(3)
+      integer :: i
+      old = liner%section
+      call set_young(young, liner)
+      if (.not. liner%is_there) return
+      do i = 1, size(liner%joints)
+         associate (joint => liner%joints(i))
+            d = deformation(context, joint)
+            call respond_beam(joint%beam, old, joint%state, d, response)
+            joint%state%free = d - deformation_of(joint%beam, liner%section, joint%state, response%f)
+         end associate
+      end do
+   end subroutine harden
+
+   !> Deformation of a beam in the present state.
+   pure function deformation(context, joint) result(d)
+      type(step_context_type), intent(in) :: context
+      type(joint_type), intent(in) :: joint
+      real(wp) :: d(3), way(2)
+      associate (a => joint%block(1), b => joint%block(2), rotation => context%state%rotation)
+         way = on_segment(context, b, joint%arm(:, 2)) - on_segment(context, a, joint%arm(:, 1))
+         d = [along(joint%beam%angle + 0.5_wp*(rotation(a) + rotation(b)), way), rotation(b) - rotation(a)]
+      end associate
+   end function deformation
+
+   !> Components of a vector along two axes.
+   pure function along(angle, v)
+      real(wp), intent(in) :: angle, v(2)
+      real(wp) :: along(2)
+      along = turned(v, -angle)
+   end function along
+
+   !> The point of a tie on its first body, now.
+   pure function first_point(context, tie) result(x)
+      type(step_context_type), intent(in) :: context
+      type(tie_type), intent(in) :: tie
+      real(wp) :: x(2)
+      if (tie%on_rock) then
+         x = tie%at_a
+      else
+         x = on_segment(context, tie%a, tie%at_a)
+      end if
+   end function first_point
+
+   !> Gap and shear displacement of a tie in the present state.
+   pure function motion_of_tie(context, tie) result(d)
+      type(step_context_type), intent(in) :: context
+      type(tie_type), intent(in) :: tie
+      real(wp) :: d(2)
+      d = along(tie%angle + context%state%rotation(tie%b), on_segment(context, tie%b, tie%arm) - &
+                first_point(context, tie))
+   end function motion_of_tie
+
+   !> Does a tie act?
+   pure logical function acts(context, tie)
+      type(step_context_type), intent(in) :: context
+      type(tie_type), intent(in) :: tie
+      acts = tie%a > 0
+      if (acts) acts = context%state%active(tie%a) .and. context%state%active(tie%b)
+   end function acts
+
+   !> Energy of all linings in the present state.
+   pure real(wp) function stored_energy(self, context) result(stored)
+      class(liners_type), intent(in) :: self
+      type(step_context_type), intent(in) :: context
+      type(beam_response_type) :: response
+      type(tie_response_type) :: of_tie
+      integer :: i, k
+      stored = 0
+      do k = 1, size(self%liners)
+         associate (liner => self%liners(k))
+            if (.not. liner%is_there) cycle
+            do i = 1, size(liner%joints)
+               call respond_beam(liner%joints(i)%beam, liner%section, liner%joints(i)%state, &
+                                 deformation(context, liner%joints(i)), response)
+               stored = stored + response%energy
+            end do
+            do i = 1, size(liner%ties)
+               if (.not. acts(context, liner%ties(i))) cycle
+               call respond(self, liner, liner%ties(i), motion_of_tie(context, liner%ties(i)), of_tie)
+               stored = stored + of_tie%energy
+            end do
+         end associate
+      end do
+   end function stored_energy
+
+   !> Forces of a tie.
+   pure subroutine respond(self, liner, tie, motion, response)
+      class(liners_type), intent(in) :: self
+      type(liner_type), intent(in) :: liner
+      type(tie_type), intent(in) :: tie
+      real(wp), intent(in) :: motion(2)
+      type(tie_response_type), intent(out) :: response
+      if (liner%joint > 0 .and. allocated(self%laws)) then
+         call respond_tie(tie, liner%stiffness, motion, response, self%laws(liner%joint))
+      else
+         call respond_tie(tie, liner%stiffness, motion, response)
+      end if
+   end subroutine respond
+
+   !> Nodes of all linings.
+   pure integer function n_nodes(self) result(n)
+      class(liners_type), intent(in) :: self
+      integer :: k
+      n = 0
+      if (.not. allocated(self%liners)) return
+      do k = 1, size(self%liners)
+         n = n + self%liners(k)%layout%n
+      end do
+   end function n_nodes
+
+   !> Place, forces and state of all nodes; forces at a node are the mean of those of both beams.
+   pure subroutine show_nodes(self, context, nodes)
+      class(liners_type), intent(in) :: self
+      type(step_context_type), intent(in) :: context
+      type(liner_nodes_type), intent(out) :: nodes
+      type(beam_response_type) :: response
+      real(wp), allocatable :: center(:, :), sum_of(:)
+      integer :: i, k, n, next
+      allocate (nodes%place(2, self%n_nodes()), nodes%force(3, self%n_nodes()), sum_of(self%n_nodes()), source=0.0_wp)
+      allocate (nodes%state(self%n_nodes()), source=node_state%absent)
+      n = 0
+      do k = 1, size(self%liners)
+         associate (liner => self%liners(k), layout => self%liners(k)%layout)
+            if (liner%is_there) then
+               center = installed_centroids(liner)
+               do i = 1, layout%n
+                  nodes%place(:, n + i) = on_segment(context, liner%before + i, liner%path(:, layout%node(i)) - &
+                                                     center(:, i))
+                  nodes%state(n + i) = node_state%sound
+               end do
+               do i = 1, size(liner%joints)
+                  associate (joint => liner%joints(i))
+                     call respond_beam(joint%beam, liner%section, joint%state, deformation(context, joint), response)
+                     next = n + 1 + mod(i, layout%n)
+                     nodes%force(:, n + i) = nodes%force(:, n + i) + forces_at(joint%beam, response%f, 1)
+                     nodes%force(:, next) = nodes%force(:, next) + forces_at(joint%beam, response%f, n_sections)
+                     sum_of([n + i, next]) = sum_of([n + i, next]) + 1
+                     nodes%state(n + i) = max(nodes%state(n + i), state_of(joint%state, 1))
+                     nodes%state(next) = max(nodes%state(next), state_of(joint%state, n_sections))
+                  end associate
+               end do
+            else
+               do i = 1, layout%n
+                  nodes%place(:, n + i) = liner%path(:, layout%node(i))
+               end do
+            end if
+            n = n + layout%n
+         end associate
+      end do
+      nodes%force = nodes%force/spread(max(1.0_wp, sum_of), 1, 3)
+
+   contains
+
+      !> What a section is.
+      pure integer function state_of(state, section)
+         type(beam_state_type), intent(in) :: state
+         integer, intent(in) :: section
+         state_of = node_state%sound
+         if (state%cracked(section)) state_of = node_state%cracked
+         if (state%crushed(section)) state_of = node_state%crushed
+      end function state_of
+
+   end subroutine show_nodes
+
+   !> Links of one lining.
+   pure integer function links_of(liner) result(n)
+      type(liner_type), intent(in) :: liner
+      n = 0
+      if (liner%is_there) n = beam_links*size(liner%joints) + size(liner%ties)
+   end function links_of
+
+   !> Four of a beam, one of a tie.
+   pure integer function count_links(self, context) result(n)
+      class(liners_type), intent(in) :: self
+      type(step_context_type), intent(in) :: context
+      integer :: k
+      associate (unused => context%dt)
+      end associate
+      n = 0
+      do k = 1, size(self%liners)
+         n = n + links_of(self%liners(k))
+      end do
+   end function count_links
+
+   !> Deformations at the start of the step.
+   subroutine prepare(self, context, equations)
+      class(liners_type), intent(inout) :: self
+      type(step_context_type), intent(in) :: context
+      type(equations_type), intent(inout) :: equations
+      integer :: c, i, k, l
+      c = self%first_link
+      do k = 1, size(self%liners)
+         associate (liner => self%liners(k))
+            liner%first_link = c
+            if (.not. liner%is_there) cycle
+            do i = 1, size(liner%joints)
+               liner%joints(i)%start = deformation(context, liner%joints(i))
+               do l = 1, beam_links
+                  call equations%join(c + l, liner%joints(i)%block)
+               end do
+               c = c + beam_links
+            end do
+            do i = 1, size(liner%ties)
+               associate (tie => liner%ties(i))
+                  tie%acts = acts(context, tie)
+                  c = c + 1
+                  call equations%join(c, merge([tie%a, tie%b], 0, tie%acts))
+                  if (tie%acts) tie%start = motion_of_tie(context, tie)
+               end associate
+            end do
+         end associate
+      end do
+   end subroutine prepare
+
+   !> Begin an attempt: linear at the start of the step.
+   subroutine begin(self, context)
+      class(liners_type), intent(inout) :: self
+      type(step_context_type), intent(in) :: context
+      integer :: changes, k, unsettled
+      self%level = context%scheme%level
+      do k = 1, size(self%liners)
+         associate (liner => self%liners(k))
+            if (.not. liner%is_there) cycle
+            call rest(liner)
+         end associate
+      end do
+      call self%judge(changes, unsettled)
+
+   contains
+
+      !> No motion.
+      pure subroutine rest(liner)
+         type(liner_type), intent(inout) :: liner
+         integer :: i
+         do i = 1, size(liner%joints)
+            liner%joints(i)%move = 0
+         end do
+         do i = 1, size(liner%ties)
+            liner%ties(i)%move = 0
+         end do
+      end subroutine rest
+
+   end subroutine begin
+
+   !> Vectors of all links.
+   subroutine place(self, context, equations)
+      class(liners_type), intent(inout) :: self
+      type(step_context_type), intent(in) :: context
+      type(equations_type), intent(inout) :: equations
+      real(wp) :: v(6, 2, 2), line(6, 2, 2)
+      integer :: c, i, k, j
+      do k = 1, size(self%liners)
+         associate (liner => self%liners(k))
+            if (.not. liner%is_there) cycle
+            c = liner%first_link
+            do i = 1, size(liner%joints)
+               associate (joint => liner%joints(i), a => liner%joints(i)%block(1), b => liner%joints(i)%block(2))
+                  call joint_vectors(context%moving(a), context%moving(b), on_segment(context, a, joint%arm(:, 1)), &
+                                     on_segment(context, b, joint%arm(:, 2)), joint%beam%angle + 0.5_wp* &
+                                     (context%state%rotation(a) + context%state%rotation(b)), [0.5_wp, 0.5_wp], v)
+               end associate
+               v(4:6, :, :) = 0
+               do j = 1, 2
+                  line = 0
+                  line(:, 1, :) = v(:, j, :)
+                  call equations%set_vectors(c + j, line(:, :, 1), line(:, :, 2))
+               end do
+               line = 0
+               line(:, 1, :) = v(:, 1, :)
+               call equations%set_vectors(c + 4, line(:, :, 1), line(:, :, 2))
+               line = 0
+               line(3, 1, 1) = -1
+               line(3, 1, 2) = 1
+               call equations%set_vectors(c + 3, line(:, :, 1), line(:, :, 2))
+               c = c + beam_links
+            end do
+            do i = 1, size(liner%ties)
+               c = c + 1
+               associate (tie => liner%ties(i))
+                  if (.not. tie%acts) cycle
+                  call joint_vectors(context%moving(tie%a), context%moving(tie%b), first_point(context, tie), &
+                                     on_segment(context, tie%b, tie%arm), tie%angle + context%state%rotation(tie%b), &
+                                     [0.0_wp, 1.0_wp], v)
+                  v(4:6, :, 2) = 0
+                  if (.not. tie%on_rock) v(4:6, :, 1) = 0
+                  call equations%set_vectors(c, v(:, :, 1), v(:, :, 2))
+               end associate
+            end do
+         end associate
+      end do
+   end subroutine place
+
+   !> Derivatives of the components of the way between two points, of which axes turn with shares of the rotations of
+   !> their blocks.
+   pure subroutine joint_vectors(a, b, x, y, angle, share, v)
+      type(moving_block_type), intent(in) :: a, b
+      real(wp), intent(in) :: x(2), y(2)         !! points on both blocks at the start of the step [length]
+      real(wp), intent(in) :: angle              !! of the first axis there
+      real(wp), intent(in) :: share(2)
+      real(wp), intent(out) :: v(6, 2, 2)        !! unknowns, axes, blocks
+      real(wp) :: turn, middle, chord, n(2), mean(2)
+      integer :: j
+      turn = share(1)*a%angle + share(2)*b%angle
+      middle = angle + 0.5_wp*turn
+      chord = 1
+      if (abs(turn) > 0) chord = 2*sin(0.5_wp*turn)/turn
+      mean = (y - x) + 0.5_wp*(mean_displacement(b%d, y, b) - mean_displacement(a%d, x, a))
+      n = [cos(middle), sin(middle)]
+      do j = 1, 2
+         v(:, j, 1) = -mean_load(cos(0.5_wp*turn)*n, x, a)
+         v(:, j, 2) = mean_load(cos(0.5_wp*turn)*n, y, b)
+         v(3, j, :) = v(3, j, :) + share*chord*(-n(2)*mean(1) + n(1)*mean(2))
+         n = [-n(2), n(1)]
+      end do
+   end subroutine joint_vectors
+
+   !> Stiffness and load of the links, linear at the motion of the last round.
+   subroutine add_to_links(self, equations)
+      class(liners_type), intent(in) :: self
+      type(equations_type), intent(inout) :: equations
+      real(wp) :: f(3), stiffness(2, beam_links), force(2, beam_links), coupling(beam_links)
+      integer, parameter :: rows(beam_links) = [1, 2, 3, 4]
+      integer :: c, i, k
+      do k = 1, size(self%liners)
+         associate (liner => self%liners(k))
+            if (.not. liner%is_there) cycle
+            c = liner%first_link
+            do i = 1, size(liner%joints)
+               associate (joint => liner%joints(i), t => liner%joints(i)%tangent)
+                  f = t%f - matmul(t%stiffness, joint%at)
+                  stiffness = 0
+                  force = 0
+                  stiffness(1, :) = self%level*[t%stiffness(1, 1), t%stiffness(2, 2), t%stiffness(3, 3), 0.0_wp]
+                  coupling = self%level*[t%stiffness(1, 2), t%stiffness(2, 3), t%stiffness(3, 1), 0.0_wp]
+                  force(1, 1:3) = -f
+               end associate
+               call equations%set_links(beam_links, rows, c, stiffness, force, coupling)
+               c = c + beam_links
+            end do
+            do i = 1, size(liner%ties)
+               c = c + 1
+               associate (tie => liner%ties(i))
+                  stiffness = 0
+                  force = 0
+                  if (tie%acts) then
+                     stiffness(:, 1) = tie%tangent
+                     force(:, 1) = stiffness(:, 1)*tie%at - tie%force
+                  end if
+                  call equations%set_links(1, [1], c - 1, self%level*stiffness(:, 1:1), force(:, 1:1), [0.0_wp])
+               end associate
+            end do
+         end associate
+      end do
+   end subroutine add_to_links
+
+   !> Changes of deformation.
+   subroutine predict(self, equations)
+      class(liners_type), intent(inout) :: self
+      type(equations_type), intent(in) :: equations
+      real(wp) :: motion(2)
+      integer :: c, i, j, k
+      do k = 1, size(self%liners)
+         associate (liner => self%liners(k))
+            if (.not. liner%is_there) cycle
+            c = liner%first_link
+            do i = 1, size(liner%joints)
+               do j = 1, 3
+                  call equations%link_motion(c + j, motion)
+                  liner%joints(i)%move(j) = self%level*motion(1)
+               end do
+               c = c + beam_links
+            end do
+            do i = 1, size(liner%ties)
+               c = c + 1
+               liner%ties(i)%move = 0
+               if (.not. liner%ties(i)%acts) cycle
+               call equations%link_motion(c, motion)
+               liner%ties(i)%move = self%level*motion
+            end do
+         end associate
+      end do
+   end subroutine predict
+
+   !> Keep the present motion.
+   subroutine keep(self)
+      class(liners_type), intent(inout) :: self
+      integer :: i, k
+      do k = 1, size(self%liners)
+         do i = 1, size(self%liners(k)%joints)
+            self%liners(k)%joints(i)%kept = self%liners(k)%joints(i)%move
+         end do
+         do i = 1, size(self%liners(k)%ties)
+            self%liners(k)%ties(i)%kept = self%liners(k)%ties(i)%move
+         end do
+      end do
+   end subroutine keep
+
+   !> A motion at a fraction of the way.
+   subroutine shorten(self, fraction)
+      class(liners_type), intent(inout) :: self
+      real(wp), intent(in) :: fraction
+      integer :: i, k
+      do k = 1, size(self%liners)
+         do i = 1, size(self%liners(k)%joints)
+            associate (joint => self%liners(k)%joints(i))
+               joint%move = joint%kept + fraction*(joint%move - joint%kept)
+            end associate
+         end do
+         do i = 1, size(self%liners(k)%ties)
+            associate (tie => self%liners(k)%ties(i))
+               tie%move = tie%kept + fraction*(tie%move - tie%kept)
+            end associate
+         end do
+      end do
+   end subroutine shorten
+
+   !> Forces by the laws at a fraction of the way.
+   subroutine lawful_forces(self, fraction, force)
+      class(liners_type), intent(in) :: self
+      real(wp), intent(in) :: fraction
+      real(wp), intent(inout), contiguous :: force(:, :)
+      type(beam_response_type) :: response
+      type(tie_response_type) :: of_tie
+      integer :: c, i, k
+      do k = 1, size(self%liners)
+         associate (liner => self%liners(k))
+            if (.not. liner%is_there) cycle
+            c = liner%first_link
+            do i = 1, size(liner%joints)
+               associate (joint => liner%joints(i))
+                  call respond_beam(joint%beam, liner%section, joint%state, joint%start + joint%kept + &
+                                    fraction*(joint%move - joint%kept), response)
+               end associate
+               force(:, c + 1:c + beam_links) = 0
+               force(1, c + 1:c + 3) = response%f
+               c = c + beam_links
+            end do
+            do i = 1, size(liner%ties)
+               c = c + 1
+               force(:, c) = 0
+               associate (tie => liner%ties(i))
+                  if (.not. tie%acts) cycle
+                  call respond(self, liner, tie, tie%start + tie%kept + fraction*(tie%move - tie%kept), of_tie)
+               end associate
+               force(:, c) = of_tie%force
+            end do
+         end associate
+      end do
+   end subroutine lawful_forces
+
+   !> Deformations that the expected motion gives otherwise than the solution, as shares of the largest force of the
+   !> lining.
+   subroutine measure_placement(self, context, equations)
+      class(liners_type), intent(in) :: self
+      type(step_context_type), intent(in) :: context
+      type(equations_type), intent(inout) :: equations
+      real(wp) :: way(2), d(3), scale, largest, exact
+      integer :: c, i, k
+      do k = 1, size(self%liners)
+         associate (liner => self%liners(k))
+            if (.not. liner%is_there) cycle
+            ! a link without force among others has lengths that are off by rounding alone
+            exact = 8*epsilon(1.0_wp)*maxval(abs(liner%path))
+            largest = maxval([0.0_wp, (norm2(liner%joints(i)%tangent%f(1:2)), i=1, size(liner%joints)), &
+                              (norm2(liner%ties(i)%force), i=1, size(liner%ties))])
+            c = liner%first_link
+            do i = 1, size(liner%joints)
+               associate (joint => liner%joints(i), a => liner%joints(i)%block(1), b => liner%joints(i)%block(2))
+                  way = end_of_arm(b, joint%arm(:, 2)) - end_of_arm(a, joint%arm(:, 1))
+                  d = [along(joint%beam%angle + 0.5_wp*(end_rotation(a) + end_rotation(b)), way), &
+                       end_rotation(b) - end_rotation(a)]
+                  scale = max(largest, min(equations%block_force(a), equations%block_force(b)))
+                  d = matmul(joint%tangent%stiffness, d - joint%start - joint%move/self%level)
+                  if (scale > 0) equations%link_off(c + 1) = max(0.0_wp, norm2(d(1:2)) - exact* &
+                                                                 joint%tangent%stiffness(1, 1))/scale
+               end associate
+               c = c + beam_links
+            end do
+            do i = 1, size(liner%ties)
+               c = c + 1
+               associate (tie => liner%ties(i))
+                  if (.not. tie%acts) cycle
+                  if (tie%on_rock) then
+                     way = end_of_arm(tie%b, tie%arm) - end_point(context%moved(tie%a), tie%at_a)
+                  else
+                     way = end_of_arm(tie%b, tie%arm) - end_of_arm(tie%a, tie%at_a)
+                  end if
+                  way = along(tie%angle + end_rotation(tie%b), way) - tie%start - tie%move/self%level
+                  scale = max(largest, min(equations%block_force(tie%a), equations%block_force(tie%b)))
+                  if (scale > 0) equations%link_off(c) = max(0.0_wp, norm2(tie%tangent*way) - exact* &
+                                                             maxval(tie%tangent))/scale
+               end associate
+            end do
+         end associate
+      end do
+
+   contains
+
+      !> Rotation of a segment at the end of the step.
+      pure real(wp) function end_rotation(b)
+         integer, intent(in) :: b
+         end_rotation = context%state%rotation(b) + equations%x(3, b)
+      end function end_rotation
+
+      !> Point of a segment there.
+      pure function end_of_arm(b, arm) result(x)
+         integer, intent(in) :: b
+         real(wp), intent(in) :: arm(2)
+         real(wp) :: x(2)
+         x = context%state%centroid(:, b) + equations%x(1:2, b) + turned(arm, end_rotation(b))
+      end function end_of_arm
+
+   end subroutine measure_placement
+
+   !> Linear at the present motion; the last round holds where its forces follow the laws there.
+   subroutine judge(self, n_changes, n_unsettled)
+      class(liners_type), intent(inout) :: self
+      integer, intent(out) :: n_changes, n_unsettled
+      type(beam_response_type) :: response
+      type(tie_response_type) :: of_tie
+      real(wp) :: missing(3), scale(3), used(2), largest
+      integer :: i, k
+      n_changes = 0
+      n_unsettled = 0
+      do k = 1, size(self%liners)
+         associate (liner => self%liners(k))
+            if (.not. liner%is_there) cycle
+            do i = 1, size(liner%joints)
+               associate (joint => liner%joints(i), t => liner%joints(i)%tangent)
+                  call respond_beam(joint%beam, liner%section, joint%state, joint%start + joint%move, response)
+                  missing = response%f - (t%f + matmul(t%stiffness, joint%move - joint%at))
+                  scale = sqrt(joint%beam%flexibility)
+                  if (maxval(abs(missing)*scale) > agreement*maxval(abs(response%f)*scale) + rounding*maxval( &
+                      (abs(joint%start) + abs(joint%move))*liner%section%modulus/scale) .or. &
+                      .not. allclose(response%stiffness, t%stiffness, scale)) n_changes = n_changes + 1
+                  joint%at = joint%move
+                  joint%tangent = response
+               end associate
+            end do
+            largest = 0
+            do i = 1, size(liner%ties)
+               if (liner%ties(i)%acts) largest = max(largest, abs(liner%ties(i)%force(1))/liner%ties(i)%length)
+            end do
+            do i = 1, size(liner%ties)
+               associate (tie => liner%ties(i))
+                  if (.not. tie%acts) cycle
+                  call respond(self, liner, tie, tie%start + tie%move, of_tie)
+                  used = tie%force + tie%tangent*(tie%move - tie%at)
+                  if (of_tie%state /= tie%state) then
+                     n_changes = n_changes + 1
+                  else if (norm2(of_tie%force - used) > friction_agreement*max(norm2(used), tie%length*largest) .and. &
+                           of_tie%state /= tie_state%held) then
+                     n_unsettled = n_unsettled + 1
+                  end if
+                  tie%state = of_tie%state
+                  tie%force = of_tie%force
+                  tie%tangent = of_tie%stiffness
+                  tie%at = tie%move
+               end associate
+            end do
+         end associate
+      end do
+      n_unsettled = n_unsettled + n_changes
+
+   contains
+
+      !> Are two stiffnesses equal, in the scale of the flexibilities?
+      pure logical function allclose(a, b, scale)
+         real(wp), intent(in) :: a(3, 3), b(3, 3), scale(3)
+         integer :: j
+         allclose = .true.
+         do j = 1, 3
+            if (any(abs(a(:, j) - b(:, j))*scale*scale(j) > agreement* &
+                    max(abs(a(j, j))*scale(j)**2, abs(b(j, j))*scale(j)**2))) allclose = .false.
+         end do
+      end function allclose
+
+   end subroutine judge
+
+   !> What a lining does in a step.
+   pure subroutine finish(self, k, new, work, slipped, stored, freed)
+      class(liners_type), intent(in) :: self
+      integer, intent(in) :: k
+      type(liner_type), intent(out) :: new       !! with the state of the end of the step
+      real(wp), intent(out) :: work              !! of the forces that have acted
+      real(wp), intent(out) :: slipped           !! work of slip
+      real(wp), intent(out) :: stored(2)         !! energy at the start and the end
+      real(wp), intent(out) :: freed             !! before the latter, by what has cracked or broken
+      type(beam_response_type) :: response
+      type(tie_response_type) :: of_tie, last
+      real(wp) :: motion(2), d(3), change
+      integer :: i
+      new = self%liners(k)
+      work = 0
+      slipped = 0
+      stored = 0
+      freed = 0
+      if (.not. new%is_there) return
+      do i = 1, size(new%joints)
+         associate (joint => new%joints(i))
+            call respond_beam(joint%beam, new%section, joint%state, joint%start, response)
+            stored(1) = stored(1) + response%energy
+            call respond_beam(joint%beam, new%section, joint%state, joint%start + joint%move, response)
+            work = work + dot_product(response%f, joint%move)/self%level
+            d = joint%start + joint%move/self%level
+            if (self%level < 1) call respond_beam(joint%beam, new%section, joint%state, d, response)
+            change = response%energy
+            call accept_beam(new%section, response, joint%state)
+            call respond_beam(joint%beam, new%section, joint%state, d, response)
+            freed = freed + (change - response%energy)
+            stored(2) = stored(2) + response%energy
+         end associate
+      end do
+      do i = 1, size(new%ties)
+         associate (tie => new%ties(i))
+            if (.not. tie%acts) cycle
+            call respond(self, new, tie, tie%start, of_tie)
+            stored(1) = stored(1) + of_tie%energy
+            call respond(self, new, tie, tie%start + tie%move, of_tie)
+            work = work + dot_product(of_tie%force, tie%move)/self%level
+            motion = tie%start + tie%move/self%level
+            call respond(self, new, tie, motion, last)
+            change = 0
+            if (last%state == tie_state%slides .or. last%state == tie_state%parts) then
+               change = (motion(2) - last%force(2)/(new%stiffness(2)*tie%length)) - tie%free_shear
+            else if (last%state == tie_state%open) then
+               change = motion(2) - tie%free_shear
+            end if
+            tie%free_shear = tie%free_shear + change
+            tie%slip = tie%slip + abs(change)
+            slipped = slipped + last%force(2)*change
+            if (last%breaks) tie%bonded = .false.
+            change = last%energy
+            call respond(self, new, tie, motion, last)
+            freed = freed + (change - last%energy)
+            stored(2) = stored(2) + last%energy
+         end associate
+      end do
+   end subroutine finish
+
+   !> Stored energy, and the work of slip and of breaking.
+   subroutine add_energies(self, context, d, balance)
+      class(liners_type), intent(in) :: self
+      type(step_context_type), intent(in) :: context
+      real(wp), intent(in), contiguous :: d(:, :)
+      class(energy_balance_type), intent(inout) :: balance
+      type(liner_type) :: new
+      real(wp) :: work, slipped, stored(2), freed, start
+      integer :: k
+      associate (unused => context%dt, not_used => d)
+      end associate
+      if (size(self%liners) == 0) return
+      start = 0
+      do k = 1, size(self%liners)
+         call finish(self, k, new, work, slipped, stored, freed)
+         call balance%add(energy%friction, slipped)
+         call balance%add(energy%dissipated, work - (stored(2) - stored(1)) - slipped - freed)
+         call balance%add(energy%discarded, freed)
+         start = start + stored(1)
+         balance%other_energy = balance%other_energy + stored(2)
+      end do
+      call balance%add(energy%geometry, start - self%stored)
+   end subroutine add_energies
+
+   !> States at the end of the step, and places in the rock.
+   subroutine commit(self, context, d)
+      class(liners_type), intent(inout) :: self
+      type(step_context_type), intent(inout) :: context
+      real(wp), intent(in), contiguous :: d(:, :)
+      type(liner_type) :: new
+      real(wp) :: work, slipped, stored(2), freed
+      integer :: i, k
+      self%stored = 0
+      do k = 1, size(self%liners)
+         if (.not. self%liners(k)%is_there) cycle
+         call finish(self, k, new, work, slipped, stored, freed)
+         self%liners(k) = new
+         self%stored = self%stored + stored(2)
+         do i = 1, size(self%liners(k)%ties)
+            associate (tie => self%liners(k)%ties(i))
+               if (tie%a > 0 .and. tie%on_rock) call move_point(d(:, tie%a), context%state%centroid(:, tie%a), &
+                                                                context%parameters%exact_rotation, tie%at_a)
+            end associate
+         end do
+      end do
+   end subroutine commit
+
+   !> Forces on the blocks at their new places.
+   subroutine add_forces(self, context, forces)
+      class(liners_type), intent(in) :: self
+      type(step_context_type), intent(in) :: context
+      type(block_forces_type), intent(inout) :: forces
+      type(beam_response_type) :: response
+      type(tie_response_type) :: of_tie
+      real(wp) :: x(2), y(2)
+      integer :: i, k
+      do k = 1, size(self%liners)
+         associate (liner => self%liners(k))
+            if (.not. liner%is_there) cycle
+            do i = 1, size(liner%joints)
+               associate (joint => liner%joints(i), a => liner%joints(i)%block(1), b => liner%joints(i)%block(2))
+                  call respond_beam(joint%beam, liner%section, joint%state, deformation(context, joint), response)
+                  x = on_segment(context, a, joint%arm(:, 1))
+                  y = on_segment(context, b, joint%arm(:, 2))
+                  call add(a, b, x, y, turned(response%f(1:2), joint%beam%angle + 0.5_wp* &
+                           (context%state%rotation(a) + context%state%rotation(b))), [0.5_wp, 0.5_wp])
+                  call forces%add_load(a, [0.0_wp, 0.0_wp, response%f(3)])
+                  call forces%add_load(b, [0.0_wp, 0.0_wp, -response%f(3)])
+               end associate
+            end do
+            do i = 1, size(liner%ties)
+               associate (tie => liner%ties(i))
+                  if (.not. acts(context, tie)) cycle
+                  call respond(self, liner, tie, motion_of_tie(context, tie), of_tie)
+                  call add(tie%a, tie%b, first_point(context, tie), on_segment(context, tie%b, tie%arm), &
+                           turned(of_tie%force, tie%angle + context%state%rotation(tie%b)), [0.0_wp, 1.0_wp])
+               end associate
+            end do
+         end associate
+      end do
+
+   contains
+
+      !> A force that pulls two points together, and the moment that the way between them gives it.
+      subroutine add(a, b, x, y, force, share)
+         integer, intent(in) :: a, b
+         real(wp), intent(in) :: x(2), y(2), force(2), share(2)
+         real(wp) :: moment
+         call forces%add_force(a, force, x - context%state%centroid(:, a))
+         call forces%add_force(b, -force, y - context%state%centroid(:, b))
+         moment = (y(1) - x(1))*force(2) - (y(2) - x(2))*force(1)
+         call forces%add_load(a, [0.0_wp, 0.0_wp, share(1)*moment])
+         call forces%add_load(b, [0.0_wp, 0.0_wp, share(2)*moment])
+      end subroutine add
+
+   end subroutine add_forces
+
+   !> Save or load what lasts.
+   subroutine exchange_state(self, archive)
+      class(liners_type), intent(inout) :: self
+      class(state_archive_type), intent(inout) :: archive
+      real(wp), allocatable :: numbers(:)
+      integer :: at, i, k, n
+      logical :: fits
+      call archive%section('liners')
+      if (archive%saving) call pack_all(self, numbers)
+      call archive%item('numbers', numbers)
+      if (archive%saving .or. .not. allocated(numbers)) return
+      at = 0
+      fits = size(numbers) > 0
+      if (fits) self%stored = numbers(1)
+      at = 1
+      do k = 1, size(self%liners)
+         associate (liner => self%liners(k))
+            if (fits) fits = at + 4 <= size(numbers)
+            if (.not. fits) exit
+            liner%is_there = numbers(at + 1) > 0.5_wp
+            liner%side = merge(1, -1, numbers(at + 2) > 0)
+            liner%section%modulus = numbers(at + 3)
+            n = 0
+            if (numbers(at + 4) >= 0 .and. numbers(at + 4) < 1.0e7_wp) n = nint(numbers(at + 4))
+            at = at + 4
+            if (allocated(liner%ties)) deallocate (liner%ties)
+            allocate (liner%ties(n))
+            if (.not. allocated(liner%path)) cycle
+            fits = at + size(liner%path) + n*tie_numbers <= size(numbers)
+            if (.not. fits) exit
+            liner%path = reshape(numbers(at + 1:at + size(liner%path)), shape(liner%path))
+            at = at + size(liner%path)
+            do i = 1, n
+               liner%ties(i) = unpack_tie(numbers(at + 1:at + tie_numbers))
+               at = at + tie_numbers
+            end do
+            if (.not. liner%is_there) cycle
+            call join_segments(liner)
+            fits = at + beam_numbers*size(liner%joints) <= size(numbers)
+            if (.not. fits) exit
+            do i = 1, size(liner%joints)
+               associate (state => liner%joints(i)%state)
+                  state%free = numbers(at + 1:at + 3)
+                  state%cracked = numbers(at + 4:at + 3 + n_sections) > 0.5_wp
+                  state%crushed = numbers(at + 4 + n_sections:at + beam_numbers) > 0.5_wp
+               end associate
+               at = at + beam_numbers
+            end do
+         end associate
+      end do
+      ! what does not fit is no state: check_state refuses it
+      if (.not. fits .or. at /= size(numbers)) self%stored = -huge(1.0_wp)
+   end subroutine exchange_state
+
+   !> What lasts of all linings.
+   pure subroutine pack_all(self, numbers)
+      class(liners_type), intent(in) :: self
+      real(wp), allocatable, intent(out) :: numbers(:)
+      integer :: i, k
+      numbers = [self%stored]
+      do k = 1, size(self%liners)
+         associate (liner => self%liners(k))
+            numbers = [numbers, as_number(liner%is_there), real(liner%side, wp), liner%section%modulus, &
+                       real(size(liner%ties), wp)]
+            if (.not. allocated(liner%path)) cycle
+            numbers = [numbers, reshape(liner%path, [size(liner%path)])]
+            numbers = [numbers, [(pack_tie(liner%ties(i)), i=1, size(liner%ties))]]
+            if (.not. liner%is_there) cycle
+            do i = 1, size(liner%joints)
+               associate (state => liner%joints(i)%state)
+                  numbers = [numbers, state%free, as_number(state%cracked), as_number(state%crushed)]
+               end associate
+            end do
+         end associate
+      end do
+   end subroutine pack_all
+
+   !> 1 for true.
+   elemental real(wp) function as_number(flag)
+      logical, intent(in) :: flag
+      as_number = merge(1.0_wp, 0.0_wp, flag)
+   end function as_number
+
+   !> Check what was loaded.
+   subroutine check_state(self, context, check)
+      class(liners_type), intent(in) :: self
+      type(step_context_type), intent(in) :: context
+      type(value_check_type), intent(inout) :: check
+      integer :: i, k
+      check%group = 'liners'
+      call check%holds(self%stored > -0.5_wp*huge(1.0_wp), 'numbers')
+      do k = 1, size(self%liners)
+         associate (liner => self%liners(k))
+            if (.not. allocated(liner%path)) cycle
+            call check%holds(all(abs(liner%path) <= largest_coordinate) .and. liner%section%modulus > 0 .and. &
+                             liner%section%modulus < huge(1.0_wp), 'numbers')
+            do i = 1, size(liner%ties)
+               associate (tie => liner%ties(i))
+                  call check%holds(tie%a >= 0 .and. tie%a <= context%blocks%n_blocks .and. tie%b > liner%before .and. &
+                                   tie%b <= liner%before + liner%layout%n .and. tie%length > 0 .and. &
+                                   tie%length <= largest_coordinate .and. all(abs(tie%at_a) <= largest_coordinate) &
+                                   .and. all(abs(tie%arm) <= largest_coordinate) .and. abs(tie%angle) <= 1.0e9_wp &
+                                   .and. abs(tie%free_shear) <= largest_coordinate .and. tie%slip >= 0 .and. &
+                                   tie%slip <= largest_coordinate, 'numbers')
+               end associate
+            end do
+            do i = 1, size(liner%joints)
+               call check%is_finite(liner%joints(i)%state%free, 'numbers')
+            end do
+         end associate
+      end do
+   end subroutine check_state
+
+end module rockdda_interaction_liners
