@@ -7,7 +7,8 @@
 !>
 !>     F = integral of  m m^T/EI + n n^T/EA + q q^T/GA  over the path,   N = n.f,  Q = q.f,  M = m.f
 !>
-!> exactly for every path and length: Euler's beam with the shear of Timoshenko, per unit of width, in plane strain
+!> exactly for every path and length (but for the share t^2/(12 R^2) of a curved beam): Euler's beam with the shear of
+!> Timoshenko, per unit of width, in plane strain
 !> E' = E/(1 - nu^2), A = t, I = t^3/12, shear area 5 t/6.
 !>
 !> A section that cracks or crushes deforms by more than F has; that is added at the ends and the middle of the path, by
@@ -47,6 +48,7 @@ module rockdda_interaction_liner_beam
       real(wp) :: center(2) = 0                   !! c when it was installed [length]
       real(wp) :: angle = 0                       !! of the first axis [rad]
       real(wp) :: length = 0
+      real(wp) :: eccentricity = 0                !! t^2/(12 R), of the axis on which N alone does not bend [length]
       real(wp) :: flexibility(3) = 1
       real(wp) :: of_force(2, 3, n_sections) = 0  !! B_k
       real(wp) :: shear(3, n_sections) = 0        !! Q there
@@ -106,6 +108,7 @@ contains
       axes = axes_at(beam%angle)
       beam%flexibility = [dot_product(axes(:, 1), matmul(f, axes(:, 1))), &
                           dot_product(axes(:, 2), matmul(f, axes(:, 2))), beam%length/i]
+      beam%eccentricity = side*section%thickness**2/12*curvature_of(path, beam%length)
       do j = 1, n_sections
          reach = place(j)*beam%length
          s = 0
@@ -119,6 +122,7 @@ contains
          t = (path(:, k + 1) - path(:, k))/l
          x = path(:, k) + (reach - s)*t
          beam%of_force(:, :, j) = map_at(beam%center, axes, x, t, side)
+         beam%of_force(2, :, j) = beam%of_force(2, :, j) + beam%eccentricity*beam%of_force(1, :, j)
          beam%shear(:, j) = [matmul([-t(2), t(1)], axes), 0.0_wp]*side
       end do
 
@@ -132,6 +136,22 @@ contains
       end function outer
 
    end function new_beam
+
+   !> Mean curvature of a path, to the left positive.
+   pure real(wp) function curvature_of(path, length) result(curvature)
+      real(wp), intent(in) :: path(:, :)
+      real(wp), intent(in) :: length
+      real(wp) :: a(2), b(2), along
+      integer :: m
+      m = size(path, 2)
+      curvature = 0
+      if (m < 3) return
+      a = path(:, 2) - path(:, 1)
+      b = path(:, m) - path(:, m - 1)
+      along = length
+      if (m > 3) along = length - 0.5_wp*(norm2(a) + norm2(b))
+      curvature = atan2(a(1)*b(2) - a(2)*b(1), dot_product(a, b))/along
+   end function curvature_of
 
    !> Axial force and moment at a point of a path, of forces at the centre.
    pure function map_at(center, axes, x, t, side) result(b)

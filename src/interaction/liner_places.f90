@@ -10,7 +10,7 @@ module rockdda_interaction_liner_places
    implicit none
    private
    public :: stretch_type, find_stretches, follow_rock, motion_between, segment_outline, opening_side, &
-      reach_over_thickness, rock_ends
+      reach_over_thickness, rock_ends, block_ends
 
    !> Rock meets a lining that lies closer to its line than this share of the thickness.
    real(wp), parameter :: reach_over_thickness = 0.5_wp
@@ -147,6 +147,32 @@ contains
       end do
       if (size(stretches) > 0 .and. s(size(s)) - reached > least) ends = [ends, reached]
    end function rock_ends
+
+   !> Distances from the start of a path at which one block follows another, ascending.
+   pure function block_ends(path, stretches) result(ends)
+      real(wp), intent(in) :: path(:, :)         !! (2, points) [length]
+      type(stretch_type), intent(in) :: stretches(:)   !! ascending along the path
+      real(wp), allocatable :: ends(:)
+      real(wp) :: s(size(path, 2))
+      integer :: j, k
+      s(1) = 0
+      do k = 2, size(path, 2)
+         s(k) = s(k - 1) + norm2(path(:, k) - path(:, k - 1))
+      end do
+      allocate (ends(0))
+      do j = 2, size(stretches)
+         if (stretches(j)%block == stretches(j - 1)%block) cycle
+         associate (k => stretches(j)%piece)
+            ends = [ends, s(k) + stretches(j)%ends(1)*(s(k + 1) - s(k))]
+         end associate
+      end do
+      ! around a closed line
+      if (size(stretches) > 1) then
+         if (stretches(1)%block /= stretches(size(stretches))%block .and. norm2(path(:, size(s)) - path(:, 1)) <= &
+             1.0e-9_wp*s(size(s))) ends = [ends, s(stretches(1)%piece) + stretches(1)%ends(1)* &
+                                           (s(stretches(1)%piece + 1) - s(stretches(1)%piece))]
+      end if
+   end function block_ends
 
    !> The side of the opening where no rock decides: the inside of a closed line, the left of an open one.
    pure integer function opening_side(path, closed) result(side)

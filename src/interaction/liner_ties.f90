@@ -13,7 +13,7 @@ module rockdda_interaction_liner_ties
    public :: tie_type, tie_response_type, tie_numbers, tie_state, respond_tie, pack_tie, unpack_tie
 
    !> Numbers that last of a tie.
-   integer, parameter :: tie_numbers = 12
+   integer, parameter :: tie_numbers = 17
 
    type :: tie_state_enum
       integer :: open = 0
@@ -32,12 +32,13 @@ module rockdda_interaction_liner_ties
       real(wp) :: arm(2) = 0           !! on segment b, as it was installed [length]
       real(wp) :: angle = 0            !! of the normal from a to b then [rad]
       real(wp) :: length = 0
+      real(wp) :: shape(3) = 0         !! gap by curvature, shear by strain, gap by slope of b's back [length]
+      real(wp) :: motion(2) = 0        !! gap and shear displacement now [length]
       real(wp) :: free_shear = 0       !! shear displacement without force [length]
       real(wp) :: slip = 0             !! |slip| summed up [length]
       logical :: bonded = .true.
       ! of the step
       logical :: acts = .false.
-      real(wp) :: start(2) = 0         !! gap and shear displacement at its start [length]
       real(wp) :: move(2) = 0, kept(2) = 0   !! change where forces act [length]
       integer :: state = 0             !! tie_state%..., of the last round
       real(wp) :: force(2) = 0         !! of the last round
@@ -103,7 +104,8 @@ contains
       type(tie_type), intent(in) :: tie
       real(wp) :: numbers(tie_numbers)
       numbers = [real(tie%a, wp), real(tie%b, wp), merge(1.0_wp, 0.0_wp, tie%on_rock), tie%at_a, tie%arm, tie%angle, &
-                 tie%length, tie%free_shear, tie%slip, merge(1.0_wp, 0.0_wp, tie%bonded)]
+                 tie%length, tie%free_shear, tie%slip, merge(1.0_wp, 0.0_wp, tie%bonded), &
+                 tie%shape, tie%motion]
    end function pack_tie
 
    !> A tie of its numbers.
@@ -119,6 +121,8 @@ contains
       tie%free_shear = numbers(10)
       tie%slip = numbers(11)
       tie%bonded = numbers(12) > 0.5_wp
+      tie%shape = numbers(13:15)
+      tie%motion = numbers(16:17)
    end function unpack_tie
 
 end module rockdda_interaction_liner_ties

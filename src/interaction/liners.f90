@@ -1,8 +1,10 @@
 ! SPDX-License-Identifier: MIT
 !> Linings: chains of segments along the wall of an opening (docs/theory.md, "Linings").
 !>
-!> A segment is a rigid body: a block behind those of the model (`n_segments` of rockdda_model_blocks) that the search
-!> for contacts does not find and whose strains nothing loads. Neighbours are joined by a beam
+!> A segment is a block behind those of the model (`n_segments` of rockdda_model_blocks) that the search for contacts
+!> does not find. It moves as a rigid body; its strains, which carry next to nothing, stand for curvature, strain and
+!> slope of its back between its node and where the rock holds it: with them a rigid back does not stiffen rock that is
+!> finer than the segments. Neighbours are joined by a beam
 !> (rockdda_interaction_liner_beam), and the back of each is held to the rock, or to the lining below, at points
 !> (rockdda_interaction_liner_ties). The axis of the beams lies in the line of the lining.
 !>
@@ -37,13 +39,15 @@ module rockdda_interaction_liners
    use rockdda_interaction_contact_law, only : contact_law_type
    use rockdda_interaction_context, only : step_context_type
    use rockdda_interaction_equations, only : equations_type
-   use rockdda_interaction_finite_rotation, only : moving_block_type, mean_load, mean_displacement, end_point
+   use rockdda_interaction_finite_rotation, only : moving_block_type, mean_load, mean_displacement, &
+      end_displacement, new_moved_block
    use rockdda_interaction_interaction, only : interaction_type
    use rockdda_interaction_kinematics, only : move_point
    use rockdda_interaction_liner_beam, only : liner_section_type, beam_type, beam_state_type, beam_response_type, &
       new_beam, respond_beam, accept_beam, deformation_of, forces_at, n_sections
    use rockdda_interaction_liner_places, only : stretch_type, find_stretches, follow_rock, segment_outline, &
-      opening_side, reach_over_thickness, rock_ends
+      opening_side, reach_over_thickness, rock_ends, &
+      block_ends
    use rockdda_interaction_liner_ties, only : tie_type, tie_response_type, tie_numbers, tie_state, respond_tie, &
       pack_tie, unpack_tie
    implicit none
@@ -57,8 +61,14 @@ module rockdda_interaction_liners
    !> Stiffness of a bond over E'/thickness of the lining, least and most, and by the third power of thickness over
    !> distance of nodes: a segment of which a half is held does not turn, and its end is clamped.
    real(wp), parameter :: least_bond = 100, most_bond = 1000, bond_of_segment = 120
+   !> Modulus of the strains of segments, over that of the lining: of forces that they take from the beams.
+   real(wp), parameter :: soft = 1.0e-3_wp
+   !> A block along more of a lining than this number of distances of nodes holds each segment at two points.
+   real(wp), parameter :: long_block = 2.5_wp
+   !> Stretches of a segment below this share of it are none.
+   real(wp), parameter :: least_stretch = 1.0e-3_wp
    !> Numbers that last of a beam.
-   integer, parameter :: beam_numbers = 3 + 2*n_sections
+   integer, parameter :: beam_numbers = 6 + 2*n_sections
    integer, parameter :: beam_links = 4
 
    !> What a node is.
@@ -76,7 +86,7 @@ module rockdda_interaction_liners
       type(beam_state_type) :: state
       integer :: block(2) = 0          !! segments
       real(wp) :: arm(2, 2) = 0        !! from their centroids to the centre of the beam, as installed [length]
-      real(wp) :: start(3) = 0         !! deformation at the start of the step [length, rad]
+      real(wp) :: d(3) = 0             !! deformation now [length, rad]
       real(wp) :: move(3) = 0, kept(3) = 0   !! its change where forces act
       real(wp) :: at(3) = 0            !! change at which the last round is linear
       type(beam_response_type) :: tangent
@@ -146,8 +156,7 @@ contains
       parameters%first_liner_material = size(parameters%block_materials)
       do k = 1, size(parameters%liners)
          associate (liner => parameters%liners(k), first => parameters%block_materials(1))
-            own = block_material_type(density=first%density, weight=first%weight, youngs_modulus=liner%young)
-            own%poisson_ratio = poisson_of(liner%poisson)
+            own = block_material_type(density=first%density, weight=first%weight, youngs_modulus=soft*liner%young)
             if (is_set(liner%density)) own%density = liner%density
             own%weight = first%weight*(own%density/first%density)
             parameters%block_materials = [parameters%block_materials, own]
@@ -225,7 +234,8 @@ contains
                              rock_at(blocks, p%regions, p%stages, liner%installs), &
                              stretches, side)
          ends = liner%layout%start + rock_ends(liner%layout%path, stretches, 0.1_wp*t)
-         if (size(ends) > 0) liner%layout = new_liner_layout(line, t, element, ends)
+         if (size(stretches) > 0) liner%layout = new_liner_layout(line, t, element, ends, liner%layout%start + &
+                                                                  block_ends(liner%layout%path, stretches))
       end associate
    end subroutine break_at_rock
 
@@ -492,35 +502,124 @@ contains
       end do
    end subroutine join_segments
 
-   !> Hold the back to the rock: at two points of each stretch, which stand for what is linear along it exactly.
+   !> Hold the back to the rock: in the middle of the part of a segment along each block; along a block far longer than
+   !> segments, or without another one beside it, at two points. The back may strain between its node and the points,
+   !> take its own slope beside two small blocks, and bend beside three: a surface of small blocks has steps, which are
+   !> no rotation of the lining.
    subroutine tie_to_rock(context, stretches, liner)
       type(step_context_type), intent(in) :: context
       type(stretch_type), intent(in) :: stretches(:)
       type(liner_type), intent(inout) :: liner
-      real(wp) :: along(2), middle, half, x(2), normal(2)
-      integer :: g, i, j, n
+      type(tie_type) :: tie
+      real(wp) :: s(size(liner%path, 2)), ends(2, size(stretches)), whole(size(stretches)), along(2), normal(2)
+      real(wp) :: from, to, at, half, node, usual
+      integer :: g, i, j, n, of(size(stretches)), block(size(stretches))
+      logical :: alone
       if (allocated(liner%ties)) deallocate (liner%ties)
-      allocate (liner%ties(2*size(stretches)))
+      allocate (liner%ties(0))
+      s(1) = 0
+      do i = 2, size(s)
+         s(i) = s(i - 1) + norm2(liner%path(:, i) - liner%path(:, i - 1))
+      end do
+      usual = s(size(s))/size(liner%joints)
+      ! one part for each block and segment
       n = 0
       do j = 1, size(stretches)
-         associate (stretch => stretches(j))
-            i = segment_of(liner%layout, stretch%piece)
-            along = liner%path(:, stretch%piece + 1) - liner%path(:, stretch%piece)
-            normal = liner%side*[-along(2), along(1)]/norm2(along)
-            middle = 0.5_wp*sum(stretch%ends)
-            half = 0.5_wp*(stretch%ends(2) - stretch%ends(1))
-            do g = -1, 1, 2
-               n = n + 1
-               x = liner%path(:, stretch%piece) + (middle + g*half/sqrt(3.0_wp))*along
-               liner%ties(n)%a = stretch%block
-               liner%ties(n)%b = liner%before + i
-               liner%ties(n)%at_a = x
-               liner%ties(n)%arm = x - context%state%centroid(:, liner%before + i)
-               liner%ties(n)%angle = atan2(normal(2), normal(1))
-               liner%ties(n)%length = half*norm2(along)
+         associate (k => stretches(j)%piece)
+            from = s(k) + stretches(j)%ends(1)*(s(k + 1) - s(k))
+            to = s(k) + stretches(j)%ends(2)*(s(k + 1) - s(k))
+            i = segment_of(liner%layout, k)
+         end associate
+         if (n > 0) then
+            if (block(n) == stretches(j)%block .and. of(n) == i .and. from - ends(2, n) < least_stretch*usual) then
+               ends(2, n) = to
+               cycle
+            end if
+         end if
+         n = n + 1
+         ends(:, n) = [from, to]
+         block(n) = stretches(j)%block
+         of(n) = i
+      end do
+      do j = 1, n
+         whole(j) = ends(2, j) - ends(1, j)
+         if (j == 1) cycle
+         if (block(j) == block(j - 1) .and. ends(1, j) - ends(2, j - 1) < least_stretch*usual) &
+            whole(j) = whole(j) + whole(j - 1)
+      end do
+      do j = n - 1, 1, -1
+         if (block(j) == block(j + 1) .and. ends(1, j + 1) - ends(2, j) < least_stretch*usual) whole(j) = whole(j + 1)
+      end do
+      where (ends(2, :n) - ends(1, :n) < least_stretch*usual) of(:n) = 0
+      do j = 1, n
+         if (of(j) == 0) cycle
+         half = 0.5_wp*(ends(2, j) - ends(1, j))
+         node = s(liner%layout%node(of(j)))
+         along = point_at(ends(2, j)) - point_at(ends(1, j))
+         normal = liner%side*[-along(2), along(1)]
+         tie%a = block(j)
+         tie%b = liner%before + of(j)
+         tie%angle = atan2(normal(2), normal(1))
+         alone = whole(j) > long_block*usual .or. .not. has_neighbour(j)
+         tie%length = merge(half, 2*half, alone)
+         do g = merge(-1, 1, alone), 1, 2
+            at = 0.5_wp*sum(ends(:, j)) + merge(g*half/sqrt(3.0_wp), 0.0_wp, alone)
+            tie%at_a = point_at(at)
+            tie%arm = tie%at_a - context%state%centroid(:, tie%b)
+            tie%shape = [(at - node)**2/liner%section%thickness, -liner%side*(at - node), at - node]
+            if (alone) then
+               tie%shape([1, 3]) = 0
+            else
+               if (count(of(:n) == of(j)) < 3) tie%shape(1) = 0
+               if (count(of(:n) == of(j)) < 2) tie%shape = 0
+            end if
+            liner%ties = [liner%ties, tie]
+         end do
+      end do
+      do i = 1, liner%layout%n
+         call center_shapes(pack([(j, j=1, size(liner%ties))], liner%ties%b == liner%before + i))
+      end do
+
+   contains
+
+      !> The shapes of a back have no mean: uniform pressure and shear do not change it.
+      subroutine center_shapes(mine)
+         integer, intent(in) :: mine(:)
+         logical :: has(size(mine))
+         integer :: k
+         associate (ties => liner%ties)
+            do k = 1, 3
+               has = abs(ties(mine)%shape(k)) > 0
+               if (.not. any(has)) cycle
+               where (has) ties(mine)%shape(k) = ties(mine)%shape(k) - sum(ties(mine)%shape(k)*ties(mine)%length, &
+                                                                          has)/sum(ties(mine)%length, has)
             end do
          end associate
-      end do
+      end subroutine center_shapes
+
+      !> Does another block lie along the lining beside this one?
+      pure logical function has_neighbour(j)
+         integer, intent(in) :: j
+         integer :: i
+         has_neighbour = .false.
+         do i = 1, n
+            if (block(i) == block(j)) cycle
+            if (min(abs(ends(1, i) - ends(2, j)), abs(ends(1, j) - ends(2, i))) < 0.1_wp*usual) has_neighbour = .true.
+         end do
+      end function has_neighbour
+
+      !> Point of the path at a distance from its start.
+      pure function point_at(distance) result(x)
+         real(wp), intent(in) :: distance
+         real(wp) :: x(2), share
+         integer :: k
+         do k = 1, size(s) - 2
+            if (s(k + 1) > distance) exit
+         end do
+         share = max(0.0_wp, min(1.0_wp, (distance - s(k))/max(s(k + 1) - s(k), tiny(1.0_wp))))
+         x = liner%path(:, k) + share*(liner%path(:, k + 1) - liner%path(:, k))
+      end function point_at
+
    end subroutine tie_to_rock
 
    !> Hold a layer to the segments below, at their common face.
@@ -625,23 +724,55 @@ contains
       if (.not. liner%is_there) return
       do i = 1, size(liner%joints)
          associate (joint => liner%joints(i))
-            d = deformation(context, joint)
-            call respond_beam(joint%beam, old, joint%state, d, response)
-            joint%state%free = d - deformation_of(joint%beam, liner%section, joint%state, response%f)
+            call respond_beam(joint%beam, old, joint%state, joint%d, response)
+            joint%state%free = joint%d - deformation_of(joint%beam, liner%section, joint%state, response%f)
          end associate
       end do
    end subroutine harden
 
-   !> Deformation of a beam in the present state.
-   pure function deformation(context, joint) result(d)
+   !> Deformation of a beam after a motion of its segments, from the present one: what changes is found from what moves,
+   !> so that it has the digits of the motion.
+   pure function moved_beam(context, joint, d) result(deformation)
       type(step_context_type), intent(in) :: context
       type(joint_type), intent(in) :: joint
-      real(wp) :: d(3), way(2)
-      associate (a => joint%block(1), b => joint%block(2), rotation => context%state%rotation)
-         way = on_segment(context, b, joint%arm(:, 2)) - on_segment(context, a, joint%arm(:, 1))
-         d = [along(joint%beam%angle + 0.5_wp*(rotation(a) + rotation(b)), way), rotation(b) - rotation(a)]
+      real(wp), intent(in), contiguous :: d(:, :)    !! (6, nb)
+      real(wp) :: deformation(3), way(2), angle
+      associate (a => joint%block(1), b => joint%block(2))
+         angle = joint%beam%angle + 0.5_wp*(context%state%rotation(a) + context%state%rotation(b))
+         way = turned(joint%d(1:2), angle) + (arm_motion(context, b, joint%arm(:, 2), d) - &
+                                              arm_motion(context, a, joint%arm(:, 1), d))
+         deformation(1:2) = along(angle + 0.5_wp*(d(3, a) + d(3, b)), way)
+         deformation(3) = joint%d(3) + (d(3, b) - d(3, a))
       end associate
-   end function deformation
+   end function moved_beam
+
+   !> Gap and shear displacement of a tie after a motion.
+   pure function moved_tie(context, tie, d) result(motion)
+      type(step_context_type), intent(in) :: context
+      type(tie_type), intent(in) :: tie
+      real(wp), intent(in), contiguous :: d(:, :)    !! (6, nb)
+      real(wp) :: motion(2), way(2), of_a(2), angle
+      angle = tie%angle + context%state%rotation(tie%b)
+      if (tie%on_rock) then
+         of_a = end_displacement(new_moved_block(context%state%centroid(:, tie%a), d(:, tie%a), &
+                                                 context%parameters%exact_rotation), tie%at_a)
+      else
+         of_a = arm_motion(context, tie%a, tie%at_a, d)
+      end if
+      way = turned(tie%motion, angle) + (arm_motion(context, tie%b, tie%arm, d) - of_a)
+      motion = along(angle + d(3, tie%b), way) + by_shape(tie, d(4:6, tie%b))
+   end function moved_tie
+
+   !> Displacement of a point of a segment.
+   pure function arm_motion(context, b, arm, d) result(u)
+      type(step_context_type), intent(in) :: context
+      integer, intent(in) :: b
+      real(wp), intent(in) :: arm(2)                 !! as installed [length]
+      real(wp), intent(in), contiguous :: d(:, :)    !! (6, nb)
+      real(wp) :: u(2), v(2)
+      v = turned(arm, context%state%rotation(b) + 0.5_wp*d(3, b))
+      u = d(1:2, b) + 2*sin(0.5_wp*d(3, b))*[-v(2), v(1)]
+   end function arm_motion
 
    !> Components of a vector along two axes.
    pure function along(angle, v)
@@ -662,14 +793,13 @@ contains
       end if
    end function first_point
 
-   !> Gap and shear displacement of a tie in the present state.
-   pure function motion_of_tie(context, tie) result(d)
-      type(step_context_type), intent(in) :: context
+   !> Gap and shear displacement by the shape of the back.
+   pure function by_shape(tie, shape) result(d)
       type(tie_type), intent(in) :: tie
+      real(wp), intent(in) :: shape(3)
       real(wp) :: d(2)
-      d = along(tie%angle + context%state%rotation(tie%b), on_segment(context, tie%b, tie%arm) - &
-                first_point(context, tie))
-   end function motion_of_tie
+      d = [tie%shape(1)*shape(1) + tie%shape(3)*shape(3), tie%shape(2)*shape(2)]
+   end function by_shape
 
    !> Does a tie act?
    pure logical function acts(context, tie)
@@ -692,12 +822,12 @@ contains
             if (.not. liner%is_there) cycle
             do i = 1, size(liner%joints)
                call respond_beam(liner%joints(i)%beam, liner%section, liner%joints(i)%state, &
-                                 deformation(context, liner%joints(i)), response)
+                                 liner%joints(i)%d, response)
                stored = stored + response%energy
             end do
             do i = 1, size(liner%ties)
                if (.not. acts(context, liner%ties(i))) cycle
-               call respond(self, liner, liner%ties(i), motion_of_tie(context, liner%ties(i)), of_tie)
+               call respond(self, liner, liner%ties(i), liner%ties(i)%motion, of_tie)
                stored = stored + of_tie%energy
             end do
          end associate
@@ -729,21 +859,26 @@ contains
       end do
    end function n_nodes
 
-   !> Place, forces and state of all nodes; forces at a node are the mean of those of both beams.
+   !> Place, forces and state of all nodes; forces at a node are the mean of those of both beams. The moment there is
+   !> that of a pressure along the segments, not of forces at their nodes: less by q l^2/12. Around a closed line the
+   !> part N t^2/(12 R) that the mean of N has about the centroid is left out, as in the theory of thin rings.
    pure subroutine show_nodes(self, context, nodes)
       class(liners_type), intent(in) :: self
       type(step_context_type), intent(in) :: context
       type(liner_nodes_type), intent(out) :: nodes
       type(beam_response_type) :: response
-      real(wp), allocatable :: center(:, :), sum_of(:)
+      real(wp), allocatable :: center(:, :), sum_of(:), eccentricity(:), pressure(:)
+      real(wp) :: of_ends(3, 2)
       integer :: i, k, n, next
-      allocate (nodes%place(2, self%n_nodes()), nodes%force(3, self%n_nodes()), sum_of(self%n_nodes()), source=0.0_wp)
+      allocate (nodes%place(2, self%n_nodes()), nodes%force(3, self%n_nodes()), sum_of(self%n_nodes()), &
+                eccentricity(self%n_nodes()), source=0.0_wp)
       allocate (nodes%state(self%n_nodes()), source=node_state%absent)
       n = 0
       do k = 1, size(self%liners)
          associate (liner => self%liners(k), layout => self%liners(k)%layout)
             if (liner%is_there) then
                center = installed_centroids(liner)
+               pressure = pressures(self, context, liner)
                do i = 1, layout%n
                   nodes%place(:, n + i) = on_segment(context, liner%before + i, liner%path(:, layout%node(i)) - &
                                                      center(:, i))
@@ -751,10 +886,15 @@ contains
                end do
                do i = 1, size(liner%joints)
                   associate (joint => liner%joints(i))
-                     call respond_beam(joint%beam, liner%section, joint%state, deformation(context, joint), response)
+                     call respond_beam(joint%beam, liner%section, joint%state, joint%d, response)
                      next = n + 1 + mod(i, layout%n)
-                     nodes%force(:, n + i) = nodes%force(:, n + i) + forces_at(joint%beam, response%f, 1)
-                     nodes%force(:, next) = nodes%force(:, next) + forces_at(joint%beam, response%f, n_sections)
+                     of_ends(:, 1) = forces_at(joint%beam, response%f, 1)
+                     of_ends(:, 2) = forces_at(joint%beam, response%f, n_sections)
+                     of_ends(2, :) = of_ends(2, :) - joint%beam%length**2/12*0.5_wp*sum(pressure(joint%block - &
+                                                                                                liner%before))
+                     eccentricity([n + i, next]) = eccentricity([n + i, next]) + joint%beam%eccentricity
+                     nodes%force(:, n + i) = nodes%force(:, n + i) + of_ends(:, 1)
+                     nodes%force(:, next) = nodes%force(:, next) + of_ends(:, 2)
                      sum_of([n + i, next]) = sum_of([n + i, next]) + 1
                      nodes%state(n + i) = max(nodes%state(n + i), state_of(joint%state, 1))
                      nodes%state(next) = max(nodes%state(next), state_of(joint%state, n_sections))
@@ -769,6 +909,15 @@ contains
          end associate
       end do
       nodes%force = nodes%force/spread(max(1.0_wp, sum_of), 1, 3)
+      eccentricity = eccentricity/max(1.0_wp, sum_of)
+      n = 0
+      do k = 1, size(self%liners)
+         associate (layout => self%liners(k)%layout)
+            if (layout%closed) nodes%force(2, n + 1:n + layout%n) = nodes%force(2, n + 1:n + layout%n) - &
+               eccentricity(n + 1:n + layout%n)*sum(nodes%force(1, n + 1:n + layout%n))/layout%n
+            n = n + layout%n
+         end associate
+      end do
 
    contains
 
@@ -782,6 +931,31 @@ contains
       end function state_of
 
    end subroutine show_nodes
+
+   !> Pressure on the back of each segment, towards the opening.
+   pure function pressures(self, context, liner) result(pressure)
+      class(liners_type), intent(in) :: self
+      type(step_context_type), intent(in) :: context
+      type(liner_type), intent(in) :: liner
+      real(wp) :: pressure(liner%layout%n), length(liner%layout%n)
+      type(tie_response_type) :: response
+      integer :: i, k
+      pressure = 0
+      do k = 1, size(liner%ties)
+         associate (tie => liner%ties(k))
+            if (.not. acts(context, tie)) cycle
+            call respond(self, liner, tie, tie%motion, response)
+            pressure(tie%b - liner%before) = pressure(tie%b - liner%before) - response%force(1)
+         end associate
+      end do
+      length = 0
+      do i = 1, size(liner%joints)
+         associate (both => liner%joints(i)%block - liner%before)
+            length(both) = length(both) + 0.5_wp*liner%joints(i)%beam%length
+         end associate
+      end do
+      pressure = pressure/max(length, tiny(1.0_wp))
+   end function pressures
 
    !> Links of one lining.
    pure integer function links_of(liner) result(n)
@@ -815,7 +989,6 @@ contains
             liner%first_link = c
             if (.not. liner%is_there) cycle
             do i = 1, size(liner%joints)
-               liner%joints(i)%start = deformation(context, liner%joints(i))
                do l = 1, beam_links
                   call equations%join(c + l, liner%joints(i)%block)
                end do
@@ -826,7 +999,6 @@ contains
                   tie%acts = acts(context, tie)
                   c = c + 1
                   call equations%join(c, merge([tie%a, tie%b], 0, tie%acts))
-                  if (tie%acts) tie%start = motion_of_tie(context, tie)
                end associate
             end do
          end associate
@@ -903,6 +1075,9 @@ contains
                                      on_segment(context, tie%b, tie%arm), tie%angle + context%state%rotation(tie%b), &
                                      [0.0_wp, 1.0_wp], v)
                   v(4:6, :, 2) = 0
+                  v(4, 1, 2) = tie%shape(1)
+                  v(5, 2, 2) = tie%shape(2)
+                  v(6, 1, 2) = tie%shape(3)
                   if (.not. tie%on_rock) v(4:6, :, 1) = 0
                   call equations%set_vectors(c, v(:, :, 1), v(:, :, 2))
                end associate
@@ -1049,7 +1224,7 @@ contains
             c = liner%first_link
             do i = 1, size(liner%joints)
                associate (joint => liner%joints(i))
-                  call respond_beam(joint%beam, liner%section, joint%state, joint%start + joint%kept + &
+                  call respond_beam(joint%beam, liner%section, joint%state, joint%d + joint%kept + &
                                     fraction*(joint%move - joint%kept), response)
                end associate
                force(:, c + 1:c + beam_links) = 0
@@ -1061,7 +1236,7 @@ contains
                force(:, c) = 0
                associate (tie => liner%ties(i))
                   if (.not. tie%acts) cycle
-                  call respond(self, liner, tie, tie%start + tie%kept + fraction*(tie%move - tie%kept), of_tie)
+                  call respond(self, liner, tie, tie%motion + tie%kept + fraction*(tie%move - tie%kept), of_tie)
                end associate
                force(:, c) = of_tie%force
             end do
@@ -1075,25 +1250,21 @@ contains
       class(liners_type), intent(in) :: self
       type(step_context_type), intent(in) :: context
       type(equations_type), intent(inout) :: equations
-      real(wp) :: way(2), d(3), scale, largest, exact
+      real(wp) :: way(2), d(3), scale, largest
       integer :: c, i, k
       do k = 1, size(self%liners)
          associate (liner => self%liners(k))
             if (.not. liner%is_there) cycle
             ! a link without force among others has lengths that are off by rounding alone
-            exact = 8*epsilon(1.0_wp)*maxval(abs(liner%path))
             largest = maxval([0.0_wp, (norm2(liner%joints(i)%tangent%f(1:2)), i=1, size(liner%joints)), &
                               (norm2(liner%ties(i)%force), i=1, size(liner%ties))])
             c = liner%first_link
             do i = 1, size(liner%joints)
                associate (joint => liner%joints(i), a => liner%joints(i)%block(1), b => liner%joints(i)%block(2))
-                  way = end_of_arm(b, joint%arm(:, 2)) - end_of_arm(a, joint%arm(:, 1))
-                  d = [along(joint%beam%angle + 0.5_wp*(end_rotation(a) + end_rotation(b)), way), &
-                       end_rotation(b) - end_rotation(a)]
+                  d = moved_beam(context, joint, equations%x)
                   scale = max(largest, min(equations%block_force(a), equations%block_force(b)))
-                  d = matmul(joint%tangent%stiffness, d - joint%start - joint%move/self%level)
-                  if (scale > 0) equations%link_off(c + 1) = max(0.0_wp, norm2(d(1:2)) - exact* &
-                                                                 joint%tangent%stiffness(1, 1))/scale
+                  d = matmul(joint%tangent%stiffness, d - joint%d - joint%move/self%level)
+                  if (scale > 0) equations%link_off(c + 1) = norm2(d(1:2))/scale
                end associate
                c = c + beam_links
             end do
@@ -1101,36 +1272,13 @@ contains
                c = c + 1
                associate (tie => liner%ties(i))
                   if (.not. tie%acts) cycle
-                  if (tie%on_rock) then
-                     way = end_of_arm(tie%b, tie%arm) - end_point(context%moved(tie%a), tie%at_a)
-                  else
-                     way = end_of_arm(tie%b, tie%arm) - end_of_arm(tie%a, tie%at_a)
-                  end if
-                  way = along(tie%angle + end_rotation(tie%b), way) - tie%start - tie%move/self%level
+                  way = moved_tie(context, tie, equations%x) - tie%motion - tie%move/self%level
                   scale = max(largest, min(equations%block_force(tie%a), equations%block_force(tie%b)))
-                  if (scale > 0) equations%link_off(c) = max(0.0_wp, norm2(tie%tangent*way) - exact* &
-                                                             maxval(tie%tangent))/scale
+                  if (scale > 0) equations%link_off(c) = norm2(tie%tangent*way)/scale
                end associate
             end do
          end associate
       end do
-
-   contains
-
-      !> Rotation of a segment at the end of the step.
-      pure real(wp) function end_rotation(b)
-         integer, intent(in) :: b
-         end_rotation = context%state%rotation(b) + equations%x(3, b)
-      end function end_rotation
-
-      !> Point of a segment there.
-      pure function end_of_arm(b, arm) result(x)
-         integer, intent(in) :: b
-         real(wp), intent(in) :: arm(2)
-         real(wp) :: x(2)
-         x = context%state%centroid(:, b) + equations%x(1:2, b) + turned(arm, end_rotation(b))
-      end function end_of_arm
-
    end subroutine measure_placement
 
    !> Linear at the present motion; the last round holds where its forces follow the laws there.
@@ -1148,11 +1296,11 @@ contains
             if (.not. liner%is_there) cycle
             do i = 1, size(liner%joints)
                associate (joint => liner%joints(i), t => liner%joints(i)%tangent)
-                  call respond_beam(joint%beam, liner%section, joint%state, joint%start + joint%move, response)
+                  call respond_beam(joint%beam, liner%section, joint%state, joint%d + joint%move, response)
                   missing = response%f - (t%f + matmul(t%stiffness, joint%move - joint%at))
                   scale = sqrt(joint%beam%flexibility)
                   if (maxval(abs(missing)*scale) > agreement*maxval(abs(response%f)*scale) + rounding*maxval( &
-                      (abs(joint%start) + abs(joint%move))*liner%section%modulus/scale) .or. &
+                      (abs(joint%d) + abs(joint%move))*liner%section%modulus/scale) .or. &
                       .not. allclose(response%stiffness, t%stiffness, scale)) n_changes = n_changes + 1
                   joint%at = joint%move
                   joint%tangent = response
@@ -1165,7 +1313,7 @@ contains
             do i = 1, size(liner%ties)
                associate (tie => liner%ties(i))
                   if (.not. tie%acts) cycle
-                  call respond(self, liner, tie, tie%start + tie%move, of_tie)
+                  call respond(self, liner, tie, tie%motion + tie%move, of_tie)
                   used = tie%force + tie%tangent*(tie%move - tie%at)
                   if (of_tie%state /= tie%state) then
                      n_changes = n_changes + 1
@@ -1219,11 +1367,11 @@ contains
       if (.not. new%is_there) return
       do i = 1, size(new%joints)
          associate (joint => new%joints(i))
-            call respond_beam(joint%beam, new%section, joint%state, joint%start, response)
+            call respond_beam(joint%beam, new%section, joint%state, joint%d, response)
             stored(1) = stored(1) + response%energy
-            call respond_beam(joint%beam, new%section, joint%state, joint%start + joint%move, response)
+            call respond_beam(joint%beam, new%section, joint%state, joint%d + joint%move, response)
             work = work + dot_product(response%f, joint%move)/self%level
-            d = joint%start + joint%move/self%level
+            d = joint%d + joint%move/self%level
             if (self%level < 1) call respond_beam(joint%beam, new%section, joint%state, d, response)
             change = response%energy
             call accept_beam(new%section, response, joint%state)
@@ -1235,11 +1383,11 @@ contains
       do i = 1, size(new%ties)
          associate (tie => new%ties(i))
             if (.not. tie%acts) cycle
-            call respond(self, new, tie, tie%start, of_tie)
+            call respond(self, new, tie, tie%motion, of_tie)
             stored(1) = stored(1) + of_tie%energy
-            call respond(self, new, tie, tie%start + tie%move, of_tie)
+            call respond(self, new, tie, tie%motion + tie%move, of_tie)
             work = work + dot_product(of_tie%force, tie%move)/self%level
-            motion = tie%start + tie%move/self%level
+            motion = tie%motion + tie%move/self%level
             call respond(self, new, tie, motion, last)
             change = 0
             if (last%state == tie_state%slides .or. last%state == tie_state%parts) then
@@ -1295,6 +1443,12 @@ contains
       do k = 1, size(self%liners)
          if (.not. self%liners(k)%is_there) cycle
          call finish(self, k, new, work, slipped, stored, freed)
+         do i = 1, size(new%joints)
+            new%joints(i)%d = moved_beam(context, self%liners(k)%joints(i), d)
+         end do
+         do i = 1, size(new%ties)
+            if (new%ties(i)%acts) new%ties(i)%motion = moved_tie(context, self%liners(k)%ties(i), d)
+         end do
          self%liners(k) = new
          self%stored = self%stored + stored(2)
          do i = 1, size(self%liners(k)%ties)
@@ -1320,7 +1474,7 @@ contains
             if (.not. liner%is_there) cycle
             do i = 1, size(liner%joints)
                associate (joint => liner%joints(i), a => liner%joints(i)%block(1), b => liner%joints(i)%block(2))
-                  call respond_beam(joint%beam, liner%section, joint%state, deformation(context, joint), response)
+                  call respond_beam(joint%beam, liner%section, joint%state, joint%d, response)
                   x = on_segment(context, a, joint%arm(:, 1))
                   y = on_segment(context, b, joint%arm(:, 2))
                   call add(a, b, x, y, turned(response%f(1:2), joint%beam%angle + 0.5_wp* &
@@ -1332,7 +1486,7 @@ contains
             do i = 1, size(liner%ties)
                associate (tie => liner%ties(i))
                   if (.not. acts(context, tie)) cycle
-                  call respond(self, liner, tie, motion_of_tie(context, tie), of_tie)
+                  call respond(self, liner, tie, tie%motion, of_tie)
                   call add(tie%a, tie%b, first_point(context, tie), on_segment(context, tie%b, tie%arm), &
                            turned(of_tie%force, tie%angle + context%state%rotation(tie%b)), [0.0_wp, 1.0_wp])
                end associate
@@ -1399,8 +1553,9 @@ contains
             do i = 1, size(liner%joints)
                associate (state => liner%joints(i)%state)
                   state%free = numbers(at + 1:at + 3)
-                  state%cracked = numbers(at + 4:at + 3 + n_sections) > 0.5_wp
-                  state%crushed = numbers(at + 4 + n_sections:at + beam_numbers) > 0.5_wp
+                  liner%joints(i)%d = numbers(at + 4:at + 6)
+                  state%cracked = numbers(at + 7:at + 6 + n_sections) > 0.5_wp
+                  state%crushed = numbers(at + 7 + n_sections:at + beam_numbers) > 0.5_wp
                end associate
                at = at + beam_numbers
             end do
@@ -1426,7 +1581,8 @@ contains
             if (.not. liner%is_there) cycle
             do i = 1, size(liner%joints)
                associate (state => liner%joints(i)%state)
-                  numbers = [numbers, state%free, as_number(state%cracked), as_number(state%crushed)]
+                  numbers = [numbers, state%free, liner%joints(i)%d, as_number(state%cracked), &
+                             as_number(state%crushed)]
                end associate
             end do
          end associate
@@ -1463,7 +1619,7 @@ contains
                end associate
             end do
             do i = 1, size(liner%joints)
-               call check%is_finite(liner%joints(i)%state%free, 'numbers')
+               call check%is_finite([liner%joints(i)%state%free, liner%joints(i)%d], 'numbers')
             end do
          end associate
       end do

@@ -1,9 +1,10 @@
 ! SPDX-License-Identifier: MIT
 !> Where the nodes and segments of a lining lie on its line.
 !>
-!> A node lies at both ends of an open line, at each corner, and between them at equal distances; a segment reaches from
-!> the middle between two nodes to the next one. The path holds the points of the line, the nodes and the ends of the
-!> segments, in this order along it; that of a closed line begins and ends half-way before the first node.
+!> A node lies at both ends of an open line and at each corner. Where the rock is of blocks not much longer than
+!> segments, a node lies in the middle of each block, or of several; else nodes have equal distances, and a segment
+!> reaches from the middle between two nodes to the next one. The path holds the points of the line, the nodes and the
+!> ends of the segments, in this order along it; that of a closed line begins and ends half-way before the first node.
 module rockdda_model_liner_layout
    use rockdda_base_kinds, only : wp
    use rockdda_base_sorting, only : sorted_order
@@ -23,6 +24,11 @@ module rockdda_model_liner_layout
    integer, parameter :: least_around = 24
    !> A line that turns by more is no curve there, but has a corner: cosine of 30 degrees.
    real(wp), parameter :: corner = 0.866_wp
+
+   !> Blocks along more of the line than this number of largest distances are divided as if there were none.
+   real(wp), parameter :: long_block = 2.5_wp
+   !> Share of the next block that a segment at a corner takes.
+   real(wp), parameter :: small = 0.05_wp
 
    type :: liner_layout_type
       integer :: n = 0                       !! nodes, and segments
@@ -81,15 +87,19 @@ contains
       end if
    end function line_of_liner
 
-   !> Nodes and segments on a line; without points where the line has no length.
-   pure type(liner_layout_type) function new_liner_layout(line, thickness, element, breaks) result(layout)
+   !> Nodes and segments on a line; where blocks are not far longer than segments, these are as long as one or more
+   !> blocks, so that each block meets one segment, and nodes lie in their middle. Without points where the line has no
+   !> length.
+   pure type(liner_layout_type) function new_liner_layout(line, thickness, element, breaks, seams) result(layout)
       real(wp), intent(in) :: line(:)        !! x y of its points [length]
       real(wp), intent(in) :: thickness      !! [length]
       real(wp), intent(in) :: element        !! largest distance of nodes, or not given [length]
       real(wp), intent(in), optional :: breaks(:)   !! distances from its start at which there are nodes, too [length]
-      real(wp), allocatable :: v(:, :), s(:), nodes(:), ends(:), places(:), corners(:)
+      real(wp), intent(in), optional :: seams(:)    !! at which one block of the rock follows another [length]
+      real(wp), allocatable :: v(:, :), s(:), nodes(:), ends(:), places(:), corners(:), joints(:)
       real(wp) :: near, length, largest
-      integer :: i, j, k, m
+      integer :: k, m
+      logical :: smooth
       m = size(line)/2
       v = reshape(line(1:2*m), [2, m])
       near = 1.0e-9_wp*maxval([0.0_wp, maxval(v, 2) - minval(v, 2)])
@@ -123,20 +133,24 @@ contains
          if (.not. turns(v(:, m) - v(:, m - 1), v(:, 2) - v(:, 1))) corners = [corners(2:), corners(2) + length]
       end if
       if (abs(corners(size(corners)) - corners(1) - length) > near) corners = [corners, corners(1) + length]
-      allocate (nodes(0))
+      smooth = layout%closed .and. size(corners) == 2 .and. .not. turns(v(:, m) - v(:, m - 1), v(:, 2) - v(:, 1))
+      if (present(breaks)) smooth = smooth .and. size(breaks) == 0
+      allocate (nodes(0), ends(0), joints(0))
+      if (present(seams)) joints = modulo(seams, length)
+      if (present(seams) .and. layout%closed) joints = [joints - length, joints, joints + length]
+      if (size(joints) > 0) joints = joints(sorted_order(joints))
       do k = 1, size(corners) - 1
-         j = max(1, ceiling((corners(k + 1) - corners(k))/largest - 1.0e-6_wp))
-         nodes = [nodes, [(corners(k) + i*(corners(k + 1) - corners(k))/j, i=0, j - 1)]]
+         call divide(corners(k), corners(k + 1), smooth, joints, nodes, ends)
       end do
-      if (layout%closed .and. size(nodes) < 3) nodes = [(corners(1) + i*length/3, i=0, 2)]
-      if (.not. layout%closed) nodes = [nodes, length]
-      layout%n = size(nodes)
-      if (layout%closed) then
-         ends = 0.5_wp*(nodes + [nodes(2:), nodes(1) + length])
-         ends = [ends(layout%n) - length, ends]
+      if (.not. layout%closed) then
+         nodes = [nodes, length]
+         ends = [0.0_wp, ends, length]
+      else if (ends(1) > nodes(1)) then
+         ends = [ends(size(ends)) - length, ends]
       else
-         ends = [0.0_wp, 0.5_wp*(nodes(2:) + nodes(:layout%n - 1)), length]
+         ends = [ends, ends(1) + length]
       end if
+      layout%n = size(nodes)
       layout%start = ends(1)
       places = [nodes, ends]
       do k = 1, m
@@ -157,6 +171,51 @@ contains
       end do
 
    contains
+
+      !> Nodes and ends of segments between two corners, the first of which has a node, but where a smooth line begins.
+      pure subroutine divide(a, b, smooth, joints, nodes, ends)
+         real(wp), intent(in) :: a, b
+         logical, intent(in) :: smooth
+         real(wp), intent(in) :: joints(:)         !! ascending
+         real(wp), allocatable, intent(inout) :: nodes(:), ends(:)
+         real(wp), allocatable :: cells(:), parts(:)
+         integer :: i, j, k
+         cells = pack(joints, joints > a + 0.01_wp*largest .and. joints < b - 0.01_wp*largest)
+         if (size(cells) > 1) cells = pack(cells, [.true., cells(2:) - cells(:size(cells) - 1) > 0.01_wp*largest])
+         if (smooth .and. size(cells) > 0) then
+            cells = [cells, cells(1) + length]
+         else
+            cells = [a, cells, b]
+         end if
+         if (size(cells) < 3 .or. maxval(cells(2:) - cells(:size(cells) - 1)) > long_block*largest) then
+            j = max(1, ceiling((b - a)/largest - 1.0e-6_wp))
+            if (layout%closed .and. smooth) j = max(3, j)
+            nodes = [nodes, [(a + i*(b - a)/j, i=0, j - 1)]]
+            ends = [ends, [(a + (i - 0.5_wp)*(b - a)/j, i=1, j)]]
+            return
+         end if
+         parts = [cells(1)]
+         do i = 2, size(cells)
+            associate (last => parts(size(parts)), c => cells(i) - cells(i - 1))
+               if (c > 1.5_wp*largest) then
+                  if (last < cells(i - 1)) parts = [parts, cells(i - 1)]
+                  j = nint(c/largest)
+                  parts = [parts, [(cells(i - 1) + k*c/j, k=1, j)]]
+               else if (cells(i) - last > 1.25_wp*largest) then
+                  parts = [parts, cells(i - 1)]
+               end if
+            end associate
+         end do
+         if (cells(size(cells)) > parts(size(parts)) + 0.01_wp*largest) parts = [parts, cells(size(cells))]
+         j = size(parts)
+         if (smooth) then
+            nodes = [nodes, 0.5_wp*(parts(2:) + parts(:j - 1))]
+            ends = [ends, parts(:j - 1)]
+         else
+            nodes = [nodes, a, 0.5_wp*(parts(2:) + parts(:j - 1))]
+            ends = [ends, a + small*(parts(2) - a), parts(2:j - 1), b - small*(b - parts(j - 1))]
+         end if
+      end subroutine divide
 
       !> One more place of a node, unless one is close.
       pure subroutine add_break(at, corners)

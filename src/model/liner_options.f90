@@ -69,14 +69,9 @@ contains
          problem = 'thickness is missing'
       else if (.not. is_set(liner%young)) then
          problem = 'young is missing'
-      else if (count([allocated(liner%along), is_given(liner%outline)]) == 2) then
-         problem = 'along and outline both name its line'
       else if (.not. (is_given(liner%on) .or. allocated(liner%along) .or. is_given(liner%outline))) then
          problem = 'the line is missing: give along = x1,y1, x2,y2, ... or outline = the name of a region'
       end if
-      if (len(problem) > 0 .or. .not. allocated(liner%along)) return
-      if (size(liner%along) < 4 .or. mod(size(liner%along), 2) > 0) &
-         problem = 'along takes x and y of two points or more'
    end function liner_problem
 
 end module rockdda_model_liner_options

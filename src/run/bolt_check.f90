@@ -15,6 +15,7 @@ module rockdda_run_bolt_check
    use rockdda_model_regions, only : count_words, word_of, same_name, has_region
    use rockdda_model_stage_options, only : stage_name
    use rockdda_io_suggest, only : did_you_mean
+   use rockdda_run_liner_check, only : liner_names
    implicit none
    private
    public :: check_bolts
@@ -165,11 +166,12 @@ contains
       character(len=80), allocatable :: known(:)
       integer :: g, s
       allocate (known(size(options%bolts)))
-      do g = 1, size(known)
+      do g = 1, size(options%bolts)
          known(g) = ''
          if (is_given(options%bolts(g)%name) .and. .not. is_spring(options%bolts(g))) &
             known(g) = title_of_bolt(options%bolts(g), g)
       end do
+      known = [known, liner_names(options)]
       do s = 1, size(options%stages)
          if (allocated(options%stages(s)%install)) call check_list(options%stages(s)%install, 'install')
          if (allocated(options%stages(s)%remove)) call check_list(options%stages(s)%remove, 'remove')
@@ -187,7 +189,7 @@ contains
             if (any([(same_name(known(i), word) .and. len_trim(known(i)) > 0, i=1, size(known))])) cycle
             call messages%add(severity%error, &
                '&stage: '//what//": there is no &bolt '"//word//"' with a kind other "// &
-                              "than 'spring'"//did_you_mean(word, known), options%stages(s)%origin)
+                              "than 'spring', nor a &liner"//did_you_mean(word, known), options%stages(s)%origin)
          end do
       end subroutine check_list
 

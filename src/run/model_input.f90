@@ -71,6 +71,7 @@ contains
       if (.not. allocated(options%stages)) allocate (options%stages(0))
       if (.not. allocated(options%changes)) allocate (options%changes(0))
       if (.not. allocated(options%bolts)) allocate (options%bolts(0))
+      if (.not. allocated(options%liners)) allocate (options%liners(0))
    end subroutine complete_lists
 
    !> Set the default solver of this build, unless the user chose one.

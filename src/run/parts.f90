@@ -11,6 +11,7 @@ module rockdda_run_parts
    use rockdda_run_bolt_check, only : check_bolts
    use rockdda_run_cells, only : number_regions, check_regions, report_cut_blocks, count_regions, &
                                  check_cells, make_cells
+   use rockdda_run_liner_check, only : check_liners
    use rockdda_run_described_materials, only : find_described
    use rockdda_run_input, only : model_input_type
    use rockdda_run_stage_regions, only : number_changes, check_stage_regions
@@ -46,6 +47,7 @@ contains
       call messages%append(found)
       if (.not. messages%has_errors()) call report_cut_blocks(input%blocks, input%options%regions, messages)
       call add_bolts(input%options, input%blocks, messages)
+      call check_liners(input%options, n(2), input%blocks, messages)
       call number_changes(input%options%block_materials, input%options%changes, messages)
       call check_stage_regions(input%options%stages, input%options%changes, input%options%regions, n(1), &
                                n(2), [input%options%joint_materials, input%options%joint_laws], messages)
@@ -62,6 +64,7 @@ contains
                                                        [options%joint_materials, options%joint_laws], blocks, messages)
       if (.not. messages%has_errors()) call report_cut_blocks(blocks, options%regions, messages)
       if (.not. messages%has_errors()) call add_bolts(options, blocks, messages)
+      if (.not. messages%has_errors()) call check_liners(options, huge(1), blocks, messages)
    end subroutine make_parts_of_options
 
    !> Check the bolts of the options, and add those that are springs; an end is in a block or one of its cells.

@@ -9,7 +9,7 @@ module rockdda_stepping_start
    use rockdda_model_parameters, only : parameters_type
    use rockdda_interaction_context, only : step_context_type
    use rockdda_interaction_liners, only : add_liner_materials
-   use rockdda_linear_factory, only : new_solver, default_solver
+   use rockdda_linear_factory, only : new_solver, default_solver, has_cholmod
    use rockdda_stepping_construction, only : construction_type
    use rockdda_stepping_control, only : new_step_control
    use rockdda_stepping_motion, only : start_state
@@ -40,7 +40,7 @@ contains
       call problems%to_error(error)
       if (allocated(error)) return
       if (len_trim(parameters%solver_method) == 0) step%parameters%solver_method = default_solver()
-      call new_solver(step%parameters%solver_method, parameters%solver_tolerance, parameters%sor_factor, &
+      call new_solver(solver_for(step%parameters), parameters%solver_tolerance, parameters%sor_factor, &
                       parameters%preconditioner, step%solver, error)
       if (allocated(error)) return
       call add_liner_materials(step%parameters)
@@ -61,6 +61,17 @@ contains
       call step%equations%set_size(step%blocks%n_blocks, 0)
       step%equations%x = 0
    end subroutine start_step
+
+   !> The solver of the options; for linings, whose bending is far softer than their stretching, the direct one where the
+   !> program may choose.
+   pure function solver_for(parameters) result(name)
+      type(parameters_type), intent(in) :: parameters
+      character(len=:), allocatable :: name
+      name = parameters%solver_method
+      if (.not. allocated(parameters%liners)) return
+      if (size(parameters%liners) > 0 .and. name == default_solver() .and. has_cholmod() .and. &
+          len_trim(parameters%preconditioner) == 0) name = 'cholmod'
+   end function solver_for
 
    !> Make all positions relative to a datum, for digits (rockdda_model_datum). What has been found with them stays.
    subroutine subtract_datum(self)

@@ -20,6 +20,7 @@ TABLE = {
         "joint_options",
         "bolt_options",
         "bolt_numbers",  # messages that name options
+        "liner_options",
         "region_options",
         "boundary_options",
         "stage_options",
@@ -36,6 +37,7 @@ OTHERS = {
     ("state.f90", "gravity"),
     ("state.f90", "friction"),
     ("state.f90", "geometry"),
+    ("options.f90", "on"),
     ("options.f90", "stress"),
     ("options.f90", "area"),
     ("geometry_input.f90", "friction"),

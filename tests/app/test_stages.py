@@ -575,7 +575,7 @@ class Mistakes(StageTest):
             ("6:1", "relax needs excavate, here or in an earlier stage"),
             ("7:1", "there is no &water 'low'"),
             ("8:1", "there is no stage 'bb'; did you mean 'b'?"),
-            ("9:1", "joint_material, block_material or region is missing"),
+            ("9:1", "joint_material, block_material, region or liner is missing"),
             ("10:1", "no new value is given"),
         ):
             self.assertTrue(any(line.startswith(place) and text in line for line in found), (place, text, found))

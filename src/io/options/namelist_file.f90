@@ -12,6 +12,7 @@ module rockdda_io_namelist_file
    use rockdda_io_option_reader, only : read_options
    use rockdda_io_record_reader, only : append_in_order
    use rockdda_model_bolt_numbers, only : bolt_problem
+   use rockdda_model_liner_options, only : liner_problem
    use rockdda_io_stage_check, only : check_stages, check_base_stage
    use rockdda_io_source, only : source_type, read_source
    use rockdda_io_suggest, only : did_you_mean
@@ -64,6 +65,10 @@ contains
       do i = 1, size(options%bolts)
          problem = bolt_problem(options%bolts(i))
          if (len(problem) > 0) call found%add(severity%error, '&bolt: '//problem, options%bolts(i)%origin)
+      end do
+      do i = 1, size(options%liners)
+         problem = liner_problem(options%liners(i))
+         if (len(problem) > 0) call found%add(severity%error, '&liner: '//problem, options%liners(i)%origin)
       end do
       call check_stages(options%stages, options%changes, found)
       call check_base_stage(options%stages, options%base, found)

@@ -162,7 +162,13 @@ contains
       of_block = is_set(change%density) .or. is_set(change%young) .or. is_set(change%poisson) .or. &
                  is_set(change%unit_weight)
       if (is_given(change%joint%name)) call fail('the name of a material does not change')
-      if (is_given(change%joint_material)) then
+      if (is_given(change%liner)) then
+         if (is_given(change%joint_material) .or. is_given(change%block_material) .or. is_given(change%region)) &
+            call fail('give liner, joint_material, or block_material or region')
+         if (of_joint .or. is_set(change%density) .or. is_set(change%poisson) .or. is_set(change%unit_weight)) &
+            call fail('of a lining young alone changes')
+         if (.not. is_set(change%young)) call fail('young of the lining is missing')
+      else if (is_given(change%joint_material)) then
          if (is_given(change%block_material) .or. is_given(change%region)) &
             call fail('give joint_material, or block_material or region')
          if (of_block) call fail('density, young, poisson and unit_weight are not those of a joint material')
@@ -172,7 +178,7 @@ contains
          if (.not. of_block .and. .not. (is_given(change%block_material) .and. is_given(change%region))) &
             call fail('no new value is given')
       else
-         call fail('joint_material, block_material or region is missing')
+         call fail('joint_material, block_material, region or liner is missing')
       end if
 
    contains

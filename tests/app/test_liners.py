@@ -1,0 +1,141 @@
+# SPDX-License-Identifier: MIT
+"""Linings against closed forms: free ring, clamped ends, a lined hole, its section; by stage, resumed, other threads."""
+
+import math
+import unittest
+
+from support import ProgramTest, h5py
+
+HEAD = """\
+&model geometry = '{name}.dc', units = 'none' /
+&block_material number = 1, density = 2500, young = {young}, poisson = {poisson}{more} /
+&joint_material number = 1, friction = 30, {joint} /
+&joint_material number = 2, name = 'smooth', friction = 0, normal_stiffness = 1e12, shear_stiffness = 1e12 /
+&load gravity = {gravity} /
+"""
+FIXED = "&boundary along = {}, {}, {}, {}, kind = 'fixed' /\n"
+REST = "&stage until = 'equilibrium' /\n"
+
+
+def rectangle(x0, y0, x1, y1):
+    corners = [(x0, y0), (x1, y0), (x1, y1), (x0, y1)]
+    return [(*a, *b) for a, b in zip(corners, corners[1:] + corners[:1], strict=True)]
+
+
+def circle(radius, n, start=0.0):
+    """A closed polyline."""
+    angles = [start + 2 * math.pi * k / n for k in range(n)] + [start]
+    return ", ".join(f"{radius * math.cos(a):.10f}, {radius * math.sin(a):.10f}" for a in angles)
+
+
+@unittest.skipUnless(h5py, "needs h5py")
+class Liners(ProgramTest):
+    def make(self, name, lines, boundary, groups, **values):
+        rows = [" ".join(f"{round(x, 9)!r}" for x in line) + " 1" for line in lines]
+        text = [f"0.001\n{len(rows)} {boundary}\n0\n0\n0\n0\n0\n0", *rows]
+        self.write(f"{name}.dc", "\n".join(text) + "\n")
+        usual = {"young": 1e10, "poisson": 0, "more": "", "gravity": 0}
+        usual["joint"] = "normal_stiffness = 1e10, shear_stiffness = 1e10"
+        self.write(f"{name}.nml", HEAD.format(name=name, **{**usual, **values}) + groups)
+
+    def boxes(self, name, boxes, groups, **values):
+        lines = [line for box in boxes for line in rectangle(*box)]
+        self.make(name, lines, len(lines), groups, **values)
+
+    def solve(self, name, *arguments, code=0):
+        outcome = self.run_program("run", f"{name}.nml", "--force", *arguments)
+        self.assertEqual(outcome.code, code, outcome.err)
+        return h5py.File(self.path(f"{name}.h5"))
+
+    def near(self, computed, expected, share):
+        self.assertAlmostEqual(computed, expected, delta=share * abs(expected))
+
+    def test_free_ring(self):
+        """L2: two opposite loads of 1 kN; the line may be a polygon."""
+        for element, n in [(0.1, 360), (0.8, 360), (1.309, 24)]:
+            groups = f"&liner name = 'ring', along = {circle(5, n, math.pi / 2)}, thickness = 0.2, young = 30e9, "
+            groups += f"element = {element} /\n&loading_point at = 0, 5.005, force = 0, -1e3 /\n" + REST
+            groups += FIXED.format(-0.009, -5.01, 0.009, -5.01)
+            self.boxes("ring", [(-0.009, 5, 0.009, 5.01), (-0.009, -5.01, 0.009, -5)], groups)
+            with self.solve("ring") as file:
+                place, force = file["frames/liner_point"][()], file["frames/liner_force"][-1]
+                moved = place[-1] - place[0]
+                right, left = place[0, :, 0].argmax(), place[0, :, 0].argmin()
+                bottom, top = place[0, :, 1].argmin(), place[0, :, 1].argmax()
+                # the pressure of the small blocks on their segments, P l/12, is left out of M below them
+                self.near(force[right, 1], -908.45, 0.02)
+                self.near(force[right, 0], -500, 0.01)
+                # by bending, axial and shear force: a polygon of 24 is smaller than its circle
+                self.near(moved[bottom, 1] - moved[top, 1], 0.89267e-3, 0.015)
+                self.near(moved[right, 0] - moved[left, 0], 0.81972e-3, 0.015)
+                self.assertLess(abs(file["history/energy"][-1][-1]), 1e-9 * abs(file["history/energy"][-1][4]))
+
+    def test_cantilever_held_by_its_bond(self):
+        for element in (0.1, 0.2, 0.8):
+            groups = "&liner name = 'c', along = -1, 0, 4, 0, thickness = 0.2, young = 30e9, "
+            groups += f"element = {element} /\n&loading_point at = 3.95, 0.05, force = 0, -1e3 /\n"
+            groups += FIXED.format(-1, 1, 0, 1) + REST
+            self.boxes("c", [(-1, 0, 0, 1), (3.9, 0, 4, 0.1)], groups, young=1e13)
+            with self.solve("c") as file:
+                place, force = file["frames/liner_point"][()], file["frames/liner_force"][-1]
+                bending = 30e9 / 0.96 * 0.2**3 / 12
+                # Euler's beam with a load at 3.95 of 4
+                expected = -1e3 * 3.95**2 / 6 * (3 * 4 - 3.95) / bending
+                self.near((place[-1] - place[0])[-1, 1], expected, 0.02)
+                tip = abs(place[0, :, 0] - 2).argmin()
+                self.near(force[tip, 1], -1e3 * (3.95 - place[0, tip, 0]), 1e-3)
+                self.assertEqual(set(file["frames/liner_state"][-1].tolist()), {1})
+
+    def ground(self, name, liner, stages, stress="-5e6, -10e6", n=64, rings=24):
+        """L1: a hole of 5 m in tied cells; the edge of the ground is 100 m away."""
+        radii = [5 * 20 ** (k / rings) for k in range(rings + 1)]
+
+        def at(r, k):
+            return r * math.cos(2 * math.pi * k / n), r * math.sin(2 * math.pi * k / n)
+
+        lines = [(*at(radii[-1], k), *at(radii[-1], k + 1)) for k in range(n)]
+        lines += [(*at(r, k), *at(r, k + 1)) for r in radii[:-1] for k in range(n)]
+        lines += [(*at(a, k), *at(b, k)) for k in range(n) for a, b in zip(radii, radii[1:], strict=False)]
+        groups = f"&boundary along = {circle(100, n)}, kind = 'fixed' /\n&region name = 'hole', circle = 0, 0, 5 /\n"
+        groups += f"&liner name = 'shell', along = {circle(5, 480)}, thickness = 0.3, young = 30e9 {liner} /\n"
+        joint, more = "tie = .true.", f", stress = {stress}, 0"
+        self.make(name, lines, n, groups + stages, young=1e10, poisson=0.25, joint=joint, more=more)
+
+    AT_ONCE = "&stage until = 'equilibrium', excavate = 'hole', install = 'shell' /\n"
+
+    def test_lined_hole(self):
+        """L1 with full bond and full slip, at once and at half the release."""
+        half = "&stage until = 'equilibrium', excavate = 'hole', relax = 0.5 /\n"
+        half += "&stage until = 'equilibrium', install = 'shell', relax = 1 /\n"
+        bond, slip = (-10.8138e6, -3.4268e6, 0.024401e6), (-7.1203e6, -7.1203e6, 0.026348e6)
+        for liner, stages, (spring, crown, moment), share in [
+            ("", self.AT_ONCE, bond, 1),
+            (", joint_material = 'smooth'", self.AT_ONCE, slip, 1),
+            ("", half, bond, 0.5),
+        ]:
+            self.ground("hole", liner, stages)
+            with self.solve("hole") as file:
+                force, place = file["frames/liner_force"][-1], file["frames/liner_point"][0]
+                side, top = place[:, 0].argmax(), place[:, 1].argmax()
+                self.near(force[side, 0], share * spring, 0.03)
+                self.near(force[top, 0], share * crown, 0.03)
+                self.near(force[side, 1], -share * moment, 0.05)
+                self.near(force[top, 1], share * moment, 0.05)
+                energy = file["history/energy"][-1]
+                self.assertLess(abs(energy[-1]), 1e-9 * abs(energy[4]))
+
+    def test_uniform_pressure(self):
+        """L4: N of a lining placed at half the release."""
+        stages = "&stage until = 'equilibrium', excavate = 'hole', relax = 0.5 /\n"
+        stages += "&stage until = 'equilibrium', install = 'shell', relax = 1 /\n"
+        self.ground("even", "", stages, stress="-10e6, -10e6")
+        with self.solve("even") as file:
+            for force in file["frames/liner_force"][-1]:
+                self.near(force[0], -4.75e6, 0.03)
+            self.assertEqual(set(file["frames/liner_state"][0].tolist()), {0})
+            self.assertEqual(file["model/liner_names"][()].tolist(), [b"shell"])
+            self.assertEqual(file["model/liner_first"][()].tolist(), [0, 64])
+
+
+if __name__ == "__main__":
+    unittest.main()
