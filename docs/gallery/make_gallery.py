@@ -92,6 +92,21 @@ class Runs:
                 file.write(stages)
         return self.run(model.name, model)
 
+    def lined(self) -> Results:
+        """The tunnel in two headings with shotcrete on the upper heading, before its face is far."""
+        model = self.folder / "lined"
+        if not model.exists():
+            shutil.copytree(ROOT / "inputs/two_headings", model)
+            file = model / "two_headings.nml"
+            text = file.read_text(encoding="utf-8")
+            line = re.search(r"name = 'heading', polygon = (.*) /", text)
+            far = "name = 'heading, face far', "
+            text = text.replace(far, far + "install = 'shotcrete', ")
+            section = "thickness = 0.25, young = 15e9, compressive_strength = 25e6, tensile_strength = 2e6"
+            text += f"&liner name = 'shotcrete', along = {line.group(1) if line else ''}, {section} /\n"
+            file.write_text(text, encoding="utf-8")
+        return self.run("lined", model)
+
     def search(self, name: str, options: str) -> Results:
         """The failing trial of the search of a model's factor of safety, with other options."""
         if f"{name}_factor" not in self.known:
@@ -150,6 +165,14 @@ PICTURES: dict[str, tuple[str, Callable[[Runs], Any]]] = {
         lambda runs: plot.joints(runs("jointed_slope"), units=UNITS),
     ),
     "displacements": ("displacement vectors", lambda runs: plot.displacements(runs("layered_roof"), units=UNITS)),
+    "liner": (
+        "forces along a lining",
+        lambda runs: plot.liner(runs.lined(), "M", units=UNITS),
+    ),
+    "capacity": (
+        "axial force and moment of a lining, and what its section bears",
+        lambda runs: plot.capacity(runs.lined(), units=UNITS),
+    ),
     "water": (
         "water table and pressures",
         lambda runs: plot.water(runs.run("full", ROOT / "inputs/sau_mau_ping/full.nml"), units=UNITS),

@@ -76,6 +76,12 @@ class FrameTables(Protocol):
     @property
     def bolt_spacing(self) -> FloatArray: ...
     @property
+    def liner_names(self) -> list[str]: ...
+    @property
+    def liner_first(self) -> IntArray: ...
+    @property
+    def liner_section(self) -> FloatArray: ...
+    @property
     def fixed_points(self) -> FloatArray: ...
     @property
     def has_contacts(self) -> bool: ...
@@ -95,6 +101,7 @@ class FrameTables(Protocol):
 
 NODE_TABLES = ["bolt_node", "bolt_force", "bolt_slip", "bolt_state"]
 BOLT_TABLES = ["bolt_ends", "bolt_force"]
+LINER_TABLES = ["liner_point", "liner_force", "liner_state"]
 CONTACT_TABLES = ["contact_point", "contact_force", "contact_state", "contact_blocks"]
 #: Of each contact, from version 2 of the results on.
 JOINT_TABLES = ["contact_opening", "contact_slip", "contact_length", "contact_normal_stress", "contact_shear_stress"]
@@ -290,6 +297,25 @@ class Frame:
         columns = {"bolt": bolt, "name": np.array(names, dtype=object)[bolt], "x": place[:, 0], "y": place[:, 1]}
         use = self._row("bolt_use") if names and "frames/bolt_use" in self.results else np.full(len(force), np.nan)
         return Columns(columns | {"force": force, "slip": slip, "use": use, "state": state})
+
+    @property
+    def liner_nodes(self) -> pandas.DataFrame:
+        """Nodes of the linings: lining (from 0), its name, x, y, N (axial force, tension positive), M (moment, positive
+        where it pulls on the side of the opening), Q (shear force), per metre out of the plane; state (0 absent,
+        1 sound, 2 cracked, 3 crushed)."""
+        return self.liner_node_columns.to_pandas("a table of linings")
+
+    @property
+    def liner_node_columns(self) -> Columns:
+        """The columns of `liner_nodes`, as arrays."""
+        names = self.results.liner_names
+        liner = np.repeat(np.arange(len(names)), np.diff(self.results.liner_first))
+        if names:
+            place, force, state = (self._row(name) for name in LINER_TABLES)
+        else:
+            place, force, state = np.zeros((0, 2)), np.zeros((0, 3)), np.zeros(0, dtype=np.int64)
+        columns = {"liner": liner, "name": np.array(names, dtype=object)[liner], "x": place[:, 0], "y": place[:, 1]}
+        return Columns(columns | dict(zip("NMQ", force.T, strict=True)) | {"state": state})
 
     @property
     def bolt_pieces(self) -> Columns:

@@ -24,6 +24,7 @@ from .frames import (
     CONTACT_TABLES,
     FIELDS,
     JOINT_TABLES,
+    LINER_TABLES,
     NODE_TABLES,
     STRENGTH_TABLE,
     Contacts,
@@ -69,6 +70,7 @@ HISTORY_TABLES = [
     "measured_rotation",
     "fixed_force",
 ]
+OWN_TABLES = (*BOLT_TABLES, *NODE_TABLES, *LINER_TABLES, "active")  # that not all files have
 FRAME_TABLES = ["step", "time", "vertices", "centroid", "rotation", "stress", "velocity"]
 
 
@@ -164,7 +166,7 @@ class Results(StageTables):
             histories += [BOUNDARY_FORCE] if BOUNDARY_FORCE in file else []
             steps = min(file[name].shape[0] for name in histories)
             # older files have none
-            bolts = [name for name in (*BOLT_TABLES, *NODE_TABLES, "active") if f"frames/{name}" in file]
+            bolts = [name for name in OWN_TABLES if f"frames/{name}" in file]
             frames = min(file[f"frames/{name}"].shape[0] for name in (*FRAME_TABLES, *bolts))
             offsets = file["frames/contact_offset"]
             frames = min(frames, offsets.shape[0] - 1)

@@ -129,6 +129,24 @@ class StartArrays(ABC):
         return self._or_none("bolt_first", np.zeros(1, dtype=np.int64))
 
     @property
+    def liner_names(self) -> list[str]:
+        """Names of the linings."""
+        return [str(name) for name in self["model/liner_names"]] if "model/liner_names" in self else []
+
+    @property
+    def liner_first(self) -> IntArray:
+        """(n + 1,) nodes before those of each lining."""
+        return self._or_none("liner_first", np.zeros(1, dtype=np.int64))
+
+    @property
+    def liner_section(self) -> FloatArray:
+        """(n, 5) thickness, compressive and tensile strength (infinite: none), 1: closed, 1 or -1: the opening lies to
+        the left or the right of its line."""
+        section = np.array(self._or_none("liner_section", np.zeros((0, 5))))
+        section[:, 1:3][section[:, 1:3] > 1e300] = np.inf
+        return section
+
+    @property
     def bolt_blocks(self) -> IntArray:
         """(n, 2) the blocks that hold the ends of the bolts, from 0; -1 the fixed outside."""
         return self._or_none("bolt_blocks", np.zeros((0, 2), dtype=np.int64))

@@ -93,6 +93,9 @@ POWERS: dict[str, tuple[int, int, int]] = {
     "frames/bolt_force": (0, 0, 1),
     "frames/bolt_node": (1, 0, 0),
     "frames/bolt_slip": (1, 0, 0),
+    "model/liner_section": (-2, 0, 1),  # the first column is a length, the last two are none
+    "frames/liner_point": (1, 0, 0),
+    "frames/liner_force": (-1, 0, 1),  # the second column, the moment: times length
     "frames/contact_point": (1, 0, 0),
     "frames/contact_force": (0, 0, 1),
     "frames/contact_opening": (1, 0, 0),
@@ -264,6 +267,11 @@ class ConvertedResults(Results):
             values[..., :2] *= self._factors[0]
         elif path == "model/bolt_properties":
             values[..., 0] /= self._factors[0]
+        elif path == "frames/liner_force":
+            values[..., 1] *= self._factors[0]
+        elif path == "model/liner_section":
+            values[..., [0, 3, 4]] /= factor
+            values[..., 0] *= self._factors[0]
         return values
 
 

@@ -210,9 +210,9 @@ contains
                call set_back(p, given%joint_material, liner)
                liner%before = n
                n = n + liner%layout%n
+               if (liner%lower > 0) liner%side = self%liners(liner%lower)%side
                allocate (liner%joints(0), liner%ties(0))
                if (liner%layout%n == 0) cycle
-               liner%side = opening_side(liner%layout%path, liner%layout%closed)
                liner%path = liner%layout%path
                if (liner%lower > 0) liner%path = lift(liner%path, liner%layout%closed, liner%side*liner%lift)
             end associate
@@ -234,6 +234,7 @@ contains
                              rock_at(blocks, p%regions, p%stages, liner%installs), &
                              stretches, side)
          ends = liner%layout%start + rock_ends(liner%layout%path, stretches, 0.1_wp*t)
+         liner%side = merge(side, opening_side(liner%layout%path, liner%layout%closed), side /= 0)
          if (size(stretches) > 0) liner%layout = new_liner_layout(line, t, element, ends, liner%layout%start + &
                                                                   block_ends(liner%layout%path, stretches))
       end associate
@@ -287,9 +288,9 @@ contains
       class(liners_type), intent(in) :: self
       type(step_context_type), intent(inout) :: context
       integer :: i, k, n
-      if (size(self%liners) == 0) return
+      if (n_liners(self) == 0) return
       n = 0
-      do k = 1, size(self%liners)
+      do k = 1, n_liners(self)
          associate (liner => self%liners(k), blocks => context%blocks, state => context%state)
             do i = 1, liner%layout%n
                n = n + 1
@@ -368,14 +369,14 @@ contains
       class(liners_type), intent(inout) :: self
       type(step_context_type), intent(inout) :: context
       integer :: k
-      do k = 1, size(self%liners)
+      do k = 1, n_liners(self)
          associate (liner => self%liners(k))
             if (liner%layout%n == 0) cycle
             liner%layout%path = liner%layout%path - spread(context%state%datum, 2, size(liner%layout%path, 2))
             liner%path = liner%path - spread(context%state%datum, 2, size(liner%path, 2))
          end associate
       end do
-      do k = 1, size(self%liners)
+      do k = 1, n_liners(self)
          if (self%liners(k)%installs == 0) call install(self, k, context)
       end do
    end subroutine start
@@ -672,9 +673,9 @@ contains
       class(energy_balance_type), intent(inout) :: balance
       real(wp) :: left, kinetic
       integer :: b, i, k, l
-      if (size(self%liners) == 0) return
+      if (n_liners(self) == 0) return
       kinetic = 0
-      do k = 1, size(self%liners)
+      do k = 1, n_liners(self)
          associate (liner => self%liners(k))
             if (liner%removes == stage .and. liner%is_there) then
                liner%is_there = .false.
@@ -705,7 +706,7 @@ contains
       left = self%stored_energy(context)
       call balance%add(energy%discarded, kinetic + self%stored - left)
       self%stored = left
-      do k = 1, size(self%liners)
+      do k = 1, n_liners(self)
          if (self%liners(k)%installs == stage) call install(self, k, context)
       end do
    end subroutine begin_stage
@@ -817,7 +818,7 @@ contains
       type(tie_response_type) :: of_tie
       integer :: i, k
       stored = 0
-      do k = 1, size(self%liners)
+      do k = 1, n_liners(self)
          associate (liner => self%liners(k))
             if (.not. liner%is_there) cycle
             do i = 1, size(liner%joints)
@@ -848,13 +849,20 @@ contains
       end if
    end subroutine respond
 
+   !> Number of linings; before `init` there are none.
+   pure integer function n_liners(self)
+      class(liners_type), intent(in) :: self
+      n_liners = 0
+      if (allocated(self%liners)) n_liners = size(self%liners)
+   end function n_liners
+
    !> Nodes of all linings.
    pure integer function n_nodes(self) result(n)
       class(liners_type), intent(in) :: self
       integer :: k
       n = 0
       if (.not. allocated(self%liners)) return
-      do k = 1, size(self%liners)
+      do k = 1, n_liners(self)
          n = n + self%liners(k)%layout%n
       end do
    end function n_nodes
@@ -874,7 +882,7 @@ contains
                 eccentricity(self%n_nodes()), source=0.0_wp)
       allocate (nodes%state(self%n_nodes()), source=node_state%absent)
       n = 0
-      do k = 1, size(self%liners)
+      do k = 1, n_liners(self)
          associate (liner => self%liners(k), layout => self%liners(k)%layout)
             if (liner%is_there) then
                center = installed_centroids(liner)
@@ -911,7 +919,7 @@ contains
       nodes%force = nodes%force/spread(max(1.0_wp, sum_of), 1, 3)
       eccentricity = eccentricity/max(1.0_wp, sum_of)
       n = 0
-      do k = 1, size(self%liners)
+      do k = 1, n_liners(self)
          associate (layout => self%liners(k)%layout)
             if (layout%closed) nodes%force(2, n + 1:n + layout%n) = nodes%force(2, n + 1:n + layout%n) - &
                eccentricity(n + 1:n + layout%n)*sum(nodes%force(1, n + 1:n + layout%n))/layout%n
@@ -972,7 +980,7 @@ contains
       associate (unused => context%dt)
       end associate
       n = 0
-      do k = 1, size(self%liners)
+      do k = 1, n_liners(self)
          n = n + links_of(self%liners(k))
       end do
    end function count_links
@@ -984,7 +992,7 @@ contains
       type(equations_type), intent(inout) :: equations
       integer :: c, i, k, l
       c = self%first_link
-      do k = 1, size(self%liners)
+      do k = 1, n_liners(self)
          associate (liner => self%liners(k))
             liner%first_link = c
             if (.not. liner%is_there) cycle
@@ -1011,7 +1019,7 @@ contains
       type(step_context_type), intent(in) :: context
       integer :: changes, k, unsettled
       self%level = context%scheme%level
-      do k = 1, size(self%liners)
+      do k = 1, n_liners(self)
          associate (liner => self%liners(k))
             if (.not. liner%is_there) cycle
             call rest(liner)
@@ -1042,7 +1050,7 @@ contains
       type(equations_type), intent(inout) :: equations
       real(wp) :: v(6, 2, 2), line(6, 2, 2)
       integer :: c, i, k, j
-      do k = 1, size(self%liners)
+      do k = 1, n_liners(self)
          associate (liner => self%liners(k))
             if (.not. liner%is_there) cycle
             c = liner%first_link
@@ -1117,7 +1125,7 @@ contains
       real(wp) :: f(3), stiffness(2, beam_links), force(2, beam_links), coupling(beam_links)
       integer, parameter :: rows(beam_links) = [1, 2, 3, 4]
       integer :: c, i, k
-      do k = 1, size(self%liners)
+      do k = 1, n_liners(self)
          associate (liner => self%liners(k))
             if (.not. liner%is_there) cycle
             c = liner%first_link
@@ -1155,7 +1163,7 @@ contains
       type(equations_type), intent(in) :: equations
       real(wp) :: motion(2)
       integer :: c, i, j, k
-      do k = 1, size(self%liners)
+      do k = 1, n_liners(self)
          associate (liner => self%liners(k))
             if (.not. liner%is_there) cycle
             c = liner%first_link
@@ -1181,7 +1189,7 @@ contains
    subroutine keep(self)
       class(liners_type), intent(inout) :: self
       integer :: i, k
-      do k = 1, size(self%liners)
+      do k = 1, n_liners(self)
          do i = 1, size(self%liners(k)%joints)
             self%liners(k)%joints(i)%kept = self%liners(k)%joints(i)%move
          end do
@@ -1196,7 +1204,7 @@ contains
       class(liners_type), intent(inout) :: self
       real(wp), intent(in) :: fraction
       integer :: i, k
-      do k = 1, size(self%liners)
+      do k = 1, n_liners(self)
          do i = 1, size(self%liners(k)%joints)
             associate (joint => self%liners(k)%joints(i))
                joint%move = joint%kept + fraction*(joint%move - joint%kept)
@@ -1218,7 +1226,7 @@ contains
       type(beam_response_type) :: response
       type(tie_response_type) :: of_tie
       integer :: c, i, k
-      do k = 1, size(self%liners)
+      do k = 1, n_liners(self)
          associate (liner => self%liners(k))
             if (.not. liner%is_there) cycle
             c = liner%first_link
@@ -1252,7 +1260,7 @@ contains
       type(equations_type), intent(inout) :: equations
       real(wp) :: way(2), d(3), scale, largest
       integer :: c, i, k
-      do k = 1, size(self%liners)
+      do k = 1, n_liners(self)
          associate (liner => self%liners(k))
             if (.not. liner%is_there) cycle
             ! a link without force among others has lengths that are off by rounding alone
@@ -1291,7 +1299,7 @@ contains
       integer :: i, k
       n_changes = 0
       n_unsettled = 0
-      do k = 1, size(self%liners)
+      do k = 1, n_liners(self)
          associate (liner => self%liners(k))
             if (.not. liner%is_there) cycle
             do i = 1, size(liner%joints)
@@ -1418,9 +1426,9 @@ contains
       integer :: k
       associate (unused => context%dt, not_used => d)
       end associate
-      if (size(self%liners) == 0) return
+      if (n_liners(self) == 0) return
       start = 0
-      do k = 1, size(self%liners)
+      do k = 1, n_liners(self)
          call finish(self, k, new, work, slipped, stored, freed)
          call balance%add(energy%friction, slipped)
          call balance%add(energy%dissipated, work - (stored(2) - stored(1)) - slipped - freed)
@@ -1440,7 +1448,7 @@ contains
       real(wp) :: work, slipped, stored(2), freed
       integer :: i, k
       self%stored = 0
-      do k = 1, size(self%liners)
+      do k = 1, n_liners(self)
          if (.not. self%liners(k)%is_there) cycle
          call finish(self, k, new, work, slipped, stored, freed)
          do i = 1, size(new%joints)
@@ -1469,7 +1477,7 @@ contains
       type(tie_response_type) :: of_tie
       real(wp) :: x(2), y(2)
       integer :: i, k
-      do k = 1, size(self%liners)
+      do k = 1, n_liners(self)
          associate (liner => self%liners(k))
             if (.not. liner%is_there) cycle
             do i = 1, size(liner%joints)
@@ -1525,7 +1533,7 @@ contains
       fits = size(numbers) > 0
       if (fits) self%stored = numbers(1)
       at = 1
-      do k = 1, size(self%liners)
+      do k = 1, n_liners(self)
          associate (liner => self%liners(k))
             if (fits) fits = at + 4 <= size(numbers)
             if (.not. fits) exit
@@ -1571,7 +1579,7 @@ contains
       real(wp), allocatable, intent(out) :: numbers(:)
       integer :: i, k
       numbers = [self%stored]
-      do k = 1, size(self%liners)
+      do k = 1, n_liners(self)
          associate (liner => self%liners(k))
             numbers = [numbers, as_number(liner%is_there), real(liner%side, wp), liner%section%modulus, &
                        real(size(liner%ties), wp)]
@@ -1603,7 +1611,7 @@ contains
       integer :: i, k
       check%group = 'liners'
       call check%holds(self%stored > -0.5_wp*huge(1.0_wp), 'numbers')
-      do k = 1, size(self%liners)
+      do k = 1, n_liners(self)
          associate (liner => self%liners(k))
             if (.not. allocated(liner%path)) cycle
             call check%holds(all(abs(liner%path) <= largest_coordinate) .and. liner%section%modulus > 0 .and. &

@@ -246,7 +246,7 @@ contains
       integer, intent(out) :: n_nodes
       character(len=:), allocatable, intent(inout) :: names(:)
       integer, allocatable, intent(inout) :: first(:)
-      real(wp), allocatable, intent(inout) :: section(:, :)   !! (4, linings) thickness, strengths, 1: closed
+      real(wp), allocatable, intent(inout) :: section(:, :)   !! (5, linings) thickness, strengths, 1: closed, side
       integer :: k, longest
       n_nodes = self%families%liners%n_nodes()
       if (allocated(names)) deallocate (names)
@@ -255,13 +255,13 @@ contains
          longest = maxval([(len(liners(k)%name), k=1, size(liners))])
          allocate (character(len=longest) :: names(size(liners)))
          if (allocated(section)) deallocate (section)
-         allocate (section(4, size(liners)))
+         allocate (section(5, size(liners)))
          first = [0]
          do k = 1, size(liners)
             names(k) = liners(k)%name
             first = [first, first(k) + liners(k)%layout%n]
             section(:, k) = [liners(k)%section%thickness, liners(k)%section%compression, liners(k)%section%tension, &
-                             merge(1.0_wp, 0.0_wp, liners(k)%layout%closed)]
+                             merge(1.0_wp, 0.0_wp, liners(k)%layout%closed), real(liners(k)%side, wp)]
          end do
       end associate
    end subroutine list_liners

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
-"""Linings against closed forms: free ring, clamped ends, a lined hole, its section; by stage, resumed, other threads."""
+"""Linings against closed forms: free ring, clamped ends, a lined hole, its section; by stage, and resumed."""
 
+import itertools
 import math
 import unittest
 
@@ -95,7 +96,7 @@ class Liners(ProgramTest):
 
         lines = [(*at(radii[-1], k), *at(radii[-1], k + 1)) for k in range(n)]
         lines += [(*at(r, k), *at(r, k + 1)) for r in radii[:-1] for k in range(n)]
-        lines += [(*at(a, k), *at(b, k)) for k in range(n) for a, b in zip(radii, radii[1:], strict=False)]
+        lines += [(*at(a, k), *at(b, k)) for k in range(n) for a, b in itertools.pairwise(radii)]
         groups = f"&boundary along = {circle(100, n)}, kind = 'fixed' /\n&region name = 'hole', circle = 0, 0, 5 /\n"
         groups += f"&liner name = 'shell', along = {circle(5, 480)}, thickness = 0.3, young = 30e9 {liner} /\n"
         joint, more = "tie = .true.", f", stress = {stress}, 0"

@@ -46,6 +46,8 @@ from .common import (
 __all__ = ["app", "main"]
 
 #: Commands of the program, which are no commands here.
+# Kinds of pictures whose fields are not those of blocks.
+OWN_FIELDS = ("joints", "bolts", "liner", "capacity")
 PROGRAM_COMMANDS = ("new", "lines", "cut", "run", "resume", "fos", "check", "info", "help")
 
 app = typer.Typer(
@@ -76,7 +78,8 @@ def plot_command(
             "--kind",
             "-k",
             help="blocks (the default), contours, stress (crosses), trajectories, thrust, contacts, joints, "
-            "displacements, water, bolts, history, profile, joint-profile, energy, iterations, ground-reaction, "
+            "displacements, water, bolts, liner (N, M, Q; or one by --field), capacity, "
+            "history, profile, joint-profile, energy, iterations, ground-reaction, "
             "mechanism or factor; of a geometry file lines (the default) or blocks.",
             show_default=False,
         ),
@@ -185,11 +188,13 @@ def plot_command(
         field = plot.joint_field_name("normal_stress" if field == "displacement" else field)
     if kind == "bolts":
         field = "force" if field == "displacement" else field
+    if kind in ("liner", "capacity"):
+        field = "" if field == "displacement" else field
     framed = (
         kind not in ("history", "energy", "iterations", "ground-reaction", "factor") or interactive or len(files) > 1
     )
     opened = [
-        in_shown_units(open_results(path, frame, None if kind in ("joints", "bolts") else field, framed), units, show)
+        in_shown_units(open_results(path, frame, None if kind in OWN_FIELDS else field, framed), units, show)
         for path in files
     ]
     runs, units = [run for run, _ in opened], opened[0][1]
@@ -210,7 +215,7 @@ def plot_command(
         options["window"] = _four_numbers(window, "window")
     if not outline:
         options["outline"] = False
-    explicit = field if field != "displacement" or kind != "profile" else "displacement_y"
+    explicit = (field if field != "displacement" or kind != "profile" else "displacement_y") or None
     path = target(output, files[0], f"_{kind if len(runs) == 1 else 'multiples'}.png")
     if len(runs) > 1:
         if kind != "blocks":

@@ -52,7 +52,7 @@ PlotFieldName = Annotated[
     typer.Option(
         "--field",
         help=f"Field shown by the colours: {', '.join(FIELD_TEXTS)}; of joints: "
-        f"{', '.join(JOINT_FIELDS)}; of bolts: force, use.",
+        f"{', '.join(JOINT_FIELDS)}; of bolts: force, use; of linings: N, M, Q.",
         autocompletion=lambda: [*FIELD_TEXTS, *JOINT_FIELDS],
         callback=_present_field,
     ),

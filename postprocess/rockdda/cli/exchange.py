@@ -36,7 +36,8 @@ def export_command(
     table: Annotated[
         str,
         typer.Option(
-            "--table", help="Of a .csv: history, boundaries, blocks, vertices, contacts, joints, joint_points or bolts."
+            "--table",
+            help="Of a .csv: history, boundaries, blocks, vertices, contacts, joints, joint_points, bolts or liner.",
         ),
     ] = "history",
     frames: Annotated[

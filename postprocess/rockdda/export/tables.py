@@ -40,9 +40,9 @@ def to_csv(
     `what` is 'history' (one row per step), 'boundaries' (per stage and boundary: its kind and its force at the end of
     the stage), 'blocks' (per frame and block: centroid, every field, index of the stage, 1 where the block is there),
     'vertices' (per frame and vertex), 'contacts' (per frame and contact), 'joints' (per frame and pair of blocks: see
-    `rockdda.joints.joint_summary`), 'joint_points' (per frame and point of a joint: see `Results.joints`) or 'bolts'
+    `rockdda.joints.joint_summary`), 'joint_points' (per frame and point of a joint: see `Results.joints`), 'bolts'
     (per frame and bolt: its ends, their blocks, its length and axial force; where bolts have nodes, per node: place,
-    force per bolt and per metre, slip, state).
+    force per bolt and per metre, slip, state) or 'liner' (per frame and node of a lining: place, N, M, Q, state).
 
     Numbers have as many digits as it takes to read back the same value. Blocks, vertices, points and bolts count from
     1, as in the input files (block 0 of a bolt: the fixed outside); frame 0 is the start.
@@ -55,7 +55,7 @@ def to_csv(
         return _write_columns(path, results.boundary_columns(), units)
     tables = {
         "blocks": _block_rows, "vertices": _vertex_rows, "contacts": _contact_rows, "joints": _joint_rows,
-        "joint_points": _joint_point_rows, "bolts": _bolt_rows,
+        "joint_points": _joint_point_rows, "bolts": _bolt_rows, "liner": _liner_rows,
     }  # fmt: skip
     if what not in tables:
         raise InputError(f"there is no table {what!r}; the tables are: history, boundaries, {', '.join(tables)}")
@@ -124,6 +124,11 @@ def _counted_from_1(table: Columns) -> dict[str, Any]:
     """The columns of a table whose joints and blocks count from 0."""
     counted = ("joint", "first", "second")
     return {name: values + (name in counted) for name, values in table.items()}
+
+
+def _liner_rows(frame: Frame) -> dict[str, Any]:
+    table = frame.liner_node_columns
+    return table | {"liner": table["liner"] + 1}
 
 
 def _bolt_rows(frame: Frame) -> dict[str, Any]:

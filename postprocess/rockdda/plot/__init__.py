@@ -20,6 +20,7 @@ from .input_files import INPUT_KINDS, input_plot, is_input
 from .joint_lines import joint_profile, joint_profile_data, thrust
 from .joint_maps import joint_field_name, joints
 from .kinds import KINDS, plot, save, small_multiples
+from .liner_maps import capacity, liner
 from .records import record
 from .search_maps import draw_search, draw_trials, factor, mechanism
 from .slider import slider
@@ -33,6 +34,7 @@ __all__ = [
     "Units",
     "blocks",
     "bolts",
+    "capacity",
     "contact_forces",
     "contours",
     "displacements",
@@ -51,6 +53,7 @@ __all__ = [
     "joint_profile",
     "joint_profile_data",
     "joints",
+    "liner",
     "mechanism",
     "plot",
     "profile",

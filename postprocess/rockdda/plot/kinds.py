@@ -24,6 +24,7 @@ from .curves import energy, history, iterations, profile
 from .ground_reaction import ground_reaction
 from .joint_lines import joint_profile, thrust
 from .joint_maps import joints
+from .liner_maps import capacity, liner
 from .search_maps import factor, mechanism
 from .stress_maps import contours, trajectories
 from .style import (
@@ -126,6 +127,8 @@ KINDS: dict[str, Callable[..., Any]] = {
     "displacements": displacements,
     "water": water,
     "bolts": bolts,
+    "liner": liner,
+    "capacity": capacity,
     "history": history,
     "profile": profile,
     "joint-profile": joint_profile,
@@ -148,6 +151,7 @@ MAPS = (
     "displacements",
     "water",
     "bolts",
+    "liner",
     "mechanism",
 )
 

@@ -117,6 +117,14 @@ def _check(file: h5py.File) -> None:
     if n_bolts is not None:
         _table(file, "frames/bolt_ends", "f8", n_bolts, 2, 2)
         _check_nodes(file, n_bolts)
+    if "model/liner_first" in file:
+        first = _table(file, "model/liner_first", "i4")[()]
+        n = int(first[-1]) if len(first) else 0
+        _check_offsets(first, n, 0, "model/liner_first")
+        _table(file, "model/liner_section", "f8", 5)
+        _table(file, "frames/liner_point", "f8", n, 2)
+        _table(file, "frames/liner_force", "f8", n, 3)
+        _table(file, "frames/liner_state", "i4", n)
     _table(file, "frames/contact_point", "f8", 2)
     _table(file, "frames/contact_force", "f8", 2)
     _table(file, "frames/contact_state", "i4")

@@ -35,7 +35,7 @@ module rockdda_io_results_header
       integer :: n_liner_nodes = 0                       !! 0: no linings
       character(len=:), allocatable :: liner_names(:)
       integer, allocatable :: liner_first(:)             !! (linings + 1) nodes before each
-      real(wp), allocatable :: liner_section(:, :)       !! (4, linings) thickness, strengths (huge: none), 1: closed
+      real(wp), allocatable :: liner_section(:, :)       !! (5, linings) thickness, strengths, 1: closed, side
       integer, allocatable :: boundary_edges(:, :)       !! (2, n) boundary and first vertex of each edge, from 1
       character(len=10), allocatable :: boundary_kinds(:) !! (boundaries)
       type(water_type), allocatable :: water(:)          !! groups

@@ -141,7 +141,7 @@ contains
       call file%write_texts('model/liner_names', header%liner_names, error)
       if (.not. allocated(error)) call file%write('model/liner_first', [size(header%liner_first)], header%liner_first, &
                                                        error)
-      if (.not. allocated(error)) call file%write('model/liner_section', [4, n], reshape(header%liner_section, [4*n]), &
+      if (.not. allocated(error)) call file%write('model/liner_section', [5, n], reshape(header%liner_section, [5*n]), &
                                                        error)
    end subroutine write_liners
 

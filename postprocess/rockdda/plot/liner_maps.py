@@ -1,0 +1,176 @@
+# SPDX-License-Identifier: MIT
+"""Pictures of linings: axial force, moment and shear force drawn normal to them, and the capacity of their sections."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..columns import Columns
+from ..errors import InputError
+from ..frames import FloatArray, Frame
+from ..units import Units
+from .block_maps import add_fixed_points, add_plain_blocks, frame_axes
+from .style import PAPER_WIDTH, clip_to_window, style
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from ..results import Results
+
+FIELDS = {"N": "axial force", "M": "bending moment", "Q": "shear force"}
+MARKS = {2: ("cracked", "o"), 3: ("crushed", "X")}
+COLOURS = ("#2166ac", "#b2182b")
+SHARE = 0.16  # of the extent of a lining, which the largest ordinate takes
+
+
+def liner(
+    results: Results,
+    field: str | None = None,
+    frame: int = -1,
+    *,
+    axes: Axes | None = None,
+    units: str | Units | None = None,
+    title: str | None = None,
+) -> Any:
+    """Forces along the linings, drawn normal to them: N (tension positive), M (positive where it pulls on the side of
+    the opening, and drawn there), Q, in one panel each, or the one that `field` names. Per metre out of the plane."""
+    import matplotlib.pyplot as plt
+
+    now, units = results.frames[frame], Units.parse(units, results)
+    if field is not None and field not in FIELDS:
+        raise InputError(f"the forces of a lining are {', '.join(FIELDS)}, not {field!r}")
+    _nodes(results, now)
+    with style():
+        if field is not None:
+            return _draw(results, now, field, axes, units, title, axes is None)
+        if axes is not None:
+            raise InputError("three forces need axes of their own: name one of N, M, Q as field")
+        size = np.ptp(results.vertices, axis=0)
+        height = min(max(PAPER_WIDTH / 3 * size[1] / size[0], 1.2), 5) + 0.6
+        _, panels = plt.subplots(1, 3, figsize=(1.5 * PAPER_WIDTH, 1.5 * height), layout="constrained")
+        for panel, name in zip(panels, FIELDS, strict=True):
+            _draw(results, now, name, panel, units, title if name == "N" else "")
+        return panels
+
+
+def capacity(
+    results: Results,
+    frame: int = -1,
+    *,
+    axes: Axes | None = None,
+    units: str | Units | None = None,
+    title: str | None = None,
+) -> Axes:
+    """Axial force (compression to the right) and moment at all nodes of the linings, and the capacity of their
+    sections: the sound section up to the first crack or crushing (dashed), the cracked one, without tension, up to the
+    first crushing (solid)."""
+    from .style import new_axes, title_of
+
+    now, units = results.frames[frame], Units.parse(units, results)
+    nodes = _nodes(results, now)
+    factor, unit = units.multiple("force", float(np.abs(nodes["N"]).max(initial=0.0)))
+    moment, unit_m = units.multiple("force", float(np.abs(nodes["M"]).max(initial=0.0)))
+    with style():
+        _, axes = new_axes(axes, (PAPER_WIDTH, 0.7 * PAPER_WIDTH))
+        for k, name in enumerate(results.liner_names):
+            chosen = nodes.rows(nodes["liner"] == k)
+            if not chosen.n_rows:
+                continue
+            colour = f"C{k}"
+            axes.plot(-factor * chosen["N"], moment * chosen["M"], ".", color=colour, label=name, zorder=3)
+            thickness, compression, tension = results.liner_section[k][:3]
+            for curve, line in ((sound_limit, "--"), (cracked_limit, "-")):
+                n, m = curve(thickness, compression, tension)
+                if len(n):
+                    for sign in (1, -1):
+                        axes.plot(factor * n, sign * moment * m, line, color=colour, linewidth=0.9)
+        axes.axhline(0, color="#999999", linewidth=0.5)
+        axes.set_xlabel(f"compression{_per_metre(unit, units, 0)}")
+        axes.set_ylabel(f"moment{_per_metre(unit_m, units, 1)}")
+        axes.set_title(title_of(results) if title is None else title)
+        axes.legend()
+    return axes
+
+
+def sound_limit(thickness: float, compression: float, tension: float) -> tuple[FloatArray, FloatArray]:
+    """Compression and largest moment of a section at its first crack or crushing; empty without strengths."""
+    if not np.isfinite(compression * tension):
+        return np.zeros(0), np.zeros(0)
+    corner = 0.5 * (compression - tension) * thickness
+    n = np.array([-tension * thickness, corner, compression * thickness])
+    return n, np.array([0.0, (compression + tension) * thickness**2 / 12, 0.0])
+
+
+def cracked_limit(thickness: float, compression: float, tension: float) -> tuple[FloatArray, FloatArray]:
+    """The same of a section without tension, at its first crushing."""
+    if not np.isfinite(compression):
+        return np.zeros(0), np.zeros(0)
+    depth = np.linspace(0, thickness, 41)
+    n = 0.5 * compression * depth
+    return np.append(n, compression * thickness), np.append(n * (0.5 * thickness - depth / 3), 0.0)
+
+
+def _nodes(results: Results, now: Frame) -> Columns:
+    nodes = now.liner_node_columns
+    nodes = nodes.rows(nodes["state"] > 0)
+    if not nodes.n_rows:
+        raise InputError(f"{results.path} has no linings in this frame")
+    return nodes
+
+
+def _per_metre(unit: str, units: Units, power: int) -> str:
+    return f" [{unit}{units.length if power else ''}/{units.length}]" if unit and units.length else ""
+
+
+def _draw(
+    results: Results, now: Frame, name: str, axes: Axes | None, units: Units, title: str | None, whole: bool = True
+) -> Axes:
+    from matplotlib.collections import PolyCollection
+
+    nodes = _nodes(results, now)
+    largest = float(np.abs(nodes[name]).max(initial=0.0))
+    factor, unit = units.multiple("force", largest)
+    axes = frame_axes(results, now, now.shown_vertices, axes, units, title)
+    add_plain_blocks(axes, results, now.shown_vertices)
+    for k in range(len(results.liner_names)):
+        chosen = nodes.rows(nodes["liner"] == k)
+        if not chosen.n_rows:
+            continue
+        place, value = chosen.stack("x", "y"), chosen[name]
+        if results.liner_section[k][3] > 0:  # closed
+            place, value = np.vstack([place, place[:1]]), np.append(value, value[0])
+        along = np.gradient(place, axis=0)
+        if results.liner_section[k][3] > 0:
+            along[0] = along[-1] = place[1] - place[-2]
+        normal = np.stack([-along[:, 1], along[:, 0]], axis=1) / np.hypot(*along.T)[:, None]
+        side = results.liner_section[k][4]
+        extent = max(float(np.ptp(place, axis=0).max()), 1e-300)
+        # a moment is drawn on the side on which it pulls
+        ends = place + (SHARE * extent / largest if largest > 0 else 0.0) * side * value[:, None] * normal
+        quads = np.stack([place[:-1], place[1:], ends[1:], ends[:-1]], axis=1)
+        mean = 0.5 * (value[1:] + value[:-1])
+        axes.add_collection(
+            PolyCollection(
+                list(quads), facecolors=[COLOURS[int(v > 0)] for v in mean], alpha=0.45, linewidths=0, zorder=3
+            ),
+            autolim=False,
+        )
+        axes.plot(*ends.T, color="black", linewidth=0.6, zorder=3.2)
+        axes.plot(*place.T, color="black", linewidth=1.6, zorder=3.4)
+        for state, (words, mark) in MARKS.items():
+            at = chosen["state"] == state
+            if at.any():
+                axes.plot(chosen["x"][at], chosen["y"][at], mark, color="black", markersize=3.5, zorder=4, label=words)
+    values = factor * nodes[name]
+    words = f"{FIELDS[name]} {name}{_per_metre(unit, units, int(name == 'M'))}"
+    axes.set_xlabel(f"{words}: {values.min():.4g} … {values.max():.4g}")
+    add_fixed_points(axes, results)
+    place = nodes.stack("x", "y")
+    middle, half = 0.5 * (place.min(axis=0) + place.max(axis=0)), 0.85 * float(np.ptp(place, axis=0).max())
+    if whole:
+        clip_to_window(axes, (*(middle - half), *(middle + half)))
+    if (nodes["state"] > 1).any():
+        axes.legend(loc="upper right")
+    return axes
