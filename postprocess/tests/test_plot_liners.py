@@ -1,0 +1,64 @@
+# SPDX-License-Identifier: MIT
+"""Linings: read from results, drawn, written as a table, and the limits of their sections."""
+
+import matplotlib
+
+matplotlib.use("Agg")
+
+import matplotlib.pyplot as plt
+import numpy as np
+import pytest
+import rockdda
+from rockdda import export, plot
+from rockdda.plot.liner_maps import cracked_limit, sound_limit
+
+MODEL = """\
+&model geometry = 'beam.dc', units = 'SI' /
+&block_material number = 1, density = 2500, young = 1e10, poisson = 0.2 /
+&joint_material number = 1, friction = 30 /
+&load gravity = 9.81 /
+&boundary along = -1,1, 0,1, kind = 'fixed' /
+&liner name = 'beam', along = -1,0, 3,0, thickness = 0.2, young = 30e9, compressive_strength = 30e6,
+       tensile_strength = 1e6 /
+&stage until = 'equilibrium' /
+"""
+
+
+@pytest.fixture(scope="module")
+def beam(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("beam")
+    lines = ["-1 0 0 0 1", "0 0 0 1 1", "0 1 -1 1 1", "-1 1 -1 0 1"]
+    (folder / "beam.dc").write_text("\n".join(["0.001", "4 4", "0", "0", "0", "0", "0", "0", *lines]) + "\n")
+    (folder / "beam.nml").write_text(MODEL)
+    yield rockdda.run(folder / "beam.nml", output=folder / "beam.h5")
+    plt.close("all")
+
+
+def test_nodes_and_table(beam, tmp_path):
+    nodes = beam.frames[-1].liner_nodes
+    assert list(nodes) == ["liner", "name", "x", "y", "N", "M", "Q", "state"]
+    root = nodes.iloc[int(np.abs(nodes["x"]).argmin())]
+    # its own weight of 2500 kg/m3 on 3 m pulls on the side of the rock
+    assert root["M"] == pytest.approx(-2500 * 9.81 * 0.2 * 3**2 / 2, rel=0.01)
+    export.csv(beam, tmp_path / "liner.csv", "liner")
+    rows = (tmp_path / "liner.csv").read_text().splitlines()
+    assert len(rows) == 1 + beam.n_frames * len(nodes)
+
+
+def test_pictures(beam, tmp_path):
+    panels = plot.liner(beam)
+    assert [axes.get_xlabel()[-40:].split(":")[0].split()[-2] for axes in panels] == ["N", "M", "Q"]
+    axes = plot.liner(beam, "M")
+    assert "kNm/m" in axes.get_xlabel()
+    plot.save(plot.capacity(beam), tmp_path / "capacity.png")
+    with pytest.raises(rockdda.InputError, match="the forces of a lining are N, M, Q"):
+        plot.liner(beam, "force")
+
+
+def test_limits_of_a_section():
+    """L3: t 0.3, fc 30, ft 3 MPa."""
+    n, m = sound_limit(0.3, 30.0, 3.0)
+    assert (n[1], m[1]) == (pytest.approx(4.05), pytest.approx(0.2475))
+    n, m = cracked_limit(0.3, 30.0, 3.0)
+    # first crushing without tension: chords of a parabola are below it by less than 1e-3
+    assert np.interp(2.0, n, m) == pytest.approx(0.21111, rel=1e-3)
