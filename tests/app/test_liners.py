@@ -137,6 +137,81 @@ class Liners(ProgramTest):
             self.assertEqual(file["model/liner_names"][()].tolist(), [b"shell"])
             self.assertEqual(file["model/liner_first"][()].tolist(), [0, 64])
 
+    def test_first_cracking_and_crushing(self):
+        """L3: a force that grows, 0.1 m beside the axis of a short arm. It cracks at the tensile strength, and crushes
+        where a section without tension does."""
+        groups = "&liner name = 'c', along = -1, 0, 0.6, 0, thickness = 0.3, young = 30e9, element = 0.2, "
+        groups += "compressive_strength = 30e6, tensile_strength = 3e6 /\n"
+        groups += "&loading_point at = 0.5, 0.1, force = 0, 0, 0, 100, -2.5e6, 0 /\n" + FIXED.format(-1, 1, 0, 1)
+        groups += "&time dt_max = 1 /\n&stage kind = 'static', until_time = 95 /\n&run save_every = 1 /\n"
+        self.boxes("bent", [(-1, 0, 0, 1), (0.4, 0, 0.6, 0.2)], groups, young=1e11)
+        with self.solve("bent") as file:
+            states, force = file["frames/liner_state"][()], file["frames/liner_force"][()]
+            free = abs(file["frames/liner_point"][0][:, 0] - 0.2).argmin()
+            # N = ft/(6 e/t^2 - 1/t), and N e = N (t/2 - 2 N/(3 fc)); steps of 25 kN
+            for state, expected in ((2, 0.9e6), (3, 2.25e6)):
+                first = (states[:, free] >= state).argmax()
+                self.near(25e3 * file["frames/time"][first], expected, 0.03)
+            crushing = force[first - 1, free]
+            self.near(crushing[1], -crushing[0] * (0.15 + 2 * crushing[0] / (3 * 30e6)), 0.03)
+            self.assertLess(abs(file["history/energy"][-1][-1]), 1e-9 * abs(file["history/energy"][-1][4]))
+
+    def test_hardening_keeps_the_stress(self):
+        """A bar under its force: a new modulus changes nothing until more force comes."""
+        stages = "&stage name = 'one', until = 'equilibrium' /\n&stage name = 'two', until = 'equilibrium' /\n"
+        stages += "&change stage = 'two', liner = 'c', young = 60e9 /\n"
+        groups = "&liner name = 'c', along = -1, 0, 2, 0, thickness = 0.3, young = 30e9 /\n"
+        groups += "&loading_point at = 1.9, 0.005, force = -1e6, 0 /\n" + FIXED.format(-1, 1, 0, 1) + stages
+        self.boxes("hard", [(-1, 0, 0, 1), (1.8, 0, 2, 0.2)], groups, young=1e11)
+        with self.solve("hard") as file:
+            stage, place = file["history/stage"][()], file["frames/liner_point"][()]
+            step = file["frames/step"][()]
+            at_end = (step == file["history/step"][(stage == 0).nonzero()[0][-1]]).argmax()
+            moved = place[at_end, -1, 0] - place[0, -1, 0]
+            self.assertLess(moved, -1e-4)
+            self.assertAlmostEqual(place[-1, -1, 0] - place[0, -1, 0], moved, delta=1e-4 * abs(moved))
+            energy = file["history/energy"][-1]
+            self.assertLess(abs(energy[-1]), 1e-9 * abs(energy[4]))
+
+    def test_resumed_run_has_the_same_bits(self):
+        """Stopped and resumed with a lining in place, cracked, also with other threads."""
+        groups = "&liner name = 'c', along = -1, 0, 0.6, 0, thickness = 0.3, young = 30e9, tensile_strength = 1e5, "
+        groups += "compressive_strength = 30e6 /\n&loading_point at = 0.5, 0.1, force = 0, 0, 0, 100, -1e6, 0 /\n"
+        groups += FIXED.format(-1, 1, 0, 1) + "&time dt_max = 1 /\n&stage kind = 'static', until_time = 50 /\n"
+        self.boxes("part", [(-1, 0, 0, 1), (0.4, 0, 0.6, 0.2)], groups, young=1e11)
+        names = ("history/energy", "frames/liner_force", "frames/liner_point", "frames/liner_state")
+        with self.solve("part", "--threads", "2", "--steps", "40") as file:
+            whole = [file[name][-1].tolist() for name in names]
+            self.assertIn(2, whole[3])
+        with self.solve("part", "--steps", "27"):
+            pass
+        outcome = self.run_program("resume", "part.ckpt.h5", "--steps", "13")
+        self.assertEqual(outcome.code, 0, outcome.err)
+        with h5py.File(self.path("part.h5")) as file:
+            self.assertEqual([file[name][-1].tolist() for name in names], whole)
+
+    def test_mistakes_are_named(self):
+        groups = "&liner name = 'a', along = 0, 0, 0, 0, thickness = 0.2, young = 3e10 /\n"
+        groups += "&liner along = 0, 0, 1, 0, young = 3e10 /\n&liner thickness = 0.1, young = 1e9, on = 'b' /\n"
+        groups += "&stage name = 's', until = 'equilibrium', install = 'aa' /\n"
+        groups += "&change stage = 's', liner = 'x', young = 1e9 /\n"
+        self.boxes("bad", [(0, 0, 1, 1)], groups)
+        text = self.run_program("check", "bad.nml").err
+        self.assertIn("&liner: thickness is missing", text)
+        groups = groups.replace("&liner along = 0, 0, 1, 0, young = 3e10 /\n", "")
+        self.boxes("bad", [(0, 0, 1, 1)], groups)
+        text = self.run_program("check", "bad.nml").err
+        for words in (
+            "liner 'a': the line along has no length",
+            "on = 'b' names no lining before this one",
+            "there is no &bolt 'aa' with a kind other than 'spring', nor a &liner",
+            "&change: there is no lining 'x'",
+        ):
+            self.assertIn(words, text)
+        far = "&liner name = 'far', along = 0, -0.05, 1, -0.05, thickness = 0.2, young = 3e10 /\n" + REST
+        self.boxes("bad", [(0, 0, 1, 1)], far)
+        self.assertIn("liner 'far': the line lies up to 0.05 beside the rock", self.run_program("check", "bad.nml").err)
+
 
 if __name__ == "__main__":
     unittest.main()
