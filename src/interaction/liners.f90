@@ -876,7 +876,8 @@ contains
       type(liner_nodes_type), intent(out) :: nodes
       type(beam_response_type) :: response
       real(wp), allocatable :: center(:, :), sum_of(:), eccentricity(:), pressure(:)
-      real(wp) :: of_ends(3, 2)
+      real(wp) :: of_ends(3, 2), share(2)
+      logical, allocatable :: held(:)
       integer :: i, k, n, next
       allocate (nodes%place(2, self%n_nodes()), nodes%force(3, self%n_nodes()), sum_of(self%n_nodes()), &
                 eccentricity(self%n_nodes()), source=0.0_wp)
@@ -887,6 +888,7 @@ contains
             if (liner%is_there) then
                center = installed_centroids(liner)
                pressure = pressures(self, context, liner)
+               held = [(any(liner%ties%a > 0 .and. liner%ties%b == liner%before + i), i=1, layout%n)]
                do i = 1, layout%n
                   nodes%place(:, n + i) = on_segment(context, liner%before + i, liner%path(:, layout%node(i)) - &
                                                      center(:, i))
@@ -898,12 +900,13 @@ contains
                      next = n + 1 + mod(i, layout%n)
                      of_ends(:, 1) = forces_at(joint%beam, response%f, 1)
                      of_ends(:, 2) = forces_at(joint%beam, response%f, n_sections)
-                     of_ends(2, :) = of_ends(2, :) - joint%beam%length**2/12*0.5_wp*sum(pressure(joint%block - &
-                                                                                                liner%before))
+                     if (all(held(joint%block - liner%before))) of_ends(2, :) = of_ends(2, :) - &
+                        joint%beam%length**2/12*0.5_wp*sum(pressure(joint%block - liner%before))
                      eccentricity([n + i, next]) = eccentricity([n + i, next]) + joint%beam%eccentricity
-                     nodes%force(:, n + i) = nodes%force(:, n + i) + of_ends(:, 1)
-                     nodes%force(:, next) = nodes%force(:, next) + of_ends(:, 2)
-                     sum_of([n + i, next]) = sum_of([n + i, next]) + 1
+                     share = shares(joint%block - liner%before, held, layout%closed)
+                     nodes%force(:, n + i) = nodes%force(:, n + i) + share(1)*of_ends(:, 1)
+                     nodes%force(:, next) = nodes%force(:, next) + share(2)*of_ends(:, 2)
+                     sum_of([n + i, next]) = sum_of([n + i, next]) + share
                      nodes%state(n + i) = max(nodes%state(n + i), state_of(joint%state, 1))
                      nodes%state(next) = max(nodes%state(next), state_of(joint%state, n_sections))
                   end associate
@@ -917,7 +920,7 @@ contains
          end associate
       end do
       nodes%force = nodes%force/spread(max(1.0_wp, sum_of), 1, 3)
-      eccentricity = eccentricity/max(1.0_wp, sum_of)
+      eccentricity = 0.5_wp*eccentricity
       n = 0
       do k = 1, n_liners(self)
          associate (layout => self%liners(k)%layout)
@@ -928,6 +931,24 @@ contains
       end do
 
    contains
+
+      !> Shares of the beam of two segments in the forces of their nodes: none where rock ends at the node on the side
+      !> of the beam, for a clamped end is that of the free side.
+      pure function shares(pair, held, closed) result(share)
+         integer, intent(in) :: pair(2)
+         logical, intent(in) :: held(:), closed
+         real(wp) :: share(2)
+         integer :: beyond(2)
+         beyond = [pair(1) - 1, pair(2) + 1]
+         if (closed) beyond = 1 + modulo(beyond - 1, size(held))
+         share = 1
+         if (beyond(1) >= 1) then
+            if (held(pair(2)) .and. .not. held(beyond(1))) share(1) = 0
+         end if
+         if (beyond(2) <= size(held)) then
+            if (held(pair(1)) .and. .not. held(beyond(2))) share(2) = 0
+         end if
+      end function shares
 
       !> What a section is.
       pure integer function state_of(state, section)

@@ -85,6 +85,7 @@ class Liners(ProgramTest):
                 self.near((place[-1] - place[0])[-1, 1], expected, 0.02)
                 tip = abs(place[0, :, 0] - 2).argmin()
                 self.near(force[tip, 1], -1e3 * (3.95 - place[0, tip, 0]), 1e-3)
+                self.near(force[abs(place[0, :, 0]).argmin(), 1], -3950, 0.01)
                 self.assertEqual(set(file["frames/liner_state"][-1].tolist()), {1})
 
     def ground(self, name, liner, stages, stress="-5e6, -10e6", n=64, rings=24):
