@@ -6,11 +6,13 @@ import os
 import shutil
 import stat
 
+import numpy as np
 import pytest
 import rockdda
 import typer
 from places import INPUTS, ROOT
 from rockdda import cli
+from rockdda.analysis.pull_test import pull_curve
 from rockdda.cli.command import app
 from rockdda.errors import OutputError
 from rockdda.writing import complete_file, write_file
@@ -43,6 +45,7 @@ WRITERS = {
     "export vtkhdf": ["export", "wall.h5", "-o", "out.vtkhdf"],
     "convert": ["convert", "traces.txt", "-o", "out", "--template", "--force"],
     "record": ["record", "quake.csv", "-o", "out.png", "--dpi", "30", "--write", "written.csv"],
+    "calibrate-bolt": ["calibrate-bolt", "pull.csv", "--length", "1", "--diameter", "0.025", "-o", "out.png"],
     "study": ["study", "grid.toml", "--workers", "1"],
     "study slurm": ["study", "grid.toml", "--slurm"],
     "convergence": ["convergence", "template", "--jobs", "1"],
@@ -50,6 +53,10 @@ WRITERS = {
     "reliability slurm": ["reliability", "template", "--vary", "joint_material 1.friction = normal(30, 3)", "--slurm"],
     "validate": ["validate", "--case", "6.5-voussoir", "-o", "out", "--force"],
 }
+#: a bar of 1 m that slips at 175 kN/m, by the closed form
+PULL_TEST = "displacement [mm], force [kN]\n" + "".join(
+    f"{1e3 * x:.6g}, {1e-3 * pull_curve(x, 1.0, 98e6, 1.12e8, 1.75e5):.6g}\n" for x in np.linspace(0, 9e-3, 20)
+)
 #: Commands that write no file, or make pages in memory only.
 OTHERS = {"view", "compare", "loosening", "voussoir", "rockload", "completion"}
 
@@ -60,6 +67,7 @@ def prepare(folder):
     write_wall(folder / "wall.h5", 3, 2, frames=2)
     (folder / "quake.csv").write_text(RECORD)
     (folder / "traces.txt").write_text("0 0 10 0\n10 0 10 8\n10 8 0 8\n0 8 0 0\n0 3 10 3\n4 0 4 8\n")
+    (folder / "pull.csv").write_text(PULL_TEST)
     shutil.copy(INPUTS / "incline/incline.dc", folder / "model.dc")
     shutil.copytree(INPUTS / "incline", folder / "template")
     options = next((folder / "template").glob("*.df"))
@@ -87,7 +95,7 @@ def chosen(name, program, monkeypatch):
         pytest.importorskip("vtkmodules.vtkIOXML")
     if name in ("export dxf", "convert"):
         pytest.importorskip("ezdxf")
-    if name in ("record", "validate") or name.startswith("reliability"):
+    if name in ("record", "calibrate-bolt", "validate") or name.startswith("reliability"):
         pytest.importorskip("scipy")
     return name
 
