@@ -191,6 +191,21 @@ class Liners(ProgramTest):
         with h5py.File(self.path("part.h5")) as file:
             self.assertEqual([file[name][-1].tolist() for name in names], whole)
 
+    def test_layers_act_together_until_one_is_removed(self):
+        """Two bonded layers bend as one of the sum of their thicknesses; without the second one the first is alone."""
+        groups = "&liner name = 'a', along = -1, 0, 4, 0, thickness = 0.1, young = 30e9, element = 0.4 /\n"
+        groups += "&liner name = 'b', on = 'a', thickness = 0.1, young = 30e9 /\n" + FIXED.format(-1, 1, 0, 1)
+        groups += "&loading_point at = 3.95, 0.05, force = 0, -1e3 /\n"
+        groups += "&stage name = 'one', until = 'equilibrium', install = 'a, b' /\n"
+        removal = "&stage name = 'two', until = 'equilibrium', remove = 'b' /\n"
+        for stages, thickness in (("", 0.2), (removal, 0.1)):
+            self.boxes("two", [(-1, 0, 0, 1), (3.9, 0, 4, 0.1)], groups + stages, young=1e13)
+            with self.solve("two") as file:
+                tip = file["model/liner_first"][1] - 1
+                moved = file["frames/liner_point"][-1, tip, 1] - file["frames/liner_point"][0, tip, 1]
+                bending = 30e9 / 0.96 * thickness**3 / 12
+                self.near(moved, -1e3 * 3.95**2 / 6 * (3 * 4 - 3.95) / bending, 0.02)
+
     def test_mistakes_are_named(self):
         groups = "&liner name = 'a', along = 0, 0, 0, 0, thickness = 0.2, young = 3e10 /\n"
         groups += "&liner along = 0, 0, 1, 0, young = 3e10 /\n&liner thickness = 0.1, young = 1e9, on = 'b' /\n"
