@@ -105,14 +105,21 @@ def test_falling_wedge(run_model, near):
 
 
 def test_supported_tunnel(program, tmp_path, run_model, near):
-    """Bolts that are bent by joints keep their tangent: as many steps as without bolts would be 38."""
+    """Bolts that are bent by joints keep their tangent: without them 38 steps. The lining carries most of what they did,
+    and its weight goes to the bottom."""
     results = tmp_path / "out.h5"
     outcome = run_program(program, ["run", str(INPUTS / "supported_tunnel"), "-o", str(results)], tmp_path)
     assert outcome.returncode == 0, outcome.stderr
     run, bare = Run(results), run_model("two_headings")
-    assert len(run.time) < 120
+    assert len(run.time) < 250
     force = run["history/boundary_force"][-1, 0, 1]
-    near("supported_tunnel, force on the bottom [N]", force, bare["history/boundary_force"][-1, 0, 1], 1e-6)
+    points = run["frames/liner_point"][-1]
+    weight = 0.15 * 2400 * 9.81 * np.linalg.norm(np.diff(points, axis=0), axis=1).sum()
+    # the points are those of the nodes: half a segment at each end is not between two
+    near("supported_tunnel, force on the bottom [N]", force - bare["history/boundary_force"][-1, 0, 1], weight, 0.03)
     crown = [-one.displacement(0)[-1, 1] for one in (run, bare)]
-    assert crown[0] < crown[1]
-    assert 10e3 < run["history/bolt_force"][-1].max() < 245e3
+    assert crown[0] < 0.9 * crown[1]
+    lining = run["frames/liner_force"][-1]
+    assert -1e6 < lining[:, 0].min() < -0.5e6
+    assert np.abs(lining[:, 1]).max() < 20e3
+    assert 10e3 < run["history/bolt_force"][-1].max() < 74e3
