@@ -197,6 +197,7 @@ class Model(OptionGroups):
             own = {"name": name, "kind": kind, "pretension": pretension or None}
             self.add_group("bolt", **{k: v for k, v in own.items() if v is not None}, **ends, **options)
             return
+        refuse_problems("add_bolt", "bolt", options)
         if stiffness is None:
             raise InputError("give stiffness (a spring), or kind")
         if options:

@@ -11,6 +11,7 @@ module rockdda_interaction_bar_bolt
    use rockdda_model_blocks, only : block_system_type
    use rockdda_model_bolt_layout, only : trace_bolt
    use rockdda_model_bolt_numbers, only : bolt_numbers_type
+   use rockdda_interaction_affine_motion, only : affine_motion
    use rockdda_interaction_bar, only : bar_type, bar_state_type, bar_response_type, new_bar, tension, stored_energy
    use rockdda_interaction_context, only : step_context_type
    implicit none
@@ -157,7 +158,7 @@ contains
       integer :: p
       do p = 1, size(bolt%block)
          if (bolt%block(p) == 0) cycle
-         affine = motion_so_far(context, bolt%block(p))
+         affine = affine_motion(context%blocks, context%state%vertices, bolt%block(p))
          bolt%place(:, p) = affine(:, 1) + matmul(affine(:, 2:3), bolt%place(:, p))
       end do
       bolt%is_there = .true.
@@ -166,33 +167,6 @@ contains
       bolt%state = tension(bolt%bar, is_held(bolt, context%state%active), bolt%pretension)
       bolt%dowel_slip = joint_motion(bolt)
    end subroutine install
-
-   !> Motion of a block since it was drawn: place = m(:, 1) + m(:, 2:3) place when drawn, by its vertices.
-   pure function motion_so_far(context, block) result(m)
-      type(step_context_type), intent(in) :: context
-      integer, intent(in) :: block
-      real(wp) :: m(2, 3), was(2), is(2), a(2, 2), b(2, 2), x(2)
-      integer :: first, last, v
-      first = context%blocks%vertex_offset(block) + 1
-      last = context%blocks%vertex_offset(block + 1)
-      associate (old => context%blocks%vertices(:, first:last), new => context%state%vertices(:, first:last))
-         m(:, 1) = 0
-         m(:, 2:3) = reshape([1.0_wp, 0.0_wp, 0.0_wp, 1.0_wp], [2, 2])
-         if (all(abs(old - new) <= 0)) return
-         was = sum(old, 2)/size(old, 2)
-         is = sum(new, 2)/size(new, 2)
-         a = 0
-         b = 0
-         do v = 1, size(old, 2)
-            x = old(:, v) - was
-            a = a + spread(new(:, v) - is, 2, 2)*spread(x, 1, 2)
-            b = b + spread(x, 2, 2)*spread(x, 1, 2)
-         end do
-         b = reshape([b(2, 2), -b(2, 1), -b(1, 2), b(1, 1)], [2, 2])/(b(1, 1)*b(2, 2) - b(1, 2)*b(2, 1))
-         m(:, 2:3) = matmul(a, b)
-         m(:, 1) = is - matmul(m(:, 2:3), was)
-      end associate
-   end function motion_so_far
 
    !> Ties whose rock is there.
    pure function is_held(bolt, active) result(held)

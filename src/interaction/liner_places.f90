@@ -7,9 +7,10 @@ module rockdda_interaction_liner_places
    use rockdda_geometry_polygons, only : distance_to_outline
    use rockdda_model_blocks, only : block_system_type
    use rockdda_model_liner_layout, only : lift
+   use rockdda_interaction_affine_motion, only : affine_motion
    implicit none
    private
-   public :: stretch_type, find_stretches, follow_rock, motion_between, segment_outline, opening_side, &
+   public :: stretch_type, find_stretches, follow_rock, segment_outline, opening_side, &
       reach_over_thickness, rock_ends, block_ends
 
    !> Rock meets a lining that lies closer to its line than this share of the thickness.
@@ -216,7 +217,7 @@ contains
                distance = distance_to_outline(path(:, k), v)
             end associate
             if (distance > min(reach, nearest + near)) cycle
-            m = motion_between(blocks, vertices, b)
+            m = affine_motion(blocks, vertices, b)
             if (distance < nearest - near) then
                n = 0
                u(:, k) = 0
@@ -242,34 +243,6 @@ contains
       end do
       moved = path + u
    end function follow_rock
-
-   !> Motion of a block since it was drawn: place = m(:, 1) + m(:, 2:3) place when drawn, by its vertices.
-   pure function motion_between(blocks, vertices, block) result(m)
-      type(block_system_type), intent(in) :: blocks
-      real(wp), intent(in) :: vertices(:, :)     !! (2, vertices) where they are now
-      integer, intent(in) :: block
-      real(wp) :: m(2, 3), was(2), is(2), a(2, 2), b(2, 2), x(2)
-      integer :: first, last, v
-      first = blocks%vertex_offset(block) + 1
-      last = blocks%vertex_offset(block + 1)
-      associate (old => blocks%vertices(:, first:last), new => vertices(:, first:last))
-         m(:, 1) = 0
-         m(:, 2:3) = reshape([1.0_wp, 0.0_wp, 0.0_wp, 1.0_wp], [2, 2])
-         if (all(abs(old - new) <= 0)) return
-         was = sum(old, 2)/size(old, 2)
-         is = sum(new, 2)/size(new, 2)
-         a = 0
-         b = 0
-         do v = 1, size(old, 2)
-            x = old(:, v) - was
-            a = a + spread(new(:, v) - is, 2, 2)*spread(x, 1, 2)
-            b = b + spread(x, 2, 2)*spread(x, 1, 2)
-         end do
-         b = reshape([b(2, 2), -b(2, 1), -b(1, 2), b(1, 1)], [2, 2])/(b(1, 1)*b(2, 2) - b(1, 2)*b(2, 1))
-         m(:, 2:3) = matmul(a, b)
-         m(:, 1) = is - matmul(m(:, 2:3), was)
-      end associate
-   end function motion_between
 
    !> Outline of a segment, counter-clockwise: its part of the path between two distances towards the opening.
    pure function segment_outline(path, closed, first, last, side, from, to) result(outline)
