@@ -105,8 +105,8 @@ def test_falling_wedge(run_model, near):
 
 
 def test_supported_tunnel(program, tmp_path, run_model, near):
-    """Bolts that are bent by joints keep their tangent: without them 38 steps. The lining carries most of what they did,
-    and its weight goes to the bottom."""
+    """Bent bolts keep their tangent: without them 38 steps. The lining carries most of what they did, and its weight
+    goes to the bottom."""
     results = tmp_path / "out.h5"
     outcome = run_program(program, ["run", str(INPUTS / "supported_tunnel"), "-o", str(results)], tmp_path)
     assert outcome.returncode == 0, outcome.stderr

@@ -151,7 +151,8 @@ def calibrate_bolt(
         raise InputError(f"at least 4 points with a force are needed, found {len(force)}", test.name or None)
 
     def missing(logs: FloatArray) -> FloatArray:
-        found = pull_curve(moved, length, axial, *np.exp(logs), free_length)
+        stiffness, strength = np.exp(logs)
+        found = pull_curve(moved, length, axial, stiffness, strength, free_length)
         return (found - force) / force.max()
 
     # the best of a grid, from long slips to none and from short bolts to long ones, is where the fit begins
@@ -282,7 +283,7 @@ def read_pull_test(path: str | os.PathLike[str]) -> PullTest:
     mark = next((mark for mark in (";", "\t", ",") if mark in head), ",")
     columns = _columns(path, number, head, mark)
     n_columns = len(next(csv.reader([head], delimiter=mark)))
-    rows = []
+    rows: list[list[float]] = []
     for number, line in lines[1:]:
         cells = next(csv.reader([line], delimiter=mark))
         if len(cells) > n_columns:

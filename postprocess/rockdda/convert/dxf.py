@@ -268,7 +268,7 @@ def _states_unit(path: Path) -> bool:
 
 def _check_finite(geometry: Geometry, report: Report) -> None:
     """No coordinate may be infinite or no number."""
-    rows = [segment for segment, _ in geometry.lines + geometry.material_lines]
+    rows: list[Any] = [segment for segment, _ in geometry.lines + geometry.material_lines]
     rows += [
         *geometry.fixed,
         *geometry.bolts,
@@ -276,7 +276,7 @@ def _check_finite(geometry: Geometry, report: Report) -> None:
         *geometry.loading,
         *geometry.measured,
         *geometry.holes,
-    ]  # type: ignore[list-item]
+    ]
     if not all(math.isfinite(value) for row in rows for value in row):
         report.error("there are coordinates that are infinite or no numbers")
 

@@ -225,7 +225,7 @@ def _move_bolts(drawn: LineCollection, results: Results, now: Frame, scale: floa
     drawn.set_segments(list(ends.reshape(-1, 2, 2)))
     use = pieces["use"][there]
     if np.isfinite(use).any():
-        drawn.set_color(np.where(np.isfinite(use)[:, None], colormaps[USE_MAP](np.nan_to_num(use)), to_rgba(BOLT)))
+        drawn.set_color(np.where(np.isfinite(use)[:, None], colormaps[USE_MAP](np.nan_to_num(use)), to_rgba(BOLT)))  # type: ignore[arg-type]
 
 
 def _writer(path: Path, fps: Any) -> Any:
