@@ -27,6 +27,8 @@ module rockdda_interaction_bar
 
    !> Share of the stiffness beyond a limit.
    real(wp), parameter :: hardening = 1.0e-9_wp
+   !> Grout begins at this share of an element from a joint.
+   real(wp), parameter :: beside = 0.05_wp
    !> A plate of limited strength is stiffer than the stiffest element by this factor.
    real(wp), parameter :: rigid = 1.0e4_wp
    !> Ties of at least this strength hold their node without giving way at all.
@@ -79,9 +81,11 @@ contains
    pure type(bar_type) function new_bar(form, from, to) result(bar)
       type(bolt_numbers_type), intent(in) :: form
       real(wp), intent(in) :: from(:), to(:)   !! distances from the head, ascending [length]
+      real(wp), allocatable :: crossing(:)
       real(wp) :: near, x, step
       integer :: e, i, j, k, m
       near = 1.0e-9_wp*form%length
+      allocate (crossing(0))
       bar%n_points = 2*size(from)
       bar%residual = form%grout_residual
       allocate (bar%place(2))
@@ -93,6 +97,15 @@ contains
          end do
          call insert(bar%place, near, form%free(1))
          call insert(bar%place, near, form%free(2))
+         ! grout on both sides of a joint must not hold one node: it would carry force past the steel
+         do j = 1, size(from) - 1
+            if (from(j + 1) - to(j) > near) cycle
+            step = min(beside*form%element, 0.25_wp*(to(j) - from(j)), 0.25_wp*(to(j + 1) - from(j + 1)))
+            if (.not. step > 2*near) cycle
+            crossing = [crossing, to(j)]
+            if (is_grouted(to(j) - step)) call insert(bar%place, near, to(j) - step)
+            if (is_grouted(to(j) + step)) call insert(bar%place, near, to(j) + step)
+         end do
          i = 1
          do while (i < size(bar%place))
             m = 1
@@ -107,7 +120,13 @@ contains
       bar%n = size(bar%place)
       bar%steel = form%axial/(bar%place(2:) - bar%place(:bar%n - 1))
       allocate (bar%yield(bar%n - 1), source=form%yield)
-      bar%ultimate = min(form%rupture_strain*(bar%place(2:) - bar%place(:bar%n - 1)), form%stroke)
+      bar%ultimate = bar%place(2:) - bar%place(:bar%n - 1)
+      do e = 1, bar%n - 1
+         ! beside a joint steel yields on as much as an element
+         if (at_crossing(e) .and. e < bar%n - 1) bar%ultimate(e) = bar%place(e + 2) - bar%place(e)
+         if (at_crossing(e + 1) .and. e > 1) bar%ultimate(e) = bar%place(e + 1) - bar%place(e - 1)
+      end do
+      bar%ultimate = min(form%rupture_strain*bar%ultimate, form%stroke)
       allocate (bar%node(0), bar%point(0), bar%share(0), bar%grout(0), bar%strength(0), bar%element(0))
       if (form%grouted) then
          do e = 1, bar%n - 1
@@ -116,10 +135,13 @@ contains
             do j = 1, size(from)
                if (x < from(j) .or. x > to(j)) cycle
                step = 0.5_wp*(bar%place(e + 1) - bar%place(e))
-               call hold(bar, e, j, step*form%grout_stiffness, step*form%grout_strength, e)
-               call hold(bar, e + 1, j, step*form%grout_stiffness, step*form%grout_strength, e)
+               call hold(bar, merge(e + 1, e, at_crossing(e)), j, step*form%grout_stiffness, &
+                         step*form%grout_strength, e)
+               call hold(bar, merge(e, e + 1, at_crossing(e + 1)), j, step*form%grout_stiffness, &
+                         step*form%grout_strength, e)
                ! where steel yields, grout slips
-               bar%yield(e) = max(0.5_wp*form%yield, form%yield - step*form%grout_strength*form%grout_residual)
+               if (.not. (at_crossing(e) .or. at_crossing(e + 1))) &
+                  bar%yield(e) = max(0.5_wp*form%yield, form%yield - step*form%grout_strength*form%grout_residual)
                exit
             end do
          end do
@@ -140,6 +162,12 @@ contains
          real(wp), intent(in) :: s
          is_grouted = any(s > from .and. s < to) .and. .not. (s > form%free(1) .and. s < form%free(2))
       end function is_grouted
+
+      !> Does a joint cross the bar at a node?
+      pure logical function at_crossing(node)
+         integer, intent(in) :: node
+         at_crossing = any(abs(bar%place(node) - crossing) <= near)
+      end function at_crossing
 
       !> One more tie.
       pure subroutine hold(bar, node, part, stiffness, strength, element)

@@ -9,8 +9,8 @@ module rockdda_model_bolt_numbers
    private
    public :: bolt_numbers_type, numbers_of_bolt, bolt_problem
 
-   !> Nodes in grout along a bolt where `element` is not given.
-   integer, parameter :: usual_elements = 10
+   !> Elements in grout along a bolt where `element` is not given, and at most so many in stiff grout.
+   integer, parameter :: usual_elements = 10, most_usual = 100
    !> More nodes are a slip of `element`.
    real(wp), parameter :: most_nodes = 10000
    real(wp), parameter :: pi = acos(-1.0_wp)
@@ -57,9 +57,12 @@ contains
       numbers%pretension = bolt%pretension
       if (is_set(bolt%spacing_out_of_plane)) numbers%spacing = bolt%spacing_out_of_plane
       if (numbers%grouted) then
-         numbers%element = length/usual_elements
-         if (is_set(bolt%element)) numbers%element = bolt%element
          numbers%grout_stiffness = bolt%grout_stiffness
+         numbers%element = length/usual_elements
+         ! forces fall by the factor e over sqrt(EA/k)
+         if (numbers%grout_stiffness > 0) numbers%element = min(numbers%element, &
+            max(length/most_usual, 0.5_wp*sqrt(numbers%axial/numbers%grout_stiffness)))
+         if (is_set(bolt%element)) numbers%element = bolt%element
          numbers%grout_strength = bolt%grout_strength
          if (is_set(bolt%grout_residual)) numbers%grout_residual = bolt%grout_residual
          if (is_set(bolt%plate_strength)) numbers%plate_strength = bolt%plate_strength

@@ -80,7 +80,7 @@ contains
       call table%add(option('plate_strength', 'of the plate at the head', unit='force', above=0.0_wp, applies=grout, &
                             default_text='no plate'), bolt%plate_strength)
       call table%add(option('element', 'largest distance of nodes', unit='length', above=0.0_wp, applies=grout, &
-                            default_text='length/10'), bolt%element)
+                            default_text='length/10, less in stiff grout'), bolt%element)
       call table%add(option('plateau_force', 'force that it keeps', unit='force', above=0.0_wp, applies='yielding', &
                             default_text=needed), bolt%plateau_force)
       call table%add(option('stroke', 'by which it yields before it breaks', unit='length', above=0.0_wp, &

@@ -213,7 +213,8 @@ class Bars(ProgramTest):
     def test_a_resumed_run_has_the_same_bits(self):
         self.pull("pulled", 1.0, 0.01)
         with self.solve("pulled") as file:
-            whole = {n: file[n][()].tobytes() for n in ("history/bolt_force", "history/energy", "frames/bolt_slip")}
+            whole = {n: file[n][()].tobytes() for n in ("history/bolt_force", "history/energy")}
+            slip = file["frames/bolt_slip"][-1].tobytes()
             steps = len(file["history/time"])
         outcome = self.run_program("run", "pulled.nml", "--force", "--steps", "50")
         self.assertEqual(outcome.code, 0, outcome.err)
@@ -222,7 +223,7 @@ class Bars(ProgramTest):
         with h5py.File(self.path("pulled.h5")) as file:
             for name in ("history/bolt_force", "history/energy"):
                 self.assertEqual(file[name][()].tobytes(), whole[name], name)
-            self.assertEqual(file["frames/bolt_slip"][-1].tobytes(), whole["frames/bolt_slip"][-96:])
+            self.assertEqual(file["frames/bolt_slip"][-1].tobytes(), slip)
 
     def test_check_names_bolts_that_look_wrong(self):
         bolts = (
