@@ -7,7 +7,7 @@ import numpy as np
 from hypothesis import strategies as st
 
 from .bench import Bench, Model, Unsuited, joint, require, rock
-from .drawing import Kind, Values, seeds, values
+from .drawing import Kind, Values, between, decades, seeds, values
 from .rooms import _lines
 
 KINDS_OF_BOLTS = ("grouted", "end_anchored", "yielding", "friction")
@@ -110,7 +110,47 @@ def network(drawn: Values, bench: Bench) -> None:
         require(bool(np.isfinite(force).all()), "a bolt has a force that is no number")
 
 
+def hang(drawn: Values, bench: Bench) -> None:
+    """A block on two grouted bars falls when it is heavier than both yield forces, and hangs when it is lighter."""
+    most, height, above = drawn["yield_force"], drawn["height"], drawn["above"]
+    strength = drawn["grout"] * most / min(height, above)  # both ends hold more than the steel
+    wide, roof = 3.0, above + 1.0
+    corners = [(-wide, 0), (wide, 0), (wide, roof), (-wide, roof), (-1, -height), (1, -height), (1, 0), (-1, 0)]
+    sides = [(0, 1), (1, 2), (2, 3), (3, 0), (4, 5), (5, 6), (7, 4)]
+    model = Model(lines=_lines([[*corners[a], *corners[b]] for a, b in sides]))
+    bar = (
+        f"kind='grouted', diameter=0.025, young=200e9, yield_force={most:.9g}, "
+        f"grout_stiffness={drawn['stiffness']:.4g}, grout_strength={strength:.9g}"
+        + (f", element={drawn['element'] * above:.4g}" if drawn["element"] else "")
+    )
+    model.groups = [
+        rock(young=2e10, more=f", unit_weight={drawn['share'] * 2 * most / (2 * height):.9g}"),
+        joint(friction=0.0),
+        f"&boundary along={-wide},{roof}, {wide},{roof}, kind='fixed' /",
+        *(f"&bolt name='b{x}', from={x},{-height}, to={x},{above}, {bar} /" for x in (-0.5, 0.5)),
+        "&stage name='hang', until='equilibrium' /",
+    ]
+    hangs = bench.run(model, may_fail=True).code == 0
+    weight = f"{drawn['share']:.3g} of both yield forces"
+    require(hangs == (drawn["share"] < 1), f"{weight}: it {'hangs' if hangs else 'falls'}")
+
+
 KINDS = [
+    Kind(
+        "hung-on-bars",
+        "support",
+        "a block on two grouted bars hangs when it is lighter than both yield forces, and falls when it is heavier",
+        values(
+            yield_force=decades(1e3, 3e5),
+            height=between(0.3, 6.0),
+            above=between(0.5, 10.0),
+            grout=decades(1.5, 30.0),
+            stiffness=decades(1e8, 1e10),
+            element=st.sampled_from([0.0, 0.02, 0.3]),
+            share=st.one_of(between(0.3, 0.97), between(1.03, 3.0)),
+        ),
+        hang,
+    ),
     Kind(
         "bolted-networks",
         "support",
