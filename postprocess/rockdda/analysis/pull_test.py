@@ -33,8 +33,8 @@ FloatArray = npt.NDArray[np.float64]
 
 #: A parameter is determined when the half of its 95 % interval is at most this share of it.
 DETERMINED = 0.25
-#: A curve whose force ends below the first share of the largest one is of grout that weakens; from the second one on
-#: points are left out. Forces are medians of five neighbours: noise is no fall.
+#: Grout weakens where the force ends below the first share of its largest value; points behind the first fall below the
+#: second share are left out. Each force is the median of five neighbours, so that noise does not count as a fall.
 FALLEN, FALLS = 0.9, 0.96
 #: Steel yields: points from this share of the yield force on are no points of the grout.
 BEFORE_YIELD = 0.98

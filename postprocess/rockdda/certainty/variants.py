@@ -80,15 +80,15 @@ def comes_to_rest(source: Source) -> bool:
 
     A static step moves a block by at most its force over 2 m/Δt²: steps half as long need four times as many.
     """
-    changing = ("harmonic", "record", "velocity", "level", "displacement")
-    groups = [group for name, some in source.groups.items() if name != "water" for group in some]
-    constant = all(
-        not any(name in group for name in changing)
-        and ("table" not in group)
-        and np.size(group.get("force", ())) in (0, 2)
-        for group in groups
-    ) and not any("level" in group for group in source.groups.get("water", []))
-    return constant and not source.groups.get("stage") and not float(source.facts.get("k01", 1.0)) > 0
+    if source.groups.get("stage") or float(source.facts.get("k01", 1.0)) > 0:
+        return False
+    return not any(_varies(name, group) for name, some in source.groups.items() for group in some)
+
+
+def _varies(name: str, group: dict[str, Any]) -> bool:
+    """Does a group change with time? The table of &water is a line, two numbers of a force are a constant."""
+    options = {"level"} if name == "water" else {"harmonic", "record", "velocity", "displacement", "table"}
+    return bool(options & group.keys()) or np.size(group.get("force", ())) > 2
 
 
 def ends_with_a_stage(source: Source) -> bool:

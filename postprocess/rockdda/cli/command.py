@@ -46,7 +46,7 @@ from .common import (
 __all__ = ["app", "main"]
 
 #: Commands of the program, which are no commands here.
-# Kinds of pictures whose fields are not those of blocks.
+# Kinds of pictures with fields of their own, not those of blocks.
 OWN_FIELDS = ("joints", "bolts", "liner", "capacity")
 PROGRAM_COMMANDS = ("new", "lines", "cut", "run", "resume", "fos", "check", "info", "help")
 

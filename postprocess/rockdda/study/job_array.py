@@ -31,7 +31,7 @@ _OF_FILES = ("output", "error", "input", "chdir", "wrap", "export-file", "get-us
 _WARNING = 120
 _SHORTEST = 10
 
-#: Numbers of the tasks of an array end before this one, where Slurm's configuration cannot be asked (MaxArraySize).
+#: Slurm's usual MaxArraySize: task numbers of an array are below it. Used where scontrol does not print the setting.
 _ARRAY_SIZE = 1001
 
 #: How the log of a task names its case, and its end.
