@@ -14,6 +14,7 @@
 #include <malloc.h>
 #endif
 
+const char *rockdda_guard_file_being_read(void);
 void rockdda_guard_out_of_memory(void);
 void rockdda_leave(int code);
 int rockdda_memory_is_gone(void);
@@ -130,7 +131,14 @@ void rockdda_process_missing_library(const char *name, const char *reason)
 /* The end was not requested by the program: a library or the run-time library of Fortran called exit. */
 static void give_up(void)
 {
+   const char *file = rockdda_guard_file_being_read();
    if (rockdda_memory_is_gone()) rockdda_process_out_of_memory(0);
+   if (file[0] != '\0') {
+      say(file);
+      say(": error: the file is damaged: HDF5 cannot read it\n");
+      summarise("2", "a file is damaged");
+      _exit(2);
+   }
    say(bug_message);
    summarise("1", "internal error");
    _exit(1);

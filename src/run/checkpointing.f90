@@ -15,7 +15,7 @@ module rockdda_run_checkpointing
    use rockdda_io_checkpoint_model_check, only : parameters_problem, blocks_problem
    use rockdda_io_checkpoint_state_check, only : facts_problem, state_problem
    use rockdda_io_digest, only : digest_length
-   use rockdda_io_guard, only : run_in_child, end_child, guard
+   use rockdda_io_guard, only : run_in_child, end_child, begin_reading, end_reading, guard
    use rockdda_io_posix, only : get_file_size, get_path_kind, path_kind, remove_file
    implicit none
    private
@@ -69,9 +69,13 @@ contains
       case (guard%no_memory)
          call move_alloc(of_child, error)
          error%message = path//': '//error%message//' while it is read'
-         return
+      case (guard%refused)
+         call move_alloc(of_child, error)
+      case default
+         call begin_reading(path)
+         call load_values(path, sim, facts, digest, error)
+         call end_reading()
       end select
-      call load_values(path, sim, facts, digest, error)
    end subroutine load_checkpoint
 
    !> Remove the checkpoint of older results.

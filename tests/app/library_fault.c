@@ -1,15 +1,24 @@
 /* SPDX-License-Identifier: MIT */
 /* To be preloaded: a function of HDF5 or CHOLMOD that fails. FAULT_FUNCTION = its name; FAULT_AT = n: the n-th call of
- * it in a process fails, for CHOLMOD all later ones, too; FAULT_STATUS = what CHOLMOD then gives as status. FAULT_COUNT
- * = a file that receives the number of calls at the end. */
+ * it in a process fails, for CHOLMOD all later ones, too; FAULT_STATUS = what CHOLMOD then gives as status, -1: HDF5
+ * crashes, in the first process alone and not in its children. FAULT_COUNT = a file that receives the number of calls
+ * at the end. */
 #define _GNU_SOURCE
 #include <dlfcn.h>
+#include <signal.h>
 #include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 static long calls = 0;
+static pid_t first_process = 0;
+
+__attribute__((constructor)) static void start(void)
+{
+   first_process = getpid();
+}
 
 __attribute__((destructor)) static void tell(void)
 {
@@ -25,6 +34,11 @@ static int fails(const char *name, int later_too)
 {
    const char *chosen = getenv("FAULT_FUNCTION"), *at = getenv("FAULT_AT");
    if (!chosen || !at || strcmp(chosen, name) != 0) return 0;
+   const char *status = getenv("FAULT_STATUS");
+   if (status && atoi(status) == -1) {
+      if (getpid() == first_process && ++calls == atol(at)) raise(SIGSEGV);
+      return 0;
+   }
    calls++;
    return calls == atol(at) || (later_too && calls > atol(at));
 }

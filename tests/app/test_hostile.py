@@ -279,6 +279,13 @@ class NoiseTest(ProgramTest):
         self.assertEqual(outcome.code, 2)
         self.assertIn("... and 99950 more", outcome.err)
 
+    def test_words_that_no_separator_ends(self):
+        """A message quotes the start of a word; the rest of the line is not read for it."""
+        self.write("words.nml", "&run " + "^" * 400000 + " /")
+        outcome = self.run_program("check", "words.nml", timeout=20)
+        self.assertEqual(outcome.code, 2)
+        self.assertIn("words.nml:1:46: error: expected a name or '/', found '" + "^" * 40 + "'", outcome.err)
+
     def test_a_thousand_million_values(self):
         self.write("many.nml", "&load harmonic = " + "1000000*1 " * 1000 + "/")
         outcome = self.run_program("check", "many.nml", timeout=20)

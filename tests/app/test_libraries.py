@@ -4,6 +4,7 @@
 library_fault.c is preloaded and makes a function of theirs fail.
 """
 
+import itertools
 import json
 import os
 import shutil
@@ -16,6 +17,8 @@ if h5py is not None:
 
 #: A status of CHOLMOD.
 OUT_OF_MEMORY, INVALID = -2, -4
+#: HDF5 crashes.
+CRASH = -1
 #: Functions of HDF5; of their calls every so many is tried.
 FUNCTIONS = {
     "H5Fopen": 1,
@@ -156,6 +159,18 @@ class Hdf5(LibraryTest):
         self.assertEqual(outcome.code, 2)
         self.assertIn("out.h5: " + words.decode(), outcome.err)
         self.assertEqual(self.kept(), before)
+
+    def test_a_crash_of_hdf5_while_a_file_is_read(self):
+        """What HDF5 does with a damaged file depends on the memory: the child may read what crashes its parent."""
+        self.case.run("run", steps=3)
+        for name, functions in (("out.h5", ("H5Fopen", "H5Dread")), ("out.ckpt.h5", ("H5Fopen",))):
+            path = self.case.folder / name
+            for command, function in itertools.product(("info", "check"), functions):
+                with self.subTest(name=name, command=command, function=function):
+                    outcome = self.run_program(command, path, "--json", env=self.fault(function, 1, CRASH))
+                    self.assertEqual(outcome.code, 2, outcome.err)
+                    self.assertIn(f"{path}: error: the file is damaged: HDF5 cannot read it", outcome.err)
+                    self.assertEqual(json.loads(outcome.out)["exit_code"], 2)
 
     def test_results_that_cannot_be_opened_once_more(self):
         """First comes the checkpoint, then the trial in memory, what the trial has left, and the file to go on with."""

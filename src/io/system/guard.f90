@@ -8,16 +8,23 @@
 !>     case (guard%in_child)
 !>        ... the work, whose results are discarded ...
 !>        call end_child(error)
-!>     case (guard%crashed)
-!>        ... refuse ...
+!>     case (guard%crashed, guard%refused)
+!>        ... refuse, with the error of the child: what is refused is not read again ...
 !>     end select
+!>     call begin_reading(path)
+!>     ... the work ...
+!>     call end_reading()
+!>
+!> A file that the child could read may still crash the process itself, because what HDF5 does with a wrong byte depends
+!> on what lies in the memory. Between `begin_reading` and `end_reading` the program reports such a crash as damage of the
+!> file.
 module rockdda_io_guard
-   use, intrinsic :: iso_c_binding, only : c_char, c_double, c_int
+   use, intrinsic :: iso_c_binding, only : c_char, c_double, c_int, c_null_char
    use rockdda_base_kinds, only : wp
    use rockdda_base_error, only : error_type, error_code, make_error
    implicit none
    private
-   public :: run_in_child, end_child, guard
+   public :: run_in_child, end_child, begin_reading, end_reading, guard
 
    type :: guard_enum
       integer :: in_child = 0
@@ -45,6 +52,12 @@ module rockdda_io_guard
          character(kind=c_char), intent(in) :: message(*)
          integer(c_int), value :: n
       end subroutine c_end
+      subroutine c_begin_reading(path) bind(C, name='rockdda_guard_begin_reading')
+         import :: c_char
+         character(kind=c_char), intent(in) :: path(*)
+      end subroutine c_begin_reading
+      subroutine end_reading() bind(C, name='rockdda_guard_end_reading')
+      end subroutine end_reading
    end interface
 
 contains
@@ -60,6 +73,12 @@ contains
       if (outcome == guard%refused) call make_error(error, error_code%input, trim(message))
       if (outcome == guard%no_memory) call make_error(error, error_code%computation, 'out of memory', is_fatal=.true.)
    end subroutine run_in_child
+
+   !> The file that the library reads from now on.
+   subroutine begin_reading(path)
+      character(len=*), intent(in) :: path
+      call c_begin_reading(path//c_null_char)
+   end subroutine begin_reading
 
    !> End the child; an error goes to the parent. Does not return.
    subroutine end_child(error)

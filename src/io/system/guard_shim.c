@@ -22,8 +22,30 @@ enum { DONE = 117, NOT_DONE = 118, REFUSED_MEMORY = 119 };
 void rockdda_leave(int code);
 int rockdda_memory_is_gone(void);
 
+void rockdda_guard_begin_reading(const char *path);
+void rockdda_guard_end_reading(void);
+const char *rockdda_guard_file_being_read(void);
+
 /* In the child: descriptor for its message. */
 static int report = -1;
+
+/* The file that a library reads and may not survive, '': none. */
+static char file_being_read[4096] = "";
+
+void rockdda_guard_begin_reading(const char *path)
+{
+   strncpy(file_being_read, path, sizeof file_being_read - 1);
+}
+
+void rockdda_guard_end_reading(void)
+{
+   file_being_read[0] = '\0';
+}
+
+const char *rockdda_guard_file_being_read(void)
+{
+   return file_being_read;
+}
 
 /* Read the message of the child until its end. */
 static void read_message(int from, char *message, int room)

@@ -383,7 +383,10 @@ contains
       character(len=*), intent(in) :: text
       integer, intent(in) :: at
       character(len=:), allocatable :: word
-      word = text(at:min(len(text), max(at, min(value_end(text, at), at + 39))))
+      integer :: limit
+      ! the search ends at the limit: a line of 100 kB without a separator is not read once for each of its words
+      limit = min(len(text), at + 39)
+      word = text(at:min(limit, max(at, value_end(text(:limit), at))))
    end function word_at
 
    !> Is this character at this position?

@@ -6,7 +6,7 @@ module rockdda_io_checkpoint_info
    use rockdda_io_checkpoint, only : checkpoint_type, checkpoint_facts_type
    use rockdda_io_checkpoint_state_check, only : facts_problem
    use rockdda_io_digest, only : digest_of_text, hexadecimal, digest_length
-   use rockdda_io_guard, only : run_in_child, end_child, guard
+   use rockdda_io_guard, only : run_in_child, end_child, begin_reading, end_reading, guard
    use rockdda_io_posix, only : get_file_size
    implicit none
    private
@@ -48,9 +48,13 @@ contains
       case (guard%no_memory)
          call move_alloc(of_child, error)
          error%message = path//': '//error%message//' while it is read'
-         return
+      case (guard%refused)
+         call move_alloc(of_child, error)
+      case default
+         call begin_reading(path)
+         call read_all(path, info, error)
+         call end_reading()
       end select
-      call read_all(path, info, error)
    end subroutine read_checkpoint_info
 
    !> Read digest, facts, and some numbers of model and state.

@@ -5,7 +5,7 @@ module rockdda_io_results_info
    use rockdda_base_error, only : error_type, error_code, make_error
    use rockdda_base_strings, only : to_string
    use rockdda_base_value_check, only : value_check_type
-   use rockdda_io_guard, only : run_in_child, end_child, guard
+   use rockdda_io_guard, only : run_in_child, end_child, begin_reading, end_reading, guard
    use rockdda_io_hdf5_adapter, only : hdf5_file_type
    use rockdda_io_posix, only : get_file_size
    use rockdda_io_results_header, only : results_format_version, oldest_format_version
@@ -62,14 +62,17 @@ contains
          call move_alloc(ignored, error)
          error%message = path//': error: '//error%message//' while it is read'
          return
+      case (guard%refused)
+         call move_alloc(ignored, error)
+      case default
+         call begin_reading(path)
+         call file%open(path, .false., error)
+         if (.not. allocated(error)) then
+            call read_all(file, info, error)
+            call file%close(ignored)
+         end if
+         call end_reading()
       end select
-      call file%open(path, .false., error)
-      if (allocated(error)) then
-         error%message = path//': error: '//error%message(len(path) + 3:)
-         return
-      end if
-      call read_all(file, info, error)
-      call file%close(ignored)
       if (allocated(error)) then
          if (index(error%message, ': error: ') == 0) error%message = path//': error: '//error%message(len(path) + 3:)
       end if
