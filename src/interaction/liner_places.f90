@@ -10,7 +10,7 @@ module rockdda_interaction_liner_places
    use rockdda_interaction_affine_motion, only : affine_motion
    implicit none
    private
-   public :: stretch_type, find_stretches, follow_rock, segment_outline, opening_side, &
+   public :: stretch_type, find_stretches, follow_rock, faces_of_path, segment_outline, opening_side, &
       reach_over_thickness, rock_ends, block_ends
 
    !> Rock meets a lining that lies closer to its line than this share of the thickness.
@@ -38,36 +38,40 @@ contains
       integer, intent(out) :: side               !! 0: there is none
       type(stretch_type), allocatable :: found(:), of_piece(:)
       type(stretch_type) :: new
-      real(wp), allocatable :: cuts(:)
-      real(wp) :: low(2), high(2), total, middle
+      real(wp), allocatable :: cuts(:), low(:, :), high(:, :)
+      real(wp) :: total, middle
       integer, allocatable :: near(:)
-      integer :: i, j, k, n
-      low = minval(path, 2) - reach
-      high = maxval(path, 2) + reach
-      allocate (near(0), found(0), stretches(0))
+      integer :: i, j, k, n, n_near, n_found, n_stretches, start(size(path, 2))
+      allocate (near(blocks%n_blocks), low(2, blocks%n_blocks), high(2, blocks%n_blocks), found(16), stretches(16))
+      n_near = 0
       do i = 1, blocks%n_blocks - blocks%n_segments
          if (.not. active(i)) cycle
          associate (v => vertices(:, blocks%vertex_offset(i) + 1:blocks%vertex_offset(i + 1)))
-            if (any(maxval(v, 2) < low) .or. any(minval(v, 2) > high)) cycle
+            low(:, n_near + 1) = minval(v, 2) - reach
+            high(:, n_near + 1) = maxval(v, 2) + reach
          end associate
-         near = [near, i]
+         if (any(high(:, n_near + 1) < minval(path, 2)) .or. any(low(:, n_near + 1) > maxval(path, 2))) cycle
+         n_near = n_near + 1
+         near(n_near) = i
       end do
       total = 0
+      n_found = 0
       do k = 1, size(path, 2) - 1
+         start(k) = n_found
          if (.not. norm2(path(:, k + 1) - path(:, k)) > 0) cycle
-         call edges_along(k, of_piece)
-         found = [found, of_piece]
-         do j = 1, size(of_piece)
-            total = total + of_piece(j)%side*(of_piece(j)%ends(2) - of_piece(j)%ends(1))* &
-                    norm2(path(:, k + 1) - path(:, k))
+         call edges_along(k, found, n_found)
+         do j = start(k) + 1, n_found
+            total = total + found(j)%side*(found(j)%ends(2) - found(j)%ends(1))*norm2(path(:, k + 1) - path(:, k))
          end do
       end do
+      start(size(path, 2)) = n_found
       side = 0
-      if (size(found) == 0) return
-      side = merge(1, -1, total >= 0)
+      n_stretches = 0
+      if (n_found > 0) side = merge(1, -1, total >= 0)
       ! the nearest edge of each part
       do k = 1, size(path, 2) - 1
-         of_piece = pack(found, found%piece == k .and. found%side == side)
+         i = start(k + 1)
+         of_piece = pack(found(start(k) + 1:i), found(start(k) + 1:i)%side == side)
          if (size(of_piece) == 0) cycle
          cuts = [of_piece%ends(1), of_piece%ends(2)]
          cuts = cuts(sorted_order(cuts))
@@ -78,23 +82,41 @@ contains
             if (n == 0) cycle
             new = of_piece(n)
             new%ends = cuts(j:j + 1)
-            stretches = [stretches, new]
+            call append(new, stretches, n_stretches)
          end do
       end do
+      stretches = stretches(:n_stretches)
 
    contains
 
-      !> Edges along one piece.
-      pure subroutine edges_along(k, list)
+      !> One more stretch of a list.
+      pure subroutine append(new, list, n)
+         type(stretch_type), intent(in) :: new
+         type(stretch_type), allocatable, intent(inout) :: list(:)
+         integer, intent(inout) :: n
+         type(stretch_type), allocatable :: longer(:)
+         if (n == size(list)) then
+            allocate (longer(2*n))
+            longer(:n) = list
+            call move_alloc(longer, list)
+         end if
+         n = n + 1
+         list(n) = new
+      end subroutine append
+
+      !> Edges along one piece, behind those of others.
+      pure subroutine edges_along(k, found, n_found)
          integer, intent(in) :: k
-         type(stretch_type), allocatable, intent(out) :: list(:)
+         type(stretch_type), allocatable, intent(inout) :: found(:)
+         integer, intent(inout) :: n_found
          type(stretch_type) :: new
          real(wp) :: t(2), l, s(2), h(2), edge(2), d, share
          integer :: i, b, v, first, last, next
-         allocate (list(0))
          l = norm2(path(:, k + 1) - path(:, k))
          t = (path(:, k + 1) - path(:, k))/l
-         do i = 1, size(near)
+         do i = 1, n_near
+            if (any(high(:, i) < min(path(:, k), path(:, k + 1))) .or. &
+                any(low(:, i) > max(path(:, k), path(:, k + 1)))) cycle
             b = near(i)
             first = blocks%vertex_offset(b) + 1
             last = blocks%vertex_offset(b + 1)
@@ -114,7 +136,7 @@ contains
                if (new%distance > reach) cycle
                ! counter-clockwise blocks lie to the left of their edges
                new%side = merge(-1, 1, dot_product(edge, t) > 0)
-               list = [list, new]
+               call append(new, found, n_found)
             end do
          end do
       end subroutine edges_along
@@ -128,12 +150,10 @@ contains
       real(wp), intent(in) :: least              !! gaps below are none [length]
       real(wp), allocatable :: ends(:)
       real(wp) :: s(size(path, 2)), from, to, reached
-      integer :: j, k
-      s(1) = 0
-      do k = 2, size(path, 2)
-         s(k) = s(k - 1) + norm2(path(:, k) - path(:, k - 1))
-      end do
-      allocate (ends(0))
+      integer :: j, n
+      s = distances_along(path)
+      allocate (ends(2*size(stretches) + 1))
+      n = 0
       reached = 0
       do j = 1, size(stretches)
          associate (k => stretches(j)%piece)
@@ -141,13 +161,37 @@ contains
             to = s(k) + stretches(j)%ends(2)*(s(k + 1) - s(k))
          end associate
          if (from - reached > least) then
-            if (reached > 0) ends = [ends, reached]
-            ends = [ends, from]
+            if (reached > 0) call add(reached, ends, n)
+            call add(from, ends, n)
          end if
          reached = max(reached, to)
       end do
-      if (size(stretches) > 0 .and. s(size(s)) - reached > least) ends = [ends, reached]
+      if (size(stretches) > 0 .and. s(size(s)) - reached > least) call add(reached, ends, n)
+      ends = ends(:n)
+
+   contains
+
+      !> One more.
+      pure subroutine add(at, ends, n)
+         real(wp), intent(in) :: at
+         real(wp), intent(inout) :: ends(:)
+         integer, intent(inout) :: n
+         n = n + 1
+         ends(n) = at
+      end subroutine add
+
    end function rock_ends
+
+   !> Distances of the points of a path from its start, along it.
+   pure function distances_along(path) result(s)
+      real(wp), intent(in) :: path(:, :)
+      real(wp) :: s(size(path, 2))
+      integer :: k
+      s(1) = 0
+      do k = 2, size(path, 2)
+         s(k) = s(k - 1) + norm2(path(:, k) - path(:, k - 1))
+      end do
+   end function distances_along
 
    !> Distances from the start of a path at which one block follows another, ascending.
    pure function block_ends(path, stretches) result(ends)
@@ -155,18 +199,10 @@ contains
       type(stretch_type), intent(in) :: stretches(:)   !! ascending along the path
       real(wp), allocatable :: ends(:)
       real(wp) :: s(size(path, 2))
-      integer :: j, k
-      s(1) = 0
-      do k = 2, size(path, 2)
-         s(k) = s(k - 1) + norm2(path(:, k) - path(:, k - 1))
-      end do
-      allocate (ends(0))
-      do j = 2, size(stretches)
-         if (stretches(j)%block == stretches(j - 1)%block) cycle
-         associate (k => stretches(j)%piece)
-            ends = [ends, s(k) + stretches(j)%ends(1)*(s(k + 1) - s(k))]
-         end associate
-      end do
+      integer :: j
+      s = distances_along(path)
+      ends = pack([(s(stretches(j)%piece) + stretches(j)%ends(1)*(s(stretches(j)%piece + 1) - s(stretches(j)%piece)), &
+                    j=2, size(stretches))], stretches(2:)%block /= stretches(:size(stretches) - 1)%block)
       ! around a closed line
       if (size(stretches) > 1) then
          if (stretches(1)%block /= stretches(size(stretches))%block .and. norm2(path(:, size(s)) - path(:, 1)) <= &
@@ -198,24 +234,27 @@ contains
       real(wp), intent(in) :: vertices(:, :)     !! (2, vertices) where they are now
       logical, intent(in) :: active(:)
       real(wp) :: moved(2, size(path, 2)), u(2, size(path, 2)), s(size(path, 2)), m(2, 3), distance, nearest, near
+      real(wp) :: low(2, blocks%n_blocks), high(2, blocks%n_blocks)
       logical :: known(size(path, 2))
       integer :: b, i, j, k, n
       u = 0
       known = .false.
       near = 1.0e-6_wp*maxval(maxval(path, 2) - minval(path, 2))
-      s(1) = 0
-      do k = 2, size(path, 2)
-         s(k) = s(k - 1) + norm2(path(:, k) - path(:, k - 1))
+      s = distances_along(path)
+      do b = 1, blocks%n_blocks
+         associate (v => blocks%vertices(:, blocks%vertex_offset(b) + 1:blocks%vertex_offset(b + 1)))
+            low(:, b) = minval(v, 2) - reach
+            high(:, b) = maxval(v, 2) + reach
+         end associate
       end do
       do k = 1, size(path, 2)
          nearest = huge(nearest)
          n = 0
          do b = 1, blocks%n_blocks - blocks%n_segments
             if (.not. active(b)) cycle
-            associate (v => blocks%vertices(:, blocks%vertex_offset(b) + 1:blocks%vertex_offset(b + 1)))
-               if (any(path(:, k) < minval(v, 2) - reach) .or. any(path(:, k) > maxval(v, 2) + reach)) cycle
-               distance = distance_to_outline(path(:, k), v)
-            end associate
+            if (any(path(:, k) < low(:, b)) .or. any(path(:, k) > high(:, b))) cycle
+            distance = distance_to_outline(path(:, k), blocks%vertices(:, blocks%vertex_offset(b) + 1: &
+                                                                       blocks%vertex_offset(b + 1)))
             if (distance > min(reach, nearest + near)) cycle
             m = affine_motion(blocks, vertices, b)
             if (distance < nearest - near) then
@@ -229,13 +268,19 @@ contains
          known(k) = n > 0
          if (n > 0) u(:, k) = u(:, k)/n
       end do
+      i = 0   ! the last known point
+      j = 0   ! the next one, from k on
       do k = 1, size(path, 2)
-         if (known(k) .or. .not. any(known)) cycle
-         i = findloc(known(:k), .true., 1, back=.true.)
-         j = findloc(known(k:), .true., 1) + k - 1
+         if (.not. any(known)) exit
+         if (known(k)) i = k
+         if (j < k .and. .not. known(k)) then
+            j = k + findloc(known(k:), .true., 1) - 1
+            if (j < k) j = size(path, 2) + 1
+         end if
+         if (known(k)) cycle
          if (i == 0) then
             u(:, k) = u(:, j)
-         else if (j < k) then
+         else if (j > size(path, 2)) then
             u(:, k) = u(:, i)
          else
             u(:, k) = u(:, i) + (s(k) - s(i))/(s(j) - s(i))*(u(:, j) - u(:, i))
@@ -244,25 +289,28 @@ contains
       moved = path + u
    end function follow_rock
 
-   !> Outline of a segment, counter-clockwise: its part of the path between two distances towards the opening.
-   pure function segment_outline(path, closed, first, last, side, from, to) result(outline)
+   !> Both faces of a lining along a path, which lie at two distances from it towards the opening.
+   pure function faces_of_path(path, closed, side, distances) result(faces)
       real(wp), intent(in) :: path(:, :)
       logical, intent(in) :: closed
+      integer, intent(in) :: side                !! of the opening: 1 left, -1 right
+      real(wp), intent(in) :: distances(2)       !! [length]
+      real(wp) :: faces(2, size(path, 2), 2)
+      faces(:, :, 1) = lift(path, closed, side*distances(1))
+      faces(:, :, 2) = lift(path, closed, side*distances(2))
+   end function faces_of_path
+
+   !> Outline of a segment, counter-clockwise: its part of both faces.
+   pure function segment_outline(faces, first, last, side) result(outline)
+      real(wp), intent(in) :: faces(:, :, :)     !! of `faces_of_path`
       integer, intent(in) :: first, last         !! points of the path
       integer, intent(in) :: side                !! of the opening: 1 left, -1 right
-      real(wp), intent(in) :: from, to           !! [length]
-      real(wp) :: outline(2, 2*(last - first + 1)), outer(2, size(path, 2)), inner(2, size(path, 2))
-      integer :: n
+      real(wp) :: outline(2, 2*(last - first + 1))
+      integer :: n, outer
       n = last - first + 1
-      outer = lift(path, closed, side*from)
-      inner = lift(path, closed, side*to)
-      if (side > 0) then
-         outline(:, 1:n) = outer(:, first:last)
-         outline(:, n + 1:) = inner(:, last:first:-1)
-      else
-         outline(:, 1:n) = inner(:, first:last)
-         outline(:, n + 1:) = outer(:, last:first:-1)
-      end if
+      outer = merge(1, 2, side > 0)
+      outline(:, 1:n) = faces(:, first:last, outer)
+      outline(:, n + 1:) = faces(:, last:first:-1, 3 - outer)
    end function segment_outline
 
 end module rockdda_interaction_liner_places

@@ -28,7 +28,7 @@ module rockdda_interaction_liners
    use rockdda_model_blocks, only : block_system_type, largest_coordinate
    use rockdda_model_bolt_layout, only : stage_with, rock_at
    use rockdda_model_liner_layout, only : liner_layout_type, new_liner_layout, line_of_liner, title_of_liner, &
-      lower_liner, lift
+      lower_liner, lift, last_below
    use rockdda_model_options, only : is_set
    use rockdda_model_parameters, only : parameters_type
    use rockdda_model_regions, only : same_name, material_number
@@ -45,8 +45,8 @@ module rockdda_interaction_liners
    use rockdda_interaction_kinematics, only : move_point
    use rockdda_interaction_liner_beam, only : liner_section_type, beam_type, beam_state_type, beam_response_type, &
       new_beam, respond_beam, accept_beam, deformation_of, forces_at, n_sections
-   use rockdda_interaction_liner_places, only : stretch_type, find_stretches, follow_rock, segment_outline, &
-      opening_side, reach_over_thickness, rock_ends, &
+   use rockdda_interaction_liner_places, only : stretch_type, find_stretches, follow_rock, faces_of_path, &
+      segment_outline, opening_side, reach_over_thickness, rock_ends, &
       block_ends
    use rockdda_interaction_liner_ties, only : tie_type, tie_response_type, tie_numbers, tie_state, respond_tie, &
       pack_tie, unpack_tie
@@ -287,26 +287,42 @@ contains
    subroutine append_segments(self, context)
       class(liners_type), intent(in) :: self
       type(step_context_type), intent(inout) :: context
-      integer :: i, k, n
+      integer :: b, i, k, n, at
       if (n_liners(self) == 0) return
-      n = 0
+      n = self%n_nodes()
+      at = 0
       do k = 1, n_liners(self)
-         associate (liner => self%liners(k), blocks => context%blocks, state => context%state)
-            do i = 1, liner%layout%n
-               n = n + 1
-               associate (outline => segment_outline(liner%path, liner%layout%closed, liner%layout%first(i), &
-                          liner%layout%last(i), liner%side, liner%drawn(1), liner%drawn(2)))
-                  blocks%vertex_offset = [blocks%vertex_offset, blocks%n_vertices() + size(outline, 2)]
-                  blocks%vertices = columns(blocks%vertices, outline)
-                  blocks%edge_joint = [blocks%edge_joint, spread(0, 1, size(outline, 2))]
-               end associate
-               blocks%n_blocks = blocks%n_blocks + 1
-               blocks%block_material = [blocks%block_material, context%parameters%first_liner_material + k]
-               if (allocated(blocks%file_line)) blocks%file_line = [blocks%file_line, 0]
-               if (allocated(blocks%parent)) blocks%parent = [blocks%parent, blocks%n_blocks]
-            end do
-         end associate
+         do i = 1, self%liners(k)%layout%n
+            at = at + 2*(self%liners(k)%layout%last(i) - self%liners(k)%layout%first(i) + 1)
+         end do
       end do
+      associate (blocks => context%blocks)
+         b = blocks%n_blocks
+         blocks%vertices = columns(blocks%vertices, zeros(2, at))
+         at = blocks%vertex_offset(b + 1)
+         blocks%edge_joint = [blocks%edge_joint, spread(0, 1, size(blocks%vertices, 2) - at)]
+         blocks%vertex_offset = [blocks%vertex_offset, spread(0, 1, n)]
+         blocks%block_material = [blocks%block_material, spread(0, 1, n)]
+         if (allocated(blocks%file_line)) blocks%file_line = [blocks%file_line, spread(0, 1, n)]
+         if (allocated(blocks%parent)) blocks%parent = [blocks%parent, (i, i=b + 1, b + n)]
+         blocks%n_blocks = b + n
+         do k = 1, n_liners(self)
+            associate (liner => self%liners(k), layout => self%liners(k)%layout)
+               if (layout%n == 0) cycle
+               associate (faces => faces_of_path(liner%path, layout%closed, liner%side, liner%drawn))
+                  do i = 1, layout%n
+                     b = b + 1
+                     associate (outline => segment_outline(faces, layout%first(i), layout%last(i), liner%side))
+                        blocks%vertices(:, at + 1:at + size(outline, 2)) = outline
+                        at = at + size(outline, 2)
+                     end associate
+                     blocks%vertex_offset(b + 1) = at
+                     blocks%block_material(b) = context%parameters%first_liner_material + k
+                  end do
+               end associate
+            end associate
+         end do
+      end associate
       associate (blocks => context%blocks, state => context%state)
          blocks%n_segments = n
          state%vertices = blocks%vertices
@@ -387,6 +403,7 @@ contains
       integer, intent(in) :: k
       type(step_context_type), intent(inout) :: context
       type(stretch_type), allocatable :: stretches(:)
+      real(wp), allocatable :: faces(:, :, :)
       real(wp) :: reach
       integer :: b, i, side
       associate (liner => self%liners(k), layout => self%liners(k)%layout, state => context%state)
@@ -405,11 +422,11 @@ contains
             if (side /= 0) liner%side = side
          end if
          liner%is_there = .true.
+         faces = faces_of_path(liner%path, layout%closed, liner%side, liner%drawn)
          do i = 1, layout%n
             b = liner%before + i
             state%vertices(:, context%blocks%vertex_offset(b) + 1:context%blocks%vertex_offset(b + 1)) = &
-               segment_outline(liner%path, layout%closed, layout%first(i), layout%last(i), liner%side, liner%drawn(1), &
-                               liner%drawn(2))
+               segment_outline(faces, layout%first(i), layout%last(i), liner%side)
             call set_properties(context, b)
             state%rotation(b) = 0
             state%velocity(:, b) = 0
@@ -453,11 +470,12 @@ contains
    pure function installed_centroids(liner) result(center)
       type(liner_type), intent(in) :: liner
       real(wp) :: center(2, liner%layout%n), area, moments(3)
+      real(wp) :: faces(2, size(liner%path, 2), 2)
       integer :: i
+      faces = faces_of_path(liner%path, liner%layout%closed, liner%side, liner%drawn)
       do i = 1, liner%layout%n
-         call polygon_properties(segment_outline(liner%path, liner%layout%closed, liner%layout%first(i), &
-                                 liner%layout%last(i), liner%side, liner%drawn(1), liner%drawn(2)), area, &
-                                 center(:, i), moments)
+         call polygon_properties(segment_outline(faces, liner%layout%first(i), liner%layout%last(i), liner%side), &
+                                 area, center(:, i), moments)
       end do
    end function installed_centroids
 
@@ -514,10 +532,15 @@ contains
       type(tie_type) :: tie
       real(wp) :: s(size(liner%path, 2)), ends(2, size(stretches)), whole(size(stretches)), along(2), normal(2)
       real(wp) :: from, to, at, half, node, usual
-      integer :: g, i, j, n, of(size(stretches)), block(size(stretches))
+      integer :: g, i, j, n, n_ties, of(size(stretches)), block(size(stretches)), piece(size(liner%path, 2))
+      integer :: parts(0:liner%layout%n), first(liner%layout%n + 1)
       logical :: alone
       if (allocated(liner%ties)) deallocate (liner%ties)
-      allocate (liner%ties(0))
+      allocate (liner%ties(2*size(stretches)))
+      n_ties = 0
+      do i = 1, liner%layout%n
+         piece(liner%layout%first(i):liner%layout%last(i) - 1) = i
+      end do
       s(1) = 0
       do i = 2, size(s)
          s(i) = s(i - 1) + norm2(liner%path(:, i) - liner%path(:, i - 1))
@@ -529,7 +552,7 @@ contains
          associate (k => stretches(j)%piece)
             from = s(k) + stretches(j)%ends(1)*(s(k + 1) - s(k))
             to = s(k) + stretches(j)%ends(2)*(s(k + 1) - s(k))
-            i = segment_of(liner%layout, k)
+            i = piece(k)
          end associate
          if (n > 0) then
             if (block(n) == stretches(j)%block .and. of(n) == i .and. from - ends(2, n) < least_stretch*usual) then
@@ -552,6 +575,10 @@ contains
          if (block(j) == block(j + 1) .and. ends(1, j + 1) - ends(2, j) < least_stretch*usual) whole(j) = whole(j + 1)
       end do
       where (ends(2, :n) - ends(1, :n) < least_stretch*usual) of(:n) = 0
+      parts = 0
+      do j = 1, n
+         parts(of(j)) = parts(of(j)) + 1
+      end do
       do j = 1, n
          if (of(j) == 0) cycle
          half = 0.5_wp*(ends(2, j) - ends(1, j))
@@ -571,14 +598,24 @@ contains
             if (alone) then
                tie%shape([1, 3]) = 0
             else
-               if (count(of(:n) == of(j)) < 3) tie%shape(1) = 0
-               if (count(of(:n) == of(j)) < 2) tie%shape = 0
+               if (parts(of(j)) < 3) tie%shape(1) = 0
+               if (parts(of(j)) < 2) tie%shape = 0
             end if
-            liner%ties = [liner%ties, tie]
+            n_ties = n_ties + 1
+            liner%ties(n_ties) = tie
          end do
       end do
-      do i = 1, liner%layout%n
-         call center_shapes(pack([(j, j=1, size(liner%ties))], liner%ties%b == liner%before + i))
+      liner%ties = liner%ties(:n_ties)
+      ! ties of a segment follow each other
+      first = 0
+      do j = 1, n_ties
+         i = liner%ties(j)%b - liner%before
+         if (first(i) == 0) first(i) = j
+      end do
+      first(liner%layout%n + 1) = n_ties + 1
+      do i = liner%layout%n, 1, -1
+         if (first(i) == 0) first(i) = first(i + 1)
+         call center_shapes([(j, j=first(i), first(i + 1) - 1)])
       end do
 
    contains
@@ -603,9 +640,13 @@ contains
          integer, intent(in) :: j
          integer :: i
          has_neighbour = .false.
-         do i = 1, n
-            if (block(i) == block(j)) cycle
-            if (min(abs(ends(1, i) - ends(2, j)), abs(ends(1, j) - ends(2, i))) < 0.1_wp*usual) has_neighbour = .true.
+         do i = j + 1, n
+            if (ends(1, i) - ends(2, j) >= 0.1_wp*usual .or. has_neighbour) exit
+            has_neighbour = block(i) /= block(j)
+         end do
+         do i = j - 1, 1, -1
+            if (ends(1, j) - ends(2, i) >= 0.1_wp*usual .or. has_neighbour) exit
+            has_neighbour = block(i) /= block(j)
          end do
       end function has_neighbour
 
@@ -614,9 +655,7 @@ contains
          real(wp), intent(in) :: distance
          real(wp) :: x(2), share
          integer :: k
-         do k = 1, size(s) - 2
-            if (s(k + 1) > distance) exit
-         end do
+         k = max(1, min(size(s) - 1, last_below(distance, s)))
          share = max(0.0_wp, min(1.0_wp, (distance - s(k))/max(s(k + 1) - s(k), tiny(1.0_wp))))
          x = liner%path(:, k) + share*(liner%path(:, k + 1) - liner%path(:, k))
       end function point_at
@@ -630,9 +669,10 @@ contains
       type(liner_type), intent(inout) :: liner
       type(tie_type) :: tie
       real(wp) :: face(2, size(liner%path, 2)), along(2), x(2), normal(2)
-      integer :: g, i, p
+      integer :: g, i, n, p
       if (allocated(liner%ties)) deallocate (liner%ties)
-      allocate (liner%ties(0))
+      allocate (liner%ties(2*size(face, 2)))
+      n = 0
       face = lift(liner%path, liner%layout%closed, -0.5_wp*liner%side*liner%section%thickness)
       tie%on_rock = .false.
       do i = 1, liner%layout%n
@@ -648,21 +688,13 @@ contains
                tie%arm = x - context%state%centroid(:, tie%b)
                tie%angle = atan2(normal(2), normal(1))
                tie%length = 0.5_wp*norm2(along)
-               liner%ties = [liner%ties, tie]
+               n = n + 1
+               liner%ties(n) = tie
             end do
          end do
       end do
+      liner%ties = liner%ties(:n)
    end subroutine tie_to_lining
-
-   !> Segment to which a piece of the path belongs.
-   pure integer function segment_of(layout, piece) result(i)
-      type(liner_layout_type), intent(in) :: layout
-      integer, intent(in) :: piece
-      do i = 1, layout%n - 1
-         if (layout%last(i) > piece) return
-      end do
-      i = layout%n
-   end function segment_of
 
    !> Remove and install linings when a stage begins, and take new moduli, under which stress stays. What has gone is
    !> discarded.
@@ -888,7 +920,8 @@ contains
             if (liner%is_there) then
                center = installed_centroids(liner)
                pressure = pressures(self, context, liner)
-               held = [(any(liner%ties%a > 0 .and. liner%ties%b == liner%before + i), i=1, layout%n)]
+               held = spread(.false., 1, layout%n)
+               held(pack(liner%ties%b, liner%ties%a > 0) - liner%before) = .true.
                do i = 1, layout%n
                   nodes%place(:, n + i) = on_segment(context, liner%before + i, liner%path(:, layout%node(i)) - &
                                                      center(:, i))

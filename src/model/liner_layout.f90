@@ -9,16 +9,16 @@ module rockdda_model_liner_layout
    use rockdda_base_kinds, only : wp
    use rockdda_base_sorting, only : sorted_order
    use rockdda_base_strings, only : is_given, to_string
-   use rockdda_model_blocks, only : block_system_type
+   use rockdda_model_blocks, only : block_system_type, largest_coordinate
    use rockdda_model_bolt_layout, only : outer_line
    use rockdda_model_options, only : liner_type, region_type, is_set
    use rockdda_model_regions, only : blocks_of_region, same_name
    implicit none
    private
    public :: liner_layout_type, new_liner_layout, line_of_liner, title_of_liner, lower_liner, liner_number, &
-      most_nodes, lift
+      layout_problem, lift, last_below
 
-   !> More nodes are a slip of `element`.
+   !> More nodes are a slip of a coordinate, or of `element`.
    integer, parameter :: most_nodes = 10000
    !> Nodes around a closed line, at least, where `element` is not given.
    integer, parameter :: least_around = 24
@@ -87,6 +87,86 @@ contains
       end if
    end function line_of_liner
 
+   !> Why a line cannot be divided: it has no length, no finite one, or would have too many nodes. Empty: it can.
+   pure function layout_problem(line, thickness, element) result(problem)
+      real(wp), intent(in) :: line(:)        !! x y of its points [length]
+      real(wp), intent(in) :: thickness      !! [length]
+      real(wp), intent(in) :: element        !! largest distance of nodes, or not given [length]
+      character(len=:), allocatable :: problem
+      real(wp), allocatable :: v(:, :), s(:)
+      real(wp) :: largest, n
+      integer :: k
+      logical :: closed
+      problem = ''
+      do k = 1, size(line)
+         if (abs(line(k)) <= largest_coordinate) cycle
+         problem = 'a coordinate of its line is '//to_string(line(k), 4)//', possible is up to '// &
+                   to_string(largest_coordinate, 4)
+         return
+      end do
+      call measure(line, v, s, closed)
+      if (size(s) < 2) return
+      largest = distance_of_nodes(s(size(s)), closed, thickness, element)
+      n = max(s(size(s))/largest, real(size(s), wp) - 1)
+      if (n <= most_nodes) return
+      problem = 'it would have '//to_string(n, 3)//' segments, at most '//to_string(most_nodes)//' are possible: '// &
+                'its line is '//to_string(s(size(s)), 4)//' long, x from '//range_of(1)//', y from '//range_of(2)
+      if (n > s(size(s))/largest) then
+         problem = problem//', with '//to_string(size(s))//' points: leave points out'
+      else if (is_set(element)) then
+         problem = problem//', and element = '//to_string(element, 4)//': correct the coordinates or make element larger'
+      else
+         problem = problem//', and nodes are '//to_string(largest, 4)//' apart, as thickness = '// &
+                   to_string(thickness, 4)//' has it: correct the coordinates or the thickness, or give element'
+      end if
+
+   contains
+
+      !> '-5 to 5'
+      pure function range_of(axis) result(text)
+         integer, intent(in) :: axis
+         character(len=:), allocatable :: text
+         text = to_string(minval(line(axis::2)), 4)//' to '//to_string(maxval(line(axis::2)), 4)
+      end function range_of
+
+   end function layout_problem
+
+   !> Points of a line, no two in a row one, and their distances from its start; whether it ends where it begins.
+   pure subroutine measure(line, v, s, closed)
+      real(wp), intent(in) :: line(:)
+      real(wp), allocatable, intent(out) :: v(:, :), s(:)
+      logical, intent(out) :: closed
+      real(wp) :: near
+      integer :: k, m
+      m = size(line)/2
+      v = reshape(line(1:2*m), [2, m])
+      near = nearness(v)
+      v = distinct(v, near)
+      m = size(v, 2)
+      closed = .false.
+      if (m > 3) closed = norm2(v(:, m) - v(:, 1)) <= near
+      allocate (s(m))
+      if (m > 0) s(1) = 0
+      do k = 2, m
+         s(k) = s(k - 1) + norm2(v(:, k) - v(:, k - 1))
+      end do
+   end subroutine measure
+
+   !> Points closer than this are one.
+   pure real(wp) function nearness(v)
+      real(wp), intent(in) :: v(:, :)
+      nearness = 1.0e-9_wp*maxval([0.0_wp, maxval(v, 2) - minval(v, 2)])
+   end function nearness
+
+   !> Largest distance of nodes.
+   pure real(wp) function distance_of_nodes(length, closed, thickness, element) result(largest)
+      real(wp), intent(in) :: length, thickness, element
+      logical, intent(in) :: closed
+      largest = 2*thickness
+      if (closed) largest = min(largest, length/least_around)
+      if (is_set(element)) largest = element
+   end function distance_of_nodes
+
    !> Nodes and segments on a line; where blocks are not far longer than segments, these are as long as one or more
    !> blocks, so that each block meets one segment, and nodes lie in their middle. Without points where the line has no
    !> length.
@@ -98,30 +178,17 @@ contains
       real(wp), intent(in), optional :: seams(:)    !! at which one block of the rock follows another [length]
       real(wp), allocatable :: v(:, :), s(:), nodes(:), ends(:), places(:), corners(:), joints(:)
       real(wp) :: near, length, largest
-      integer :: k, m
+      integer :: k, m, n
       logical :: smooth
-      m = size(line)/2
-      v = reshape(line(1:2*m), [2, m])
-      near = 1.0e-9_wp*maxval([0.0_wp, maxval(v, 2) - minval(v, 2)])
-      v = distinct(v, near)
+      call measure(line, v, s, layout%closed)
       m = size(v, 2)
       if (m < 2) return
-      layout%closed = m > 3 .and. norm2(v(:, m) - v(:, 1)) <= near
-      allocate (s(m))
-      s(1) = 0
-      do k = 2, m
-         s(k) = s(k - 1) + norm2(v(:, k) - v(:, k - 1))
-      end do
+      near = nearness(v)
       length = s(m)
-      largest = 2*thickness
-      if (layout%closed) largest = min(largest, length/least_around)
-      if (is_set(element)) largest = element
+      largest = distance_of_nodes(length, layout%closed, thickness, element)
       largest = max(largest, length/most_nodes)
       ! stretches between corners
-      corners = [s(1)]
-      do k = 2, m - 1
-         if (turns(v(:, k) - v(:, k - 1), v(:, k + 1) - v(:, k))) corners = [corners, s(k)]
-      end do
+      corners = [s(1), pack(s(2:m - 1), [(turns(v(:, k) - v(:, k - 1), v(:, k + 1) - v(:, k)), k=2, m - 1)])]
       if (present(breaks)) then
          do k = 1, size(breaks)
             call add_break(modulo(breaks(k), length), corners)
@@ -139,9 +206,12 @@ contains
       if (present(seams)) joints = modulo(seams, length)
       if (present(seams) .and. layout%closed) joints = [joints - length, joints, joints + length]
       if (size(joints) > 0) joints = joints(sorted_order(joints))
+      n = 0
       do k = 1, size(corners) - 1
-         call divide(corners(k), corners(k + 1), smooth, joints, nodes, ends)
+         call divide(corners(k), corners(k + 1), smooth, joints, nodes, ends, n)
       end do
+      nodes = nodes(:n)
+      ends = ends(:n)
       if (.not. layout%closed) then
          nodes = [nodes, length]
          ends = [0.0_wp, ends, length]
@@ -152,12 +222,11 @@ contains
       end if
       layout%n = size(nodes)
       layout%start = ends(1)
-      places = [nodes, ends]
-      do k = 1, m
-         call add_place(s(k) - length, places)
-         call add_place(s(k), places)
-         call add_place(s(k) + length, places)
-      end do
+      ! points of the line, not where a node or an end of a segment is
+      places = [s(:m - 1) - length, s(:m - 1), s + length]
+      places = pack(places, places >= ends(1) - near .and. places <= ends(size(ends)) + near)
+      places = pack(places, [(min(gap(places(k), nodes), gap(places(k), ends)) > near, k=1, size(places))])
+      places = [nodes, ends, places]
       places = places(sorted_order(places))
       places = pack(places, [.true., places(2:) - places(:size(places) - 1) > near])
       allocate (layout%path(2, size(places)), layout%node(layout%n), layout%first(layout%n), layout%last(layout%n))
@@ -165,22 +234,26 @@ contains
          layout%path(:, k) = at(places(k))
       end do
       do k = 1, layout%n
-         layout%node(k) = minloc(abs(places - nodes(k)), 1)
-         layout%first(k) = minloc(abs(places - ends(k)), 1)
-         layout%last(k) = minloc(abs(places - ends(k + 1)), 1)
+         layout%node(k) = closest(nodes(k), places)
+         layout%first(k) = closest(ends(k), places)
+         layout%last(k) = closest(ends(k + 1), places)
       end do
 
    contains
 
       !> Nodes and ends of segments between two corners, the first of which has a node, but where a smooth line begins.
-      pure subroutine divide(a, b, smooth, joints, nodes, ends)
+      pure subroutine divide(a, b, smooth, joints, nodes, ends, n)
          real(wp), intent(in) :: a, b
          logical, intent(in) :: smooth
          real(wp), intent(in) :: joints(:)         !! ascending
          real(wp), allocatable, intent(inout) :: nodes(:), ends(:)
+         integer, intent(inout) :: n               !! of both
          real(wp), allocatable :: cells(:), parts(:)
-         integer :: i, j, k
-         cells = pack(joints, joints > a + 0.01_wp*largest .and. joints < b - 0.01_wp*largest)
+         real(wp) :: last
+         integer :: i, j, k, n_parts
+         i = last_below(a + 0.01_wp*largest, joints)
+         j = last_below(b - 0.01_wp*largest, joints)
+         allocate (cells, source=joints(i + 1:j))
          if (size(cells) > 1) cells = pack(cells, [.true., cells(2:) - cells(:size(cells) - 1) > 0.01_wp*largest])
          if (smooth .and. size(cells) > 0) then
             cells = [cells, cells(1) + length]
@@ -190,32 +263,53 @@ contains
          if (size(cells) < 3 .or. maxval(cells(2:) - cells(:size(cells) - 1)) > long_block*largest) then
             j = max(1, ceiling((b - a)/largest - 1.0e-6_wp))
             if (layout%closed .and. smooth) j = max(3, j)
-            nodes = [nodes, [(a + i*(b - a)/j, i=0, j - 1)]]
-            ends = [ends, [(a + (i - 0.5_wp)*(b - a)/j, i=1, j)]]
+            call add([(a + i*(b - a)/j, i=0, j - 1)], nodes, n)
+            n = n - j
+            call add([(a + (i - 0.5_wp)*(b - a)/j, i=1, j)], ends, n)
             return
          end if
-         parts = [cells(1)]
+         allocate (parts(0))
+         n_parts = 0
+         call add([cells(1)], parts, n_parts)
          do i = 2, size(cells)
-            associate (last => parts(size(parts)), c => cells(i) - cells(i - 1))
+            last = parts(n_parts)
+            associate (c => cells(i) - cells(i - 1))
                if (c > 1.5_wp*largest) then
-                  if (last < cells(i - 1)) parts = [parts, cells(i - 1)]
+                  if (last < cells(i - 1)) call add([cells(i - 1)], parts, n_parts)
                   j = nint(c/largest)
-                  parts = [parts, [(cells(i - 1) + k*c/j, k=1, j)]]
+                  call add([(cells(i - 1) + k*c/j, k=1, j)], parts, n_parts)
                else if (cells(i) - last > 1.25_wp*largest) then
-                  parts = [parts, cells(i - 1)]
+                  call add([cells(i - 1)], parts, n_parts)
                end if
             end associate
          end do
-         if (cells(size(cells)) > parts(size(parts)) + 0.01_wp*largest) parts = [parts, cells(size(cells))]
-         j = size(parts)
+         if (cells(size(cells)) > parts(n_parts) + 0.01_wp*largest) call add([cells(size(cells))], parts, n_parts)
+         j = n_parts
          if (smooth) then
-            nodes = [nodes, 0.5_wp*(parts(2:) + parts(:j - 1))]
-            ends = [ends, parts(:j - 1)]
+            call add(0.5_wp*(parts(2:j) + parts(:j - 1)), nodes, n)
+            n = n - (j - 1)
+            call add(parts(:j - 1), ends, n)
          else
-            nodes = [nodes, a, 0.5_wp*(parts(2:) + parts(:j - 1))]
-            ends = [ends, a + small*(parts(2) - a), parts(2:j - 1), b - small*(b - parts(j - 1))]
+            call add([a, 0.5_wp*(parts(2:j) + parts(:j - 1))], nodes, n)
+            n = n - j
+            call add([a + small*(parts(2) - a), parts(2:j - 1), b - small*(b - parts(j - 1))], ends, n)
          end if
       end subroutine divide
+
+      !> Numbers behind the n of a list, which grows by more than they need.
+      pure subroutine add(more, list, n)
+         real(wp), intent(in) :: more(:)
+         real(wp), allocatable, intent(inout) :: list(:)
+         integer, intent(inout) :: n
+         real(wp), allocatable :: longer(:)
+         if (n + size(more) > size(list)) then
+            allocate (longer(2*(n + size(more))))
+            longer(:n) = list(:n)
+            call move_alloc(longer, list)
+         end if
+         list(n + 1:n + size(more)) = more
+         n = n + size(more)
+      end subroutine add
 
       !> One more place of a node, unless one is close.
       pure subroutine add_break(at, corners)
@@ -225,15 +319,6 @@ contains
          corners = [corners, at]
       end subroutine add_break
 
-      !> A point of the line is one of the path.
-      pure subroutine add_place(at, places)
-         real(wp), intent(in) :: at
-         real(wp), allocatable, intent(inout) :: places(:)
-         if (at < ends(1) - near .or. at > ends(size(ends)) + near) return
-         if (any(abs(places - at) <= near)) return
-         places = [places, at]
-      end subroutine add_place
-
       !> Point of the line at a distance from its start.
       pure function at(distance) result(point)
          real(wp), intent(in) :: distance
@@ -241,9 +326,7 @@ contains
          integer :: k
          d = distance
          if (layout%closed) d = modulo(d, length)
-         do k = 1, m - 2
-            if (s(k + 1) >= d) exit
-         end do
+         k = max(1, min(m - 1, last_below(d, s)))
          share = max(0.0_wp, min(1.0_wp, (d - s(k))/(s(k + 1) - s(k))))
          point = v(:, k) + share*(v(:, k + 1) - v(:, k))
       end function at
@@ -254,13 +337,47 @@ contains
    pure function distinct(v, near) result(points)
       real(wp), intent(in) :: v(:, :), near
       real(wp), allocatable :: points(:, :)
-      integer :: k
-      points = v(:, 1:min(1, size(v, 2)))
-      do k = 2, size(v, 2)
-         if (norm2(v(:, k) - points(:, size(points, 2))) > near) &
-            points = reshape([points, v(:, k)], [2, size(points, 2) + 1])
+      integer :: k, n, kept(size(v, 2))
+      n = 0
+      do k = 1, size(v, 2)
+         if (n > 0) then
+            if (norm2(v(:, k) - v(:, kept(n))) <= near) cycle
+         end if
+         n = n + 1
+         kept(n) = k
       end do
+      points = v(:, kept(:n))
    end function distinct
+
+   !> The last of ascending numbers that lies below x; 0: none.
+   pure integer function last_below(x, numbers) result(k)
+      real(wp), intent(in) :: x, numbers(:)
+      integer :: above, middle
+      k = 0
+      above = size(numbers) + 1
+      do while (above - k > 1)
+         middle = (k + above)/2
+         if (numbers(middle) < x) then
+            k = middle
+         else
+            above = middle
+         end if
+      end do
+   end function last_below
+
+   !> The one of ascending numbers that is nearest to x; of two the first.
+   pure integer function closest(x, numbers) result(k)
+      real(wp), intent(in) :: x, numbers(:)   !! one or more
+      k = max(1, last_below(x, numbers))
+      if (k == size(numbers)) return
+      if (abs(numbers(k + 1) - x) < abs(numbers(k) - x)) k = k + 1
+   end function closest
+
+   !> Distance from x to the nearest of ascending numbers.
+   pure real(wp) function gap(x, numbers)
+      real(wp), intent(in) :: x, numbers(:)
+      gap = abs(numbers(closest(x, numbers)) - x)
+   end function gap
 
    !> Is there a corner between two directions?
    pure logical function turns(a, b)

@@ -9,11 +9,11 @@ module rockdda_run_liner_check
    use rockdda_model_blocks, only : block_system_type
    use rockdda_model_bolt_layout, only : rock_at, stage_with
    use rockdda_model_liner_layout, only : liner_layout_type, new_liner_layout, line_of_liner, title_of_liner, &
-      lower_liner, liner_number, most_nodes
+      lower_liner, liner_number, layout_problem
    use rockdda_model_liner_options, only : liner_problem
    use rockdda_model_options, only : run_options_type, is_set
    use rockdda_model_regions, only : has_region, same_name
-   use rockdda_interaction_liner_places, only : stretch_type, find_stretches, segment_outline, opening_side, &
+   use rockdda_interaction_liner_places, only : stretch_type, find_stretches, faces_of_path, segment_outline, opening_side, &
       reach_over_thickness
    use rockdda_run_material_names, only : check_joint_material
    use rockdda_io_suggest, only : did_you_mean
@@ -119,11 +119,17 @@ contains
       type(liner_layout_type) :: layout
       type(stretch_type), allocatable :: stretches(:)
       logical, allocatable :: rock(:)
-      real(wp), allocatable :: line(:)
+      real(wp), allocatable :: line(:), faces(:, :, :)
+      character(len=:), allocatable :: problem
       real(wp) :: total, covered, blocked, far, length, element
       integer :: i, j, side
       associate (liner => options%liners(k), t => options%liners(k)%thickness)
-         line = line_of_liner(options%liners, k, blocks, options%regions)
+         allocate (line, source=line_of_liner(options%liners, k, blocks, options%regions))
+         problem = layout_problem(line, t, liner%element)
+         if (len(problem) > 0) then
+            call tell(severity%error, problem)
+            return
+         end if
          layout = new_liner_layout(line, t, liner%element)
          if (layout%n == 0) then
             if (is_given(liner%outline)) then
@@ -136,8 +142,6 @@ contains
          total = sum([(norm2(layout%path(:, i + 1) - layout%path(:, i)), i=1, size(layout%path, 2) - 1)])
          element = total/merge(layout%n, layout%n - 1, layout%closed)
          if (is_set(liner%element)) then
-            if (total/liner%element > most_nodes) call tell(severity%error, 'element gives more than '// &
-                                                            to_string(most_nodes)//' nodes')
             if (element < shortest*t*0.999_wp .or. element > longest*t*1.001_wp) call tell(severity%warning, &
                'nodes are '//to_string(element/t, 3)//' thicknesses apart; bending is right for '// &
                to_string(shortest, 2)//' to '//to_string(longest, 2))
@@ -146,9 +150,9 @@ contains
                         stage_with(options%stages, title_of_liner(liner, k), installs=.true.))
          call find_stretches(layout%path, reach_over_thickness*t, blocks, blocks%vertices, rock, stretches, side)
          if (side == 0) side = opening_side(layout%path, layout%closed)
+         faces = faces_of_path(layout%path, layout%closed, side, [0.0_wp, t])
          do i = 1, layout%n
-            if (polygon_area(segment_outline(layout%path, layout%closed, layout%first(i), layout%last(i), side, &
-                                             0.0_wp, t)) > 0.1_wp*t*element) cycle
+            if (polygon_area(segment_outline(faces, layout%first(i), layout%last(i), side)) > 0.1_wp*t*element) cycle
             call tell(severity%error, 'the line turns too sharply for a lining of this thickness at ('// &
                       to_string(layout%path(1, layout%node(i)), 5)//', '// &
                       to_string(layout%path(2, layout%node(i)), 5)//')')

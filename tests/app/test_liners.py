@@ -228,6 +228,28 @@ class Liners(ProgramTest):
         self.boxes("bad", [(0, 0, 1, 1)], far)
         self.assertIn("liner 'far': the line lies up to 0.05 beside the rock", self.run_program("check", "bad.nml").err)
 
+    def test_too_many_segments_are_refused_at_once(self):
+        """By a wrong coordinate, a small element, or a thickness; numbers that are told, and no work before."""
+        for along, numbers, words in (
+            ("0, 0, 1, 0, 2, -6e28", "thickness = 0.2", "segments, at most 10000 are possible: its line is 6e+28 long"),
+            ("0, 0, 1, 0", "thickness = 0.2, element = 1e-5", "it would have 100000 segments"),
+            ("0, 0, 1, 0", "thickness = 1e-6", "as thickness = 1e-06 has it"),
+            ("0, 0, 1, 0, 2, 1e40", "thickness = 0.2", "a coordinate of its line is 1e+40"),
+        ):
+            self.boxes("many", [(0, 0, 1, 1)], f"&liner along = {along}, {numbers}, young = 3e10 /\n" + REST)
+            outcome = self.run_program("check", "many.nml", timeout=5)
+            self.assertEqual(outcome.code, 2, outcome.err)
+            self.assertIn("many.nml:6:1: error: liner 'liner 1': ", outcome.err)
+            self.assertIn(words, outcome.err)
+
+    def test_many_segments_are_placed_in_no_time(self):
+        """9,000 of them took half a minute when each one looked at all others."""
+        groups = "&liner along = 0, 0, 90, 0, thickness = 0.02, young = 3e10, element = 0.01 /\n"
+        groups += FIXED.format(0, 1, 90, 1) + REST
+        self.boxes("long", [(0, 0, 90, 1)], groups)
+        outcome = self.run_program("run", "long.nml", "--force", "--steps", "1", timeout=30)
+        self.assertEqual(outcome.code, 0, outcome.err)
+
 
 if __name__ == "__main__":
     unittest.main()
