@@ -18,10 +18,11 @@ module rockdda_model_possible_values
    real(wp), parameter :: least_speed2 = 100.0_wp
    !> Bounds of the magnitude of a value that is not 0, and those within which most values lie [SI].
    type :: bounds_type
-      character(len=18) :: name = ''
+      character(len=20) :: name = ''
       character(len=14) :: dimension = ''
       real(wp) :: least = 0, most = 0
       real(wp) :: usual(2) = 0
+      character(len=5) :: group = ''           !! where they hold; '': in all that have no row of their own
    end type bounds_type
 
    type(bounds_type), parameter :: bounds(*) = [ &
@@ -48,7 +49,25 @@ module rockdda_model_possible_values
       bounds_type('gradient', 'stress/length', 50.0_wp, 1.0e8_wp, [4.0e3_wp, 9.0e4_wp]), &
       bounds_type('force_start', 'force/length', 0.0_wp, 1.0e12_wp, [1.0e3_wp, 1.0e8_wp]), &
       bounds_type('force_end', 'force/length', 0.0_wp, 1.0e12_wp, [1.0e3_wp, 1.0e8_wp]), &
-      bounds_type('velocity', 'length/time', 0.0_wp, 1.0e3_wp, [1.0e-3_wp, 50.0_wp])]
+      bounds_type('velocity', 'length/time', 0.0_wp, 1.0e3_wp, [1.0e-3_wp, 50.0_wp]), &
+      bounds_type('thickness', 'length', 5.0e-3_wp, 10.0_wp, [0.03_wp, 3.0_wp], 'liner'), &
+      bounds_type('element', 'length', 1.0e-3_wp, 50.0_wp, [0.03_wp, 10.0_wp], 'liner'), &
+      bounds_type('young', 'stress', 1.0e6_wp, 1.3e12_wp, [5.0e8_wp, 3.0e11_wp], 'liner'), &
+      bounds_type('compressive_strength', 'stress', 1.0e5_wp, 2.0e9_wp, [1.0e6_wp, 2.0e8_wp], 'liner'), &
+      bounds_type('tensile_strength', 'stress', 1.0e4_wp, 2.0e9_wp, [1.0e5_wp, 5.0e8_wp], 'liner'), &
+      bounds_type('diameter', 'length', 1.0e-3_wp, 0.5_wp, [0.01_wp, 0.2_wp], 'bolt'), &
+      bounds_type('area', 'length^2', 1.0e-7_wp, 0.2_wp, [5.0e-5_wp, 0.05_wp], 'bolt'), &
+      bounds_type('young', 'stress', 1.0e9_wp, 1.3e12_wp, [5.0e9_wp, 3.0e11_wp], 'bolt'), &
+      bounds_type('yield_force', 'force', 100.0_wp, 1.0e9_wp, [2.0e4_wp, 2.0e7_wp], 'bolt'), &
+      bounds_type('plate_strength', 'force', 1.0e3_wp, 1.0e9_wp, [2.0e4_wp, 2.0e7_wp], 'bolt'), &
+      bounds_type('plateau_force', 'force', 1.0e3_wp, 1.0e9_wp, [2.0e4_wp, 2.0e7_wp], 'bolt'), &
+      bounds_type('grout_stiffness', 'stress', 1.0e5_wp, 1.0e13_wp, [1.0e7_wp, 1.0e11_wp], 'bolt'), &
+      bounds_type('grout_strength', 'force/length', 1.0e3_wp, 1.0e9_wp, [1.0e4_wp, 1.0e7_wp], 'bolt'), &
+      bounds_type('bedding_stiffness', 'stress', 1.0e6_wp, 1.0e13_wp, [5.0e7_wp, 1.0e12_wp], 'bolt'), &
+      bounds_type('length', 'length', 0.05_wp, 500.0_wp, [0.5_wp, 100.0_wp], 'bolt'), &
+      bounds_type('spacing', 'length', 0.02_wp, 200.0_wp, [0.3_wp, 20.0_wp], 'bolt'), &
+      bounds_type('spacing_out_of_plane', 'length', 0.02_wp, 200.0_wp, [0.3_wp, 20.0_wp], 'bolt'), &
+      bounds_type('stroke', 'length', 1.0e-4_wp, 10.0_wp, [0.02_wp, 2.0_wp], 'bolt')]
 
    !> Units in which people give such values, by the size in SI.
    type :: habit_type
@@ -73,6 +92,10 @@ module rockdda_model_possible_values
       habit_type('length/time^2', 'm/s2', 1.0_wp), habit_type('length/time^2', 'mm/s2', 1.0e-3_wp), &
       habit_type('length/time^2', 'cm/s2', 1.0e-2_wp), habit_type('length/time^2', 'g', earth), &
       habit_type('length', 'm', 1.0_wp), habit_type('length', 'mm', 1.0e-3_wp), &
+      habit_type('length', 'cm', 1.0e-2_wp), &
+      habit_type('length^2', 'm2', 1.0_wp), habit_type('length^2', 'mm2', 1.0e-6_wp), &
+      habit_type('length^2', 'cm2', 1.0e-4_wp), &
+      habit_type('force', 'N', 1.0_wp), habit_type('force', 'kN', 1.0e3_wp), habit_type('force', 'MN', 1.0e6_wp), &
       habit_type('length/time', 'm/s', 1.0_wp), habit_type('length/time', 'mm/s', 1.0e-3_wp), &
       habit_type('force/length', 'N/m', 1.0_wp), habit_type('force/length', 'kN/m', 1.0e3_wp), &
       habit_type('force/length', 'MN/m', 1.0e6_wp)]
@@ -104,18 +127,26 @@ contains
       logical, intent(in) :: scaled
       character(len=:), allocatable, intent(out) :: text
       type(bounds_type) :: b
-      character(len=:), allocatable :: cause
+      character(len=:), allocatable :: cause, unit
       real(wp) :: si, ratio
       integer :: i
       text = ''
       if (.not. self%system%is_known() .or. .not. abs(value) > 0) return
+      unit = dimension
+      if (group == 'bolt') then
+         ! a force over length and slip, in Pa; the same dimension is that of a weight elsewhere
+         if (dimension == 'force/length^2') unit = 'stress'
+         ! of a bolt, or of a bolt over 1 mm
+         if (index(unit, 'force') == 1 .and. self%system%name == 'mm') return
+      end if
       if (dimension == 'deg') then
          call judge_angle(name, value, text)
          return
       end if
       b%name = ''
       do i = 1, size(bounds)
-         if (bounds(i)%name == name .and. bounds(i)%dimension == dimension) b = bounds(i)
+         if (bounds(i)%name /= name .or. bounds(i)%dimension /= unit) cycle
+         if (len_trim(bounds(i)%group) == 0 .or. bounds(i)%group == group) b = bounds(i)
       end do
       if (len_trim(b%name) == 0) return
       si = abs(self%system%in_si(value, dimension))

@@ -16,6 +16,7 @@ module rockdda_run_bolt_check
    use rockdda_model_stage_options, only : stage_name
    use rockdda_io_suggest, only : did_you_mean
    use rockdda_run_liner_check, only : liner_names
+   use rockdda_run_support_numbers, only : check_numbers_of_bolt
    implicit none
    private
    public :: check_bolts
@@ -49,6 +50,9 @@ contains
          if (is_spring(options%bolts(g)) .or. any([(lines(l)%group == g, l=1, size(lines))])) cycle
          call messages%add(severity%error, '&bolt: the line has no room for a bolt: offset and spacing are longer', &
                            options%bolts(g)%origin)
+      end do
+      do g = 1, size(options%bolts)
+         call check_numbers_of_bolt(g, options, messages)
       end do
       do l = 1, size(lines)
          call check_line(lines(l), options, blocks, messages)

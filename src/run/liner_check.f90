@@ -16,6 +16,7 @@ module rockdda_run_liner_check
    use rockdda_interaction_liner_places, only : stretch_type, find_stretches, faces_of_path, segment_outline, opening_side, &
       reach_over_thickness
    use rockdda_run_material_names, only : check_joint_material
+   use rockdda_run_support_numbers, only : line_type, check_numbers_of_liner, check_same_place
    use rockdda_io_suggest, only : did_you_mean
    implicit none
    private
@@ -47,10 +48,12 @@ contains
       integer, intent(in) :: n_joints               !! joint materials
       type(block_system_type), intent(in) :: blocks
       type(diagnostics_type), intent(inout) :: messages
+      type(line_type) :: lines(size(options%liners))
       logical :: sound(size(options%liners))
       integer :: i, k
       sound = .true.
       do k = 1, size(options%liners)
+         allocate (lines(k)%xy(0))
          associate (liner => options%liners(k))
             sound(k) = len(liner_problem(liner)) == 0   ! else it was told
             do i = 1, k - 1
@@ -76,7 +79,10 @@ contains
             end if
             if (is_given(liner%joint_material)) call check_joint_material('&liner', trim(adjustl( &
                liner%joint_material)), n_joints, [options%joint_materials, options%joint_laws], liner%origin, messages)
-            if (sound(k) .and. lower_liner(options%liners, k) == 0) call check_line(k, options, blocks, messages)
+            if (.not. sound(k)) cycle
+            if (lower_liner(options%liners, k) == 0) call check_line(k, options, blocks, messages, lines(k)%xy)
+            call check_numbers_of_liner(k, options, lines(k)%xy, messages)
+            call check_same_place(k, lines(:k), options, messages)
          end associate
       end do
       do i = 1, size(options%changes)
@@ -111,23 +117,25 @@ contains
    end subroutine check_liners
 
    !> The line of a lining where it is installed.
-   subroutine check_line(k, options, blocks, messages)
+   subroutine check_line(k, options, blocks, messages, line)
       integer, intent(in) :: k
       type(run_options_type), intent(in) :: options
       type(block_system_type), intent(in) :: blocks
       type(diagnostics_type), intent(inout) :: messages
+      real(wp), allocatable, intent(inout) :: line(:)   !! x y of its points; empty where it is wrong [length]
       type(liner_layout_type) :: layout
       type(stretch_type), allocatable :: stretches(:)
       logical, allocatable :: rock(:)
-      real(wp), allocatable :: line(:), faces(:, :, :)
+      real(wp), allocatable :: faces(:, :, :)
       character(len=:), allocatable :: problem
       real(wp) :: total, covered, blocked, far, length, element
       integer :: i, j, side
       associate (liner => options%liners(k), t => options%liners(k)%thickness)
-         allocate (line, source=line_of_liner(options%liners, k, blocks, options%regions))
+         line = line_of_liner(options%liners, k, blocks, options%regions)
          problem = layout_problem(line, t, liner%element)
          if (len(problem) > 0) then
             call tell(severity%error, problem)
+            line = [real(wp) ::]
             return
          end if
          layout = new_liner_layout(line, t, liner%element)

@@ -228,6 +228,62 @@ class Liners(ProgramTest):
         self.boxes("bad", [(0, 0, 1, 1)], far)
         self.assertIn("liner 'far': the line lies up to 0.05 beside the rock", self.run_program("check", "bad.nml").err)
 
+    def test_numbers_in_another_unit(self):
+        """What cannot be in SI is an error that names the unit; ratios that steel and shotcrete do not have are warned of,
+        and linings in one place. Usual numbers give neither."""
+        usual = {"thickness": "0.2", "young": "30e9", "compressive_strength": "30e6", "tensile_strength": "3e6"}
+        steel = {"diameter": "0.025", "young": "200e9", "yield_force": "245e3", "plate_strength": "200e3"}
+        steel.update(grout_stiffness="1e9", grout_strength="400e3", length="3", spacing="1.5")
+
+        def check(liner=(), bolt=(), units="SI", more=""):
+            lining = ", ".join(f"{name} = {value}" for name, value in {**usual, **dict(liner)}.items())
+            bolts = ", ".join(f"{name} = {value}" for name, value in {**steel, **dict(bolt)}.items())
+            groups = f"&liner name = 'a', along = 0, 0, 9, 0, {lining} /\n{more}"
+            groups += f"&bolt name = 'b', kind = 'grouted', along = 0, 0, 9, 0, {bolts} /\n"
+            self.boxes("units", [(0, 0, 9, 9)], groups + REST + FIXED.format(0, 9, 9, 9))
+            text = self.path("units.nml").read_text(encoding="utf-8").replace("'none'", f"'{units}'")
+            self.path("units.nml").write_text(text, encoding="utf-8")
+            return self.run_program("check", "units.nml").err
+
+        for words in ("seems to be", "another unit", "at the same time"):
+            self.assertNotIn(words, check())
+        for name, value, words in (
+            ("thickness", "200", "in mm, but units = 'SI' has m, where it is 0.2"),
+            ("thickness", "20", "in cm, but units = 'SI' has m, where it is 0.2"),
+            ("young", "30", "in GPa, but units = 'SI' has Pa, where it is 3e+10"),
+            ("young", "30e3", "in MPa, but units = 'SI' has Pa, where it is 3e+10"),
+            ("compressive_strength", "30", "in MPa, but units = 'SI' has Pa, where it is 3e+07"),
+            ("tensile_strength", "3", "in MPa, but units = 'SI' has Pa, where it is 3e+06"),
+        ):
+            self.assertIn(words, check({name: value}.items()))
+        for name, value, words in (
+            ("diameter", "25", "in mm, but units = 'SI' has m, where it is 0.025"),
+            ("young", "200", "in GPa, but units = 'SI' has Pa, where it is 2e+11"),
+            ("plate_strength", "200", "in kN, but units = 'SI' has N, where it is 200000"),
+            ("grout_stiffness", "1000", "in MPa, but units = 'SI' has Pa, where it is 1e+09"),
+            ("grout_strength", "400", "in kN/m, but units = 'SI' has N/m, where it is 400000"),
+            ("length", "3000", "in mm, but units = 'SI' has m, where it is 3"),
+        ):
+            self.assertIn(words, check(bolt={name: value}.items()))
+        for liner, bolt, words in (
+            ({"thickness": "4"}, {}, "thickness over the extent of its line is 0.444 (4 over 9), usual is 0.01 to 0.1"),
+            ({"young": "30e6"}, {}, "young over compressive_strength is 1 (3e+07 over 3e+07)"),
+            ({"tensile_strength": "60e6"}, {}, "tensile_strength over compressive_strength is 2"),
+            ({}, {"yield_force": "245"}, "yield_force over young and the cross-section is 2.5e-06"),
+            ({}, {"yield_force": "245e5"}, "yield_force over young and the cross-section is 0.25"),
+        ):
+            text = check(liner.items(), bolt.items(), units="none")
+            self.assertIn(words, text)
+            self.assertIn("Is one of them in another unit, or a digit wrong?", text)
+        second = "&liner name = 'c', along = 3, 0, 12, 0, thickness = 0.1, young = 30e9 /\n"
+        self.assertIn(
+            "liner 'c' lies where lining 'a' lies at the same time (67 % of its line): both", check(more=second)
+        )
+        later = second + "&stage name = 's', until = 'equilibrium', install = 'c', remove = 'a' /\n"
+        self.assertNotIn("at the same time", check(more=later))
+        beside = second.replace("along = 3, 0", "along = 9, 0")
+        self.assertNotIn("at the same time", check(more=beside))
+
     def test_too_many_segments_are_refused_at_once(self):
         """By a wrong coordinate, a small element, or a thickness; numbers that are told, and no work before."""
         for along, numbers, words in (
