@@ -13,7 +13,7 @@ module rockdda_interaction_liner_ties
    public :: tie_type, tie_response_type, tie_numbers, tie_state, respond_tie, pack_tie, unpack_tie
 
    !> Numbers that last of a tie.
-   integer, parameter :: tie_numbers = 17
+   integer, parameter :: tie_numbers = 18
 
    type :: tie_state_enum
       integer :: open = 0
@@ -34,7 +34,8 @@ module rockdda_interaction_liner_ties
       real(wp) :: length = 0
       real(wp) :: shape(3) = 0         !! gap by curvature, shear by strain, gap by slope of b's back [length]
       real(wp) :: motion(2) = 0        !! gap and shear displacement now [length]
-      real(wp) :: free_shear = 0       !! shear displacement without force [length]
+      real(wp) :: free(2) = 0          !! gap and shear displacement without force: of slip, and of a change of the
+                                       !! stiffness under force [length]
       real(wp) :: slip = 0             !! |slip| summed up [length]
       logical :: bonded = .true.
       ! of the step
@@ -65,7 +66,7 @@ contains
       type(contact_law_type), intent(in), optional :: law
       real(wp) :: k(2), limit, e(2)
       k = stiffness*tie%length
-      e = motion - [0.0_wp, tie%free_shear]
+      e = motion - tie%free
       response%state = tie_state%held
       response%force = k*e
       response%stiffness = k
@@ -104,7 +105,7 @@ contains
       type(tie_type), intent(in) :: tie
       real(wp) :: numbers(tie_numbers)
       numbers = [real(tie%a, wp), real(tie%b, wp), merge(1.0_wp, 0.0_wp, tie%on_rock), tie%at_a, tie%arm, tie%angle, &
-                 tie%length, tie%free_shear, tie%slip, merge(1.0_wp, 0.0_wp, tie%bonded), &
+                 tie%length, tie%free, tie%slip, merge(1.0_wp, 0.0_wp, tie%bonded), &
                  tie%shape, tie%motion]
    end function pack_tie
 
@@ -118,11 +119,11 @@ contains
       tie%arm = numbers(6:7)
       tie%angle = numbers(8)
       tie%length = numbers(9)
-      tie%free_shear = numbers(10)
-      tie%slip = numbers(11)
-      tie%bonded = numbers(12) > 0.5_wp
-      tie%shape = numbers(13:15)
-      tie%motion = numbers(16:17)
+      tie%free = numbers(10:11)
+      tie%slip = numbers(12)
+      tie%bonded = numbers(13) > 0.5_wp
+      tie%shape = numbers(14:16)
+      tie%motion = numbers(17:18)
    end function unpack_tie
 
 end module rockdda_interaction_liner_ties

@@ -102,6 +102,7 @@ module rockdda_interaction_liners
       real(wp) :: lift = 0                       !! of its axis from that of the lining below [length]
       integer :: lower = 0                       !! the lining on which it lies; 0: the rock
       integer :: joint = 0                       !! joint material; 0: a bond
+      real(wp) :: bond(2) = 0                    !! stiffness of its back over its modulus [1/length]
       real(wp) :: stiffness(2) = 0               !! of its back [force/length^2]
       integer :: before = 0                      !! block before its first segment
       ! what lasts
@@ -196,7 +197,6 @@ contains
                liner%section%shear = 0.5_wp*(1 - liner%poisson)
                if (is_set(given%compressive_strength)) liner%section%compression = given%compressive_strength
                if (is_set(given%tensile_strength)) liner%section%tension = given%tensile_strength
-               call set_young(given%young, liner)
                liner%drawn = [0.0_wp, given%thickness]
                if (liner%lower > 0) then
                   liner%layout = self%liners(liner%lower)%layout
@@ -208,6 +208,7 @@ contains
                   call break_at_rock(context, line, given%element, liner)
                end if
                call set_back(p, given%joint_material, liner)
+               call set_young(given%young, liner)
                liner%before = n
                n = n + liner%layout%n
                if (liner%lower > 0) liner%side = self%liners(liner%lower)%side
@@ -240,21 +241,29 @@ contains
       end associate
    end subroutine break_at_rock
 
-   !> Modulus of a lining, in plane strain.
+   !> Modulus of a lining, in plane strain, and stiffness of its back.
    pure subroutine set_young(young, liner)
       real(wp), intent(in) :: young
       type(liner_type), intent(inout) :: liner
-      liner%section%modulus = young/(1 - liner%poisson**2)
+      call set_modulus(young/(1 - liner%poisson**2), liner)
    end subroutine set_young
 
-   !> Stiffness and joint material of the back.
+   !> The same by the modulus in plane strain.
+   pure subroutine set_modulus(modulus, liner)
+      real(wp), intent(in) :: modulus
+      type(liner_type), intent(inout) :: liner
+      liner%section%modulus = modulus
+      where (liner%bond > 0) liner%stiffness = modulus*liner%bond
+   end subroutine set_modulus
+
+   !> Stiffness of the back, by the modulus or that of its joint material, and that material.
    pure subroutine set_back(parameters, word, liner)
       type(parameters_type), intent(in) :: parameters
       character(len=:), allocatable, intent(in) :: word
       type(liner_type), intent(inout) :: liner
       integer :: i
-      liner%stiffness = liner%section%modulus/liner%section%thickness* &
-                        max(least_bond, min(most_bond, bond_of_segment*(liner%section%thickness/mean_distance())**3))
+      liner%bond = max(least_bond, min(most_bond, bond_of_segment*(liner%section%thickness/mean_distance())**3))/ &
+                   liner%section%thickness
       liner%joint = 0
       if (.not. is_given(word)) return
       i = material_number(trim(adjustl(word)))
@@ -268,6 +277,7 @@ contains
          if (joint%normal_stiffness > 0) liner%stiffness = joint%normal_stiffness
          if (joint%shear_stiffness > 0) liner%stiffness(2) = joint%shear_stiffness
       end associate
+      where (liner%stiffness > 0) liner%bond = 0
 
    contains
 
@@ -730,7 +740,7 @@ contains
                   if (.not. (is_given(change%liner) .and. is_set(change%young) .and. is_given(change%stage))) cycle
                   if (.not. same_name(change%liner, liner%name)) cycle
                   if (.not. same_name(change%stage, stage_name(context%parameters%stages, stage))) cycle
-                  call harden(context, change%young, liner)
+                  call harden(self, context, change%young, liner)
                end associate
             end do
          end associate
@@ -744,17 +754,28 @@ contains
    end subroutine begin_stage
 
    !> A new Young's modulus under which all forces stay.
-   subroutine harden(context, young, liner)
+   subroutine harden(self, context, young, liner)
+      class(liners_type), intent(in) :: self
       type(step_context_type), intent(in) :: context
       real(wp), intent(in) :: young
       type(liner_type), intent(inout) :: liner
       type(beam_response_type) :: response
+      type(tie_response_type) :: of_tie(size(liner%ties))
       type(liner_section_type) :: old
-      real(wp) :: d(3)
       integer :: i
       old = liner%section
+      do i = 1, size(liner%ties)
+         call respond(self, liner, liner%ties(i), liner%ties(i)%motion, of_tie(i))
+      end do
       call set_young(young, liner)
       if (.not. liner%is_there) return
+      do i = 1, size(liner%ties)
+         associate (tie => liner%ties(i), k => liner%stiffness*liner%ties(i)%length, of => of_tie(i))
+            if (.not. acts(context, tie)) cycle
+            if (of%state == tie_state%held .or. of%state == tie_state%slides) tie%free(1) = tie%motion(1) - of%force(1)/k(1)
+            tie%free(2) = tie%motion(2) - of%force(2)/k(2)
+         end associate
+      end do
       do i = 1, size(liner%joints)
          associate (joint => liner%joints(i))
             call respond_beam(joint%beam, old, joint%state, joint%d, response)
@@ -1453,11 +1474,11 @@ contains
             call respond(self, new, tie, motion, last)
             change = 0
             if (last%state == tie_state%slides .or. last%state == tie_state%parts) then
-               change = (motion(2) - last%force(2)/(new%stiffness(2)*tie%length)) - tie%free_shear
+               change = (motion(2) - last%force(2)/(new%stiffness(2)*tie%length)) - tie%free(2)
             else if (last%state == tie_state%open) then
-               change = motion(2) - tie%free_shear
+               change = motion(2) - tie%free(2)
             end if
-            tie%free_shear = tie%free_shear + change
+            tie%free(2) = tie%free(2) + change
             tie%slip = tie%slip + abs(change)
             slipped = slipped + last%force(2)*change
             if (last%breaks) tie%bonded = .false.
@@ -1593,7 +1614,7 @@ contains
             if (.not. fits) exit
             liner%is_there = numbers(at + 1) > 0.5_wp
             liner%side = merge(1, -1, numbers(at + 2) > 0)
-            liner%section%modulus = numbers(at + 3)
+            call set_modulus(numbers(at + 3), liner)
             n = 0
             if (numbers(at + 4) >= 0 .and. numbers(at + 4) < 1.0e7_wp) n = nint(numbers(at + 4))
             at = at + 4
@@ -1676,7 +1697,7 @@ contains
                                    tie%b <= liner%before + liner%layout%n .and. tie%length > 0 .and. &
                                    tie%length <= largest_coordinate .and. all(abs(tie%at_a) <= largest_coordinate) &
                                    .and. all(abs(tie%arm) <= largest_coordinate) .and. abs(tie%angle) <= 1.0e9_wp &
-                                   .and. abs(tie%free_shear) <= largest_coordinate .and. tie%slip >= 0 .and. &
+                                   .and. all(abs(tie%free) <= largest_coordinate) .and. tie%slip >= 0 .and. &
                                    tie%slip <= largest_coordinate, 'numbers')
                end associate
             end do

@@ -174,6 +174,37 @@ class Liners(ProgramTest):
             energy = file["history/energy"][-1]
             self.assertLess(abs(energy[-1]), 1e-9 * abs(energy[4]))
 
+    def test_bond_hardens_with_the_lining(self):
+        """A cantilever held by its bond, loaded, hardened by 25 and loaded more: what comes then bends the hard one.
+        Also resumed in the last stage; and with a joint."""
+        for element, joint in ((0.3, ""), (0.08, ""), (0.08, ", joint_material = 'strong'")):
+            groups = "&joint_material number = 3, name = 'strong', friction = 45, cohesion = 1e8, tension = 1e8 /\n"
+            groups += "&liner name = 'c', along = 1.7, 0, 0, 0, -1.5, 0, thickness = 0.15, young = 1e9, "
+            groups += f"density = 2400, element = {element}{joint} /\n" + FIXED.format(-1.5, -1, 0, -1)
+            for name, gravity in (("one", 0.01), ("two", 0.01), ("three", 1.01)):
+                groups += f"&stage name = '{name}', until = 'equilibrium', gravity = {gravity} /\n"
+            groups += "&change stage = 'two', liner = 'c', young = 25e9 /\n"
+            self.boxes("soft", [(-1.5, -1, 0, 0)], groups, young=6e10, gravity=10)
+            with self.solve("soft") as file:
+                stage, step = file["history/stage"][()], file["history/step"][()]
+                place, frame = file["frames/liner_point"][()], file["frames/step"][()]
+                one, two, three = (place[frame == step[stage == k][-1]][-1, 0, 1] for k in range(3))
+                self.near(one - place[0, 0, 1], two - place[0, 0, 1], 1e-6)
+                weight, bending = 2400 * 10 * 0.15, 25e9 / 0.96 * 0.15**3 / 12
+                shear = 25e9 / 2.4 * 0.15 * 5 / 6
+                # elements of half a thickness add the strain of the bond, an eighth of one of them
+                share = 0.001 if element > 0.2 else 0.022
+                self.near(three - two, -weight * 1.7**4 / 8 / bending - weight * 1.7**2 / 2 / shear, share)
+                energy, whole = file["history/energy"][-1], file["frames/liner_force"][-1].tolist()
+                self.assertLess(abs(energy[-1]), 1e-9 * abs(energy).max())
+                last = step[stage == 2][0]
+            with self.solve("soft", "--steps", str(last)):
+                pass
+            outcome = self.run_program("resume", "soft.ckpt.h5", "--steps", "5000")
+            self.assertEqual(outcome.code, 0, outcome.err)
+            with h5py.File(self.path("soft.h5")) as file:
+                self.assertEqual(file["frames/liner_force"][-1].tolist(), whole)
+
     def test_resumed_run_has_the_same_bits(self):
         """Stopped and resumed with a lining in place, cracked, also with other threads."""
         groups = "&liner name = 'c', along = -1, 0, 0.6, 0, thickness = 0.3, young = 30e9, tensile_strength = 1e5, "
@@ -229,7 +260,7 @@ class Liners(ProgramTest):
         self.assertIn("liner 'far': the line lies up to 0.05 beside the rock", self.run_program("check", "bad.nml").err)
 
     def test_numbers_in_another_unit(self):
-        """What cannot be in SI is an error that names the unit; ratios that steel and shotcrete do not have are warned of,
+        """What cannot be in SI is an error that names the unit; ratios that steel and shotcrete do not have are told,
         and linings in one place. Usual numbers give neither."""
         usual = {"thickness": "0.2", "young": "30e9", "compressive_strength": "30e6", "tensile_strength": "3e6"}
         steel = {"diameter": "0.025", "young": "200e9", "yield_force": "245e3", "plate_strength": "200e3"}
