@@ -141,6 +141,38 @@ def stack(n: int, width: float = 1.0, height: float = 0.5, friction: float = 70.
     return assemble(f"stack_{n}", blocks, {0}, friction=friction)
 
 
+def footing(
+    dips: tuple[float, float], spacing: float, friction: float, *, width: float, depth: float, name: str = "footing"
+) -> Model:
+    """A rigid strip footing, 2 m wide, on rock with a through-going joint set 1 m apart and a staggered one.
+
+    dips: angles of both sets, counter-clockwise from +x [deg]; spacing: of the staggered joints along the others
+    [m]. The rock lies between fixed walls. The load on the footing is the `loading_point` named `column`, 1 kN/m down.
+    """
+    box = shapely.box(-width / 2, -depth, width / 2, 0.0)
+    through, cross = (np.array([np.cos(a), np.sin(a)]) for a in np.radians(dips))
+    normal = np.array([-through[1], through[0]])
+    corner = np.array([0.013, 0.027])  # joints do not meet the corners of the footing
+    reach = int(2 * np.hypot(width, depth) / min(spacing, 1.0))
+    lines = [box.exterior]
+    for i in range(-reach, reach + 1):
+        start = corner + i * normal
+        lines.append(shapely.LineString([start - 100 * through, start + 100 * through]))
+        for j in range(-reach, reach + 1):
+            foot = start + (j + 0.5 * (i % 2)) * spacing * through
+            lines.append(shapely.LineString([foot, foot + cross / (cross @ normal)]))
+    net = shapely.intersection(shapely.union_all(lines, grid_size=1e-9), box)
+    rock = [np.array(face.exterior.coords)[:-1] for face in shapely.get_parts(shapely.polygonize([net]))]
+    walls = [
+        rectangle(-width / 2 - 1, -depth - 1, width + 2, 1),
+        rectangle(-width / 2 - 1, -depth, 1, depth),
+        rectangle(width / 2, -depth, 1, depth),
+    ]
+    model = assemble(name, [*walls, rectangle(-1, 0, 2, 0.5), *rock], {0, 1, 2}, friction=friction)
+    model.options["loading_point"] = [{"name": "column", "at": [0.0, 0.5], "force": [0.0, -1000.0]}]
+    return model
+
+
 def arch_blocks(radius: float, thickness: float, span: float, n: int) -> list[FloatArray]:
     """n equal voussoirs with straight faces between two fixed springers, the first two polygons. span [deg]."""
     angles = np.radians(np.linspace(90 + span / 2, 90 - span / 2, n + 1))

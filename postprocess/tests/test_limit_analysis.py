@@ -68,6 +68,18 @@ def test_load_of_a_mechanism_of_one_block():
     assert topples.push_of_mechanism(about_its_toe) == pytest.approx(1 / 3, rel=1e-9)
 
 
+def test_load_on_the_top_edge_topples_or_slides():
+    """H at the top of a block b × h: W b/2 = H h, or H = W tan φ; the same without dilation."""
+    pull = np.zeros((2, 3))
+    for width, height, friction in ((1.0, 3.0, 30.0), (3.0, 1.0, 20.0)):
+        block = on_base(rectangle(0, 0, width, height), friction=friction)
+        weight = width * height
+        pull[1] = 2.0, 0.0, -2.0 * height / 2
+        least = weight * min(width / (2 * height), math.tan(math.radians(friction)))
+        assert 2 * block.largest(pull).factor == pytest.approx(least, rel=1e-9)
+        assert 2 * block.largest_without_dilation(pull).factor == pytest.approx(least, rel=1e-4)
+
+
 def test_block_on_an_incline_with_cohesion():
     """F = (c L + W cos p tan f) / (W sin p), gravity turned instead of the base."""
     weight, dip, friction, cohesion = 2.0 * 1.0 * 25.0, math.radians(20), 30.0, 3.0

@@ -198,17 +198,22 @@ class RigidBlocks:
 
     def push(self, direction: float = 1.0) -> LimitLoad:
         """Horizontal load α × weight on every block: its largest factor; direction -1 pushes in -x."""
-        live = np.zeros((len(self.weight), 3))
-        live[:, 0] = direction * self.weight
-        found = self._largest(self._dead(0.0), live, 1.0)
+        return self.largest(self._push(direction))
+
+    def push_without_dilation(self, direction: float = 1.0, tolerance: float = 1e-4) -> LimitLoad:
+        """The push with Coulomb friction that slides without dilation, to a share `tolerance`, and its mechanism."""
+        return self.largest_without_dilation(self._push(direction), tolerance)
+
+    def largest(self, live: npt.ArrayLike) -> LimitLoad:
+        """The largest factor of a live load, (nb, 3): force x, y and moment about the centroid of each block."""
+        found = self._largest(self._dead(0.0), np.asarray(live, dtype=float), 1.0)
         if found is None:
             raise RockddaError("limit analysis: no equilibrium under the dead load alone")
         return found
 
-    def push_without_dilation(self, direction: float = 1.0, tolerance: float = 1e-4) -> LimitLoad:
-        """The push with Coulomb friction that slides without dilation, to a share `tolerance`, and its mechanism."""
-        live = np.zeros((len(self.weight), 3))
-        live[:, 0] = direction * self.weight
+    def largest_without_dilation(self, live: npt.ArrayLike, tolerance: float = 1e-4) -> LimitLoad:
+        """As `largest`, with Coulomb friction that slides without dilation, to a share `tolerance`."""
+        live = np.asarray(live, dtype=float)
         problem = self._problem(self._dead(0.0), live, 1.0)
         entries, most = self._limits(1.0)
         n = 3 * len(self.joints)
@@ -221,7 +226,7 @@ class RigidBlocks:
             if found is not None and found.status == 3 and normal is None:  # locked by dilation alone
                 found = _solve(self._problem(self._dead(0.0), np.zeros_like(live), 1.0))
             if found is None or found.status != 0:
-                raise RockddaError("limit analysis: no push without dilation was found")
+                raise RockddaError("limit analysis: no load without dilation was found")
             factors.append(float(found.x[-1]))
             if len(factors) > 4 and np.ptp(factors[-4:]) <= tolerance * abs(factors[-1]):
                 velocity = np.zeros((len(self.weight), 3))
@@ -230,7 +235,7 @@ class RigidBlocks:
             last = found.x[0:n:3] + found.x[1:n:3]
             normal = last if normal is None else KEPT * normal + (1.0 - KEPT) * last
             problem |= {"A_ub": shear, "b_ub": np.array(most) + tangents * np.repeat(normal, 2)}
-        raise RockddaError(f"limit analysis: pushes without dilation still change: {factors[-4:]}")
+        raise RockddaError(f"limit analysis: loads without dilation still change: {factors[-4:]}")
 
     def push_of_mechanism(self, motion: npt.ArrayLike, direction: float = 1.0) -> float:
         """The least push under which the blocks can move like this with Coulomb friction without dilation.
@@ -238,8 +243,7 @@ class RigidBlocks:
         motion: (nb, 3) displacements u v r of the centroids, or velocities.
         """
         moved = np.asarray(motion, dtype=float)
-        live = np.zeros((len(self.weight), 3))
-        live[:, 0] = direction * self.weight
+        live = self._push(direction)
         n = 3 * len(self.joints)
         least = MOVES * float(np.abs(moved[:, :2]).max())
         rates = self._rates(moved)
@@ -300,6 +304,12 @@ class RigidBlocks:
     def with_load(self, load: npt.ArrayLike) -> RigidBlocks:
         """The same blocks with a further dead load, (nb, 3)."""
         return replace(self, load=np.asarray(load, dtype=float))
+
+    def _push(self, direction: float) -> FloatArray:
+        """(nb, 3) horizontal load of the weight of each block."""
+        live = np.zeros((len(self.weight), 3))
+        live[:, 0] = direction * self.weight
+        return live
 
     def _dead(self, tilt: float) -> FloatArray:
         """(nb, 3) dead load."""

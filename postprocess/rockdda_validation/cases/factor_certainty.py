@@ -4,11 +4,12 @@
 from __future__ import annotations
 
 import numpy as np
+from rockdda.analysis.limit_analysis import RigidBlocks
 from rockdda.certainty import Reliability, reliability
 
 from ..case import Case, Record
-from ..factor_models import PlaneFailure, arch_blocks, assemble
-from ..factor_runs import LENGTH, draw_mechanism, search, trial_table
+from ..factor_models import PlaneFailure, arch_blocks, assemble, footing
+from ..factor_runs import LENGTH, draw_mechanism, search, trial_table, within_bound
 
 __all__ = ["CASES"]
 
@@ -51,6 +52,40 @@ def loaded_arch(record: Record) -> None:
     draw_mechanism(
         record, found[0][1], "mechanism", "The arch at the first load near its quarter that it does not carry"
     )
+
+
+def loaded_rock(record: Record) -> None:
+    """A strip footing on rock with two joint sets."""
+    record.text(
+        "A footing 2 m wide stands on rock with a through-going joint set 1 m apart and a staggered one, between fixed "
+        "walls; joints have friction alone. The load rises from nothing (`--search load`). Coulomb friction slides "
+        "without dilation: the linear programme of the associated material is an upper bound, the iterated one "
+        "(Gilbert, Casapulla and Ahmed 2006) has no dilation. Both know no corners: where two sets cross each other "
+        "throughout, slips on both push corners of opposite blocks against each other, and the load is higher than "
+        f"theirs. {LENGTH}"
+    )
+    found = []
+    for name, dips, spacing, friction, width, depth in (
+        ("45 and 135", (45.0, 135.0), 2.0, 10.0, 12.0, 4.0),
+        ("50 and 122", (50.0, 122.0), 1.6, 6.0, 12.8, 4.7),
+        ("135 and 205", (135.0, 205.0), 1.33, 12.0, 14.9, 4.5),
+        ("40 and 131", (40.0, 131.0), 2.09, 9.4, 12.4, 2.3),
+    ):
+        model = footing(dips, spacing, friction, width=width, depth=depth, name=f"footing_{name.replace(' ', '_')}")
+        blocks = RigidBlocks.from_model(model)
+        live = np.zeros((len(blocks.polygons), 3))
+        live[np.argmax([polygon[:, 1].max() for polygon in blocks.polygons]), 1] = -1000.0
+        one = search(record, model, model.name, search="load", loads="column")
+        within_bound(record, f"sets {name}°: load", one.value, blocks.largest(live).factor, PROGRAMME, "kN/m")
+        # loads without dilation are not unique, and half of the interval of a factor is 0.25 %
+        record.compare(
+            f"sets {name}°: load without dilation", one.value, "kN/m",
+            truth=blocks.largest_without_dilation(live).factor,
+            truth_source="limit analysis without dilation (iterated linear programmes)", allowed=0.03,
+        )  # fmt: skip
+        found.append((f"{name}°", one))
+    trial_table(record, found, "Search of the loads that the rock carries")
+    draw_mechanism(record, found[0][1], "mechanism", "The footing at the first load that the rock does not carry")
 
 
 def of_slope(record: Record, name: str, water: float, vary: str, **options: object) -> Reliability:
@@ -129,6 +164,7 @@ def design_values(record: Record) -> None:
 
 CASES = [
     Case("factor-load", "Arch under a point load", PART, loaded_arch),
+    Case("factor-footing", "Strip footing on two joint sets", PART, loaded_rock),
     Case("factor-probability", "A slope whose strength and water scatter", PART, probabilities),
     Case("factor-design-values", "A slope with design values", PART, design_values),
 ]
