@@ -16,6 +16,7 @@ from .callers import stack_level
 from .columns import Columns
 from .errors import InputError
 from .fields import FIELD_TEXTS, OLD_FIELDS
+from .liners import share_of_strength
 
 if TYPE_CHECKING:
     import pandas
@@ -305,8 +306,8 @@ class Frame:
     @property
     def liner_nodes(self) -> pandas.DataFrame:
         """Nodes of the linings: lining (from 0), its name, x, y, N (axial force, tension positive), M (moment, positive
-        where it pulls on the side of the opening), Q (shear force), per metre out of the plane; state (0 absent,
-        1 sound, 2 cracked, 3 crushed)."""
+        where it pulls on the side of the opening), Q (shear force), per metre out of the plane; use (share of the
+        strength of the section that N and M take together); state (0 absent, 1 sound, 2 cracked, 3 crushed)."""
         return self.liner_node_columns.to_pandas("a table of linings")
 
     @property
@@ -319,7 +320,25 @@ class Frame:
         else:
             place, force, state = np.zeros((0, 2)), np.zeros((0, 3)), np.zeros(0, dtype=np.int64)
         columns = {"liner": liner, "name": np.array(names, dtype=object)[liner], "x": place[:, 0], "y": place[:, 1]}
-        return Columns(columns | dict(zip("NMQ", force.T, strict=True)) | {"state": state})
+        thickness, compression, tension = self.results.liner_section[liner, :3].T
+        use = share_of_strength(force[:, 0], force[:, 1], state > 1, thickness, compression, tension)
+        return Columns(columns | dict(zip("NMQ", force.T, strict=True)) | {"use": use, "state": state})
+
+    @property
+    def liner_pieces(self) -> Columns:
+        """The same pieces of linings in each frame: the parts between nodes, of closed ones also from the last to the
+        first. Columns: liner (from 0), x1, y1, x2, y2, N, M, Q (means of both ends), use (the larger one; NaN: no
+        strength), there (False: absent)."""
+        nodes, first = self.liner_node_columns, self.results.liner_first
+        number = np.arange(nodes.n_rows)
+        following = number + 1
+        for k, closed in enumerate(self.results.liner_section[:, 3] > 0):
+            following[first[k + 1] - 1] = first[k] if closed else -1
+        start, end = (nodes.rows(chosen[following >= 0]) for chosen in (number, following))
+        places = dict(zip(("x1", "y1", "x2", "y2"), [start["x"], start["y"], end["x"], end["y"]], strict=True))
+        means = {name: 0.5 * (start[name] + end[name]) for name in "NMQ"}
+        use, there = np.fmax(start["use"], end["use"]), (start["state"] > 0) & (end["state"] > 0)
+        return Columns({"liner": start["liner"]} | places | means | {"use": use, "there": there})
 
     @property
     def bolt_pieces(self) -> Columns:
@@ -343,21 +362,15 @@ class Frame:
         columns = dict(zip(("bolt", "x1", "y1", "x2", "y2", "force", "use", "there"), rows.T, strict=True))
         return Columns(columns | {"bolt": rows[:, 0].astype(int), "there": rows[:, 7] > 0})
 
-    def bolt_parts(self, scale: float = 1.0) -> tuple[FloatArray, FloatArray]:
-        """Bolts as drawn: (n, 2, 2) ends of springs and of the parts between nodes, (n,) their forces.
-
-        `scale` is a factor on the displacements since the first frame.
-        """
-        nodes = self.bolt_node_columns
-        bolt, there, place, force = nodes["bolt"], nodes["state"] > 0, nodes.stack("x", "y"), nodes["force"]
-        ends = self.bolt_ends.reshape(-1, 2, 2)
+    def moved_pieces(self, what: str, scale: float = 1.0) -> Columns:
+        """The `bolt_pieces` or `liner_pieces` (what: 'bolt', 'liner') that are there, at displacements since the first
+        frame times a factor."""
+        pieces: Columns = getattr(self, f"{what}_pieces")
         if scale != 1:
-            start = self.results.frames[0].bolt_node_columns.stack("x", "y")
-            place = start + scale * (place - start)
-            ends = self.results.bolt_ends.reshape(-1, 2, 2) * (1 - scale) + scale * ends
-        same = (bolt[1:] == bolt[:-1]) & there[1:] & there[:-1]
-        parts = np.stack([place[:-1], place[1:]], axis=1)[same] if len(place) else np.zeros((0, 2, 2))
-        return np.concatenate([ends, parts]), np.concatenate([self.bolt_force, (0.5 * (force[1:] + force[:-1]))[same]])
+            start: Columns = getattr(self.results.frames[0], f"{what}_pieces")
+            names = ("x1", "y1", "x2", "y2")
+            pieces = Columns(pieces | {name: start[name] + scale * (pieces[name] - start[name]) for name in names})
+        return pieces.rows(pieces["there"])
 
     def _bolt_row(self, name: str, shape: tuple[int, ...]) -> FloatArray:
         return self._row(name) if len(self.results.bolt_ends) else np.zeros(shape)

@@ -113,6 +113,8 @@ COLUMNS = (
     (r"time|dt", "time"),
     (r"max_displacement|measured_displacement|displacement|largest_opening|opening|slip|length|[xy][12]?$", "length"),
     (r"measured_stress|stress|normal_stress|shear_stress", "stress"),
+    (r"force_per_metre|[NQ]$", "line_load"),
+    (r"M$", "moment"),
     (r"force|fixed_force|boundary_force", "force"),
     (r"energy_", "energy"),
     (r"speed|velocity", "speed"),
@@ -175,6 +177,7 @@ class Units:
             "speed": f"{length}/{time}",
             "acceleration": f"{length}/{time}²",
             "line_load": f"{force}/{length}",
+            "moment": f"{force}{length}/{length}" if known else "force × length/length",
             "frequency": f"1/{time}",
             "spin": f"rad/{time}",
             "stress": PASCALS.get((force, length), f"{force}/{length}²"),
@@ -198,6 +201,10 @@ class Units:
         chosen = [row for row in known if not np.isfinite(found) or found >= row[2] * (1 - 1e-12)]
         name, size, _ = (chosen or known[-1:])[0]
         return _ratio(in_si, size), name
+
+    def per_metre(self, unit: str, *, moment: bool = False) -> str:
+        """The unit of a force, or of a moment, per metre of thickness, 'kN/m' or 'kNm/m'; '' where none is known."""
+        return f"{unit}{self.length if moment else ''}/{self.length}" if unit and self.length else ""
 
     def text(self, value: float, dimension: str, digits: int = 4) -> str:
         """'5.3 mm'."""

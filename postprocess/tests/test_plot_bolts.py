@@ -159,12 +159,12 @@ def test_bolts_with_nodes_are_read_drawn_and_exported(program, tmp_path):
     # each holds half of what hangs on both: 2 m3 of rock in every metre, per bolt twice that
     at_joint = nodes.groupby("bolt")["force"].max()
     assert at_joint.to_numpy() == pytest.approx([50e3, 50e3], rel=0.01)
-    parts, force = now.bolt_parts()
-    assert len(parts) == len(nodes) - 2 == len(force)
+    ends = ("x1", "y1", "x2", "y2")
+    parts, enlarged = (now.moved_pieces("bolt", scale).stack(*ends).reshape(-1, 2, 2) for scale in (1, 100))
+    assert len(parts) == len(nodes) - 2
     assert np.hypot(*(parts[:, 1] - parts[:, 0]).T).sum() == pytest.approx(4, rel=2e-3)
-    enlarged, _ = now.bolt_parts(100)
-    start = results.frames[0].bolt_parts()[0] if results.frames[0].bolt_nodes["state"].min() else None
-    assert start is not None
+    assert results.frames[0].bolt_nodes["state"].min()  # they are there from the start
+    start = results.frames[0].bolt_pieces.stack(*ends).reshape(-1, 2, 2)
     np.testing.assert_allclose(enlarged - start, 100 * (parts - start), atol=1e-9)
     axes = results.plot(kind="bolts")
     assert lines_of_forces(axes).get_clim()[0] == 0

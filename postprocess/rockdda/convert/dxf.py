@@ -3,8 +3,8 @@
 
 The layer of a line defines its kind. Names with a fixed meaning (upper or lower case) are `boundary`, `joint_2`
 (joint material 2), `boundary_2`, `material_3` (material lines), `area`, `opening`, `block_2` (closed outlines),
-`fixed`, `loading`, `measured`, `hole` and `bolt`; every other layer with lines gets a separate joint material, in
-alphabetical order. `layers` overrides this by name, for example {"FAULTS": "joint:2", "TEXT": "skip"}.
+`fixed`, `loading`, `measured`, `hole`, `bolt` and `liner`; every other layer with lines gets a separate joint
+material, in alphabetical order. `layers` overrides this by name, for example {"FAULTS": "joint:2", "TEXT": "skip"}.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ ENTITY = re.compile(rb"[\r\n][ \t]*0[ \t]*\r?[\r\n][ \t]*[A-Z]")  # group 0 and 
 FRAME = 16  # flag of a vertex of the control frame
 SPEAKING = re.compile(
     r"(boundary|joint|material|area|opening|block(?:[_ ]material)?|fixed|load|loading|measured|hole|"
-    r"bolt[ _-](?:grouted|end[ _-]anchored|yielding|friction)|bolt)"
+    r"bolt[ _-](?:grouted|end[ _-]anchored|yielding|friction)|bolt|liner|lining)"
     r"(?:s|[ _-]?(?:line|point)s?)?[ _:-]*(\d+)?$",
     re.I,
 )
@@ -91,6 +91,8 @@ def kind_of(word: str) -> str:
     word = word.lower()
     if word.startswith("bolt"):
         return re.sub("[ -]", "_", word)
+    if word == "lining":
+        return "liner"
     return "loading" if word == "load" else "block" if word.startswith("block") else word
 
 
@@ -273,6 +275,7 @@ def _check_finite(geometry: Geometry, report: Report) -> None:
         *geometry.fixed,
         *geometry.bolts,
         *(bolt for bolt, _ in geometry.steel),
+        *(corner for line in geometry.liners for corner in line),
         *geometry.loading,
         *geometry.measured,
         *geometry.holes,
@@ -347,6 +350,8 @@ class _Adding:
             geometry.bolts.append((*corners[0], *corners[-1]))
         elif kind in STEEL_KINDS:
             geometry.steel.append(((*corners[0], *corners[-1]), kind.removeprefix("bolt_")))
+        elif kind == "liner":
+            geometry.liners.append(corners)
         else:
             lines = {"joint": geometry.joints, "boundary": geometry.boundary, "material": geometry.material_lines}[kind]
             lines += [(pair, material) for pair in pairs]
@@ -450,7 +455,7 @@ def _curve(spline: Any, chord: float) -> list[Any]:
 
 
 def write_dxf(frame: Frame, path: Path) -> Path:
-    """The outlines of a frame's blocks as closed polylines on layers `block_material_N`, fixed points and bolts.
+    """The outlines of a frame's blocks as closed polylines on layers `block_material_N`, fixed points, bolts, linings.
 
     Holes are closed polylines on the layer `opening`.
     """
@@ -473,11 +478,16 @@ def write_dxf(frame: Frame, path: Path) -> Path:
     points: npt.NDArray[Any] = results.fixed_points
     for x, y in points:
         space.add_point((x, y), dxfattribs={"layer": "fixed_points"})
-    parts = frame.bolt_parts()[0]
-    if len(parts):
+    parts = frame.moved_pieces("bolt").stack("x1", "y1", "x2", "y2").tolist()
+    if parts:
         document.layers.add("bolts", color=5)
-    for start, end in parts.tolist():
-        space.add_line(start, end, dxfattribs={"layer": "bolts"})
+    for x1, y1, x2, y2 in parts:
+        space.add_line((x1, y1), (x2, y2), dxfattribs={"layer": "bolts"})
+    nodes = frame.liner_node_columns
+    for k, closed in enumerate(results.liner_section[:, 3] > 0):
+        line = nodes.rows((nodes["liner"] == k) & (nodes["state"] > 0)).stack("x", "y")
+        if len(line):
+            space.add_lwpolyline(line, close=bool(closed), dxfattribs={"layer": "liner", "color": 6})
     with complete_file(path) as part:
         document.saveas(part)
     return path

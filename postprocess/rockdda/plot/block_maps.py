@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from ..columns import Columns
 from ..frames import field_name
 from ..joints import need_contacts
 from ..materials import block_material_names
@@ -19,6 +20,7 @@ from .boundary_marks import add_boundaries
 from .style import (
     BOLT,
     COMPRESSION,
+    LINER,
     MATERIALS,
     SCALE,
     SEQUENTIAL,
@@ -172,19 +174,33 @@ def add_fixed_points(axes: Axes, results: Results) -> None:
         axes.plot(*points.T, "^", color="black", markersize=4, markerfacecolor="white", zorder=4, clip_on=False)
 
 
-def add_bolts(axes: Axes, ends: FloatArray, *, label: str | None = None) -> LineCollection | None:
-    """Add bolts, (n, 2, 2) places of their ends: with a white rim, to be seen on any colour."""
-    from matplotlib.collections import LineCollection
-    from matplotlib.patheffects import Normal, Stroke
+def add_support(axes: Axes, frame: Frame, scale: float = 1.0) -> None:
+    """Add the linings and bolts of a frame, with displacements times a factor."""
+    add_lines(axes, frame.moved_pieces("liner", scale), LINER, 2.2)
+    add_lines(axes, frame.moved_pieces("bolt", scale), BOLT)
 
-    if not len(ends):
-        return None
-    # end caps are part of the line, so that a film moves one artist
-    rim = [Stroke(linewidth=3.4, foreground="white", capstyle="projecting"), Normal()]
-    drawn = LineCollection(list(ends), colors=BOLT, linewidths=1.6, zorder=3.5, path_effects=rim, label=label or "")
-    drawn.set_in_layout(False)
-    axes.add_collection(drawn, autolim=False)
-    return drawn
+
+def add_bolts(axes: Axes, ends: FloatArray, *, label: str | None = None) -> None:
+    """Add bolts, (n, 2, 2) places of their ends."""
+    names = ("x1", "y1", "x2", "y2")
+    add_lines(axes, Columns(zip(names, ends.reshape(-1, 4).T, strict=True)), BOLT, label=label)
+
+
+def add_lines(
+    axes: Axes, pieces: Columns, colour: str, width: float = 1.6, *, label: str | None = None
+) -> list[LineCollection]:
+    """Add pieces of lines and, beneath them, their white rim, to be seen on any colour; nothing without pieces."""
+    from matplotlib.collections import LineCollection
+
+    if not pieces.n_rows:
+        return []
+    ends = list(pieces.stack("x1", "y1", "x2", "y2").reshape(-1, 2, 2))
+    rim = LineCollection(ends, colors="white", linewidths=width + 1.8, zorder=3.5, capstyle="projecting")
+    drawn = LineCollection(ends, colors=colour, linewidths=width, zorder=3.51, label=label or "", capstyle="round")
+    for lines in (rim, drawn):
+        lines.set_in_layout(False)
+        axes.add_collection(lines, autolim=False)
+    return [rim, drawn]
 
 
 def _enlarged(axes: Axes, scale: float) -> None:
@@ -281,7 +297,7 @@ def blocks(
                 add_colour_bar(axes, drawn, units, *field_words(field), values[now.active])
         if outline and now.index != 0:
             add_start(axes, results, shown)
-        add_bolts(axes, now.bolt_parts(scale)[0])
+        add_support(axes, now, scale)
         add_fixed_points(axes, results)
         add_boundaries(axes, results, shown, now.time)
         add_water_tables(axes, results, now)
@@ -345,7 +361,7 @@ def stress_crosses(
             LineCollection(list(segments[order]), colors=colours[order], linewidths=0.9, zorder=3, rasterized=many),
             autolim=False,
         )
-        add_bolts(axes, now.bolt_parts()[0])
+        add_support(axes, now)
         add_fixed_points(axes, results)
         add_boundaries(axes, results, now.shown_vertices, now.time)
         handles = [Line2D([], [], color=colour, lw=1.6) for colour in (COMPRESSION, TENSION)]
@@ -401,7 +417,7 @@ def contact_forces(
         handles.append(Line2D([], [], color=STATES["open"], marker=".", lw=0, markersize=4))
         labels = [f"{name} ({counts[STATE_NAMES.index(name)]})" for name in ("sliding", "locked", "open")]
         axes.legend(handles, labels, loc="upper left", bbox_to_anchor=(1.01, 1))
-        add_bolts(axes, now.bolt_parts()[0])
+        add_support(axes, now)
         add_fixed_points(axes, results)
         add_boundaries(axes, results, now.shown_vertices, now.time)
         if carrying.any():
@@ -446,7 +462,7 @@ def displacements(
         )  # fmt: skip
         arrows.set_clim(*(limits or (0.0, largest or 1.0)))
         add_colour_bar(axes, arrows, units, *field_words("displacement"), length)
-        add_bolts(axes, results.bolt_ends)
+        add_support(axes, now, 0.0)
         add_fixed_points(axes, results)
         add_boundaries(axes, results, start_of, now.time)
         if scale != 1:

@@ -11,7 +11,15 @@ import numpy.typing as npt
 from ..errors import InputError
 from ..joints import JOINT_FIELDS, need_contacts
 from ..units import Units
-from .block_maps import _scale_bar, _short_factor, _with_unit, add_bolts, add_fixed_points, add_plain_blocks, frame_axes
+from .block_maps import (
+    _scale_bar,
+    _short_factor,
+    _with_unit,
+    add_fixed_points,
+    add_plain_blocks,
+    add_support,
+    frame_axes,
+)
 from .boundary_marks import add_boundaries
 from .style import PALETTE, PAPER_WIDTH, name_axis, nice_ticks, style
 
@@ -99,7 +107,7 @@ def thrust(
             axes.plot(
                 *where.T, "o", color="white", markeredgecolor=THRUST, markersize=3.2, markeredgewidth=0.9, zorder=3.4
             )
-        add_bolts(axes, now.bolt_parts()[0])
+        add_support(axes, now)
         add_fixed_points(axes, results)
         add_boundaries(axes, results, now.shown_vertices, now.time)
         value = _short_factor(float(amount.max()))

@@ -11,7 +11,7 @@ import numpy.typing as npt
 from ..errors import InputError
 from ..joints import JOINT_FIELDS, need_contacts
 from ..units import Units
-from .block_maps import add_bolts, add_colour_bar, add_fixed_points, add_plain_blocks, frame_axes
+from .block_maps import add_colour_bar, add_fixed_points, add_plain_blocks, add_support, frame_axes
 from .boundary_marks import add_boundaries
 from .style import PAPER_WIDTH, STATES, limits_of, style, without_splinters
 
@@ -98,7 +98,7 @@ def joints(
             handle = Line2D([], [], color=STATES["open"], lw=0.4 * width)
             name = "open, or without strength" if field == "mobilised" else "open"
             axes.legend([handle], [name], loc="lower right", bbox_to_anchor=(0.95, 1.0), borderaxespad=0.1)
-        add_bolts(axes, now.bolt_parts()[0])
+        add_support(axes, now)
         add_fixed_points(axes, results)
         add_boundaries(axes, results, now.shown_vertices, now.time)
     return axes

@@ -9,9 +9,11 @@ import numpy as np
 
 from ..columns import Columns
 from ..errors import InputError
-from ..frames import FloatArray, Frame
+from ..frames import Frame
+from ..liners import cracked_limit, sound_limit
 from ..units import Units
 from .block_maps import add_fixed_points, add_plain_blocks, frame_axes
+from .block_maps import moment as moment_of
 from .style import PAPER_WIDTH, clip_to_window, style
 
 if TYPE_CHECKING:
@@ -81,35 +83,19 @@ def capacity(
             colour = f"C{k}"
             axes.plot(-factor * chosen["N"], moment * chosen["M"], ".", color=colour, label=name, zorder=3)
             thickness, compression, tension = results.liner_section[k][:3]
-            for curve, line in ((sound_limit, "--"), (cracked_limit, "-")):
+            for curve, line, words in ((sound_limit, "--", "first crack or crushing"), (cracked_limit, "-", "cracked")):
                 n, m = curve(thickness, compression, tension)
                 if len(n):
-                    for sign in (1, -1):
-                        axes.plot(factor * n, sign * moment * m, line, color=colour, linewidth=0.9)
+                    n, m = factor * np.concatenate([n, n[::-1]]), moment * np.concatenate([m, -m[::-1]])
+                    label = f"{name}: {words}" if len(results.liner_names) > 1 else words
+                    axes.plot(n, m, line, color=colour, linewidth=0.9, label=label)
         axes.axhline(0, color="#999999", linewidth=0.5)
-        axes.set_xlabel(f"compression{_per_metre(unit, units, 0)}")
-        axes.set_ylabel(f"moment{_per_metre(unit_m, units, 1)}")
-        axes.set_title(title_of(results) if title is None else title)
+        axes.set_xlabel(_label("compression", units.per_metre(unit)))
+        axes.set_ylabel(_label("moment", units.per_metre(unit_m, moment=True)))
+        parts = [title_of(results), moment_of(now, units)]
+        axes.set_title(", ".join(part for part in parts if part) if title is None else title)
         axes.legend()
     return axes
-
-
-def sound_limit(thickness: float, compression: float, tension: float) -> tuple[FloatArray, FloatArray]:
-    """Compression and largest moment of a section at its first crack or crushing; empty without strengths."""
-    if not np.isfinite(compression * tension):
-        return np.zeros(0), np.zeros(0)
-    corner = 0.5 * (compression - tension) * thickness
-    n = np.array([-tension * thickness, corner, compression * thickness])
-    return n, np.array([0.0, (compression + tension) * thickness**2 / 12, 0.0])
-
-
-def cracked_limit(thickness: float, compression: float, tension: float) -> tuple[FloatArray, FloatArray]:
-    """The same of a section without tension, at its first crushing."""
-    if not np.isfinite(compression):
-        return np.zeros(0), np.zeros(0)
-    depth = np.linspace(0, thickness, 41)
-    n = 0.5 * compression * depth
-    return np.append(n, compression * thickness), np.append(n * (0.5 * thickness - depth / 3), 0.0)
 
 
 def _nodes(results: Results, now: Frame) -> Columns:
@@ -120,8 +106,8 @@ def _nodes(results: Results, now: Frame) -> Columns:
     return nodes
 
 
-def _per_metre(unit: str, units: Units, power: int) -> str:
-    return f" [{unit}{units.length if power else ''}/{units.length}]" if unit and units.length else ""
+def _label(words: str, unit: str) -> str:
+    return f"{words} [{unit}]" if unit else words
 
 
 def _draw(
@@ -164,7 +150,7 @@ def _draw(
             if at.any():
                 axes.plot(chosen["x"][at], chosen["y"][at], mark, color="black", markersize=3.5, zorder=4, label=words)
     values = factor * nodes[name]
-    words = f"{FIELDS[name]} {name}{_per_metre(unit, units, int(name == 'M'))}"
+    words = _label(f"{FIELDS[name]} {name}", units.per_metre(unit, moment=name == "M"))
     axes.set_xlabel(f"{words}: {values.min():.4g} … {values.max():.4g}")
     add_fixed_points(axes, results)
     place = nodes.stack("x", "y")

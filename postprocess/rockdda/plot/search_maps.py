@@ -11,7 +11,7 @@ import numpy.typing as npt
 from ..critical import NAMES, UNITS, CriticalFactor, read_search
 from ..errors import InputError
 from ..units import Units
-from .block_maps import add_blocks, add_bolts, add_boundaries, add_fixed_points, add_outline, frame_axes
+from .block_maps import add_blocks, add_boundaries, add_fixed_points, add_outline, add_support, frame_axes
 from .style import PAPER_WIDTH, name_axis, new_axes, nice_ticks, style, title_of
 
 if TYPE_CHECKING:
@@ -71,7 +71,7 @@ def mechanism(
                 clip_on=False,
             )  # fmt: skip
             arrows.set_in_layout(False)  # unclipped, its extent would be without bounds
-        add_bolts(axes, now.bolt_parts()[0])
+        add_support(axes, now)
         add_fixed_points(axes, results)
         add_boundaries(axes, results, shown, now.time)
         kinds = [kind for kind in MOTIONS if kind in motion.values()]

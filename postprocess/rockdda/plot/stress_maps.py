@@ -19,10 +19,10 @@ from ..units import Units
 from .block_maps import (
     MANY,
     add_blocks,
-    add_bolts,
     add_colour_bar,
     add_fixed_points,
     add_plain_blocks,
+    add_support,
     frame_axes,
     outlines,
 )
@@ -139,7 +139,7 @@ def contours(
         edges = {"edgecolors": "#4A4A4A"} if results.n_blocks <= MANY else {}
         add_blocks(axes, now.shown_vertices, results.vertex_offset, facecolors="none", linewidths=0.25, **edges)
         add_colour_bar(axes, bands, units, *field_words(field))
-        add_bolts(axes, now.bolt_parts()[0])
+        add_support(axes, now)
         add_fixed_points(axes, results)
         add_boundaries(axes, results, now.shown_vertices, now.time)
         add_water_tables(axes, results, now)
@@ -290,7 +290,7 @@ def trajectories(
                     ),
                     autolim=False,
                 )  # fmt: skip
-        add_bolts(axes, now.bolt_parts()[0])
+        add_support(axes, now)
         add_fixed_points(axes, results)
         add_boundaries(axes, results, now.shown_vertices, now.time)
         kinds = ((COMPRESSION, 1.2, "most compressive"), (COMPRESSION, 0.6, "across it"), (TENSION, 1.2, "tension"))

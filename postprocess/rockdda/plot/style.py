@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 PALETTE = ("#000000", "#0072B2", "#D55E00", "#009E73", "#E69F00", "#56B4E9", "#CC79A7", "#F0E442")
 MATERIALS = ("#B8C4CE", "#E69F00", "#56B4E9", "#009E73", "#CC79A7", "#F0E442", "#0072B2", "#D55E00")
 STATES = {"open": "#9A9A9A", "sliding": "#D55E00", "locked": "#0072B2"}
-BOLT = "#B3006B"
+BOLT, LINER = "#B3006B", "#1A1A1A"
 USE_MAP = "plasma"  # of shares of a strength, 0 to 1
 BOUNDARIES = {
     "fixed": "#000000",

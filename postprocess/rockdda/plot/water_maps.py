@@ -10,7 +10,7 @@ import numpy as np
 
 from ..errors import InputError
 from ..units import Units
-from .block_maps import add_bolts, add_fixed_points, add_plain_blocks, frame_axes
+from .block_maps import add_fixed_points, add_plain_blocks, add_support, frame_axes
 from .boundary_marks import add_boundaries
 from .style import style
 from .water_levels import TABLE, Stretch, add_water_tables, wetted_stretches
@@ -75,7 +75,7 @@ def water(
         if heads:
             _add_heads(axes, results, frame, units)
         add_water_tables(axes, results, now)
-        add_bolts(axes, now.bolt_parts()[0])
+        add_support(axes, now)
         add_fixed_points(axes, results)
         add_boundaries(axes, results, now.shown_vertices, now.time)
         handles = [Line2D([], [], color=TABLE, lw=1.1, ls=(0, (6, 2))), Patch(facecolor=WATER, alpha=0.55)]
