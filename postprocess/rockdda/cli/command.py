@@ -256,6 +256,9 @@ def animate_command(
     joints: Annotated[
         bool, typer.Option("--joints", help="Of .html: keep stresses, opening and slip of joints.")
     ] = False,
+    liner: Annotated[
+        str, typer.Option("--liner", help="Of .mp4 and .gif: colour of linings, use (of strength), N, M or Q.")
+    ] = "use",
     quiet: Quiet = False,
     as_json: Json = False,
 ) -> None:
@@ -270,6 +273,8 @@ def animate_command(
         rockdda-post animate slope.h5 -o slope.html --field stress_min --units m,s,N --joints
 
         rockdda-post animate slope.h5 -o slope.gif --every 5 --fps 10 --scale 100
+
+        rockdda-post animate tunnel.h5 -o tunnel.mp4 --field stress_min --liner N
     """
     import matplotlib as mpl
 
@@ -281,7 +286,7 @@ def animate_command(
     with progress_bar("frames", quiet or as_json) as bar:
         animate(
             results, path, field, every=every, fps=fps, scale=scale, limits=limits, units=units, title=title,
-            outline=outline, dpi=dpi, joints=joints, progress=bar,
+            outline=outline, dpi=dpi, joints=joints, liner=liner, progress=bar,
         )  # fmt: skip
     frames = (results.n_frames - 1) // every + 1 + ((results.n_frames - 1) % every != 0)
     size = path.stat().st_size

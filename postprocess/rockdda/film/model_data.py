@@ -106,6 +106,7 @@ def read_model(path: Path, before: ModelData | None = None) -> ModelData:
         "length": f" {length}".rstrip(),
         "regions": _regions(found, told or {}),
         "boundaries": _boundaries(found),
+        "liners": [_lining(found, entry) for entry in found.groups.get("liner", [])],
         "water": [
             {"name": str(entry.get("name", "")), "table": _pairs(entry.get("table", []))}
             for entry in found.groups.get("water", [])
@@ -230,6 +231,26 @@ def _boundaries(found: ModelData) -> list[dict[str, Any]]:
         {"kind": str(entry.get("kind", "")), "along": _pairs(entry.get("along", []))}
         for entry in found.groups.get("boundary", [])
     ]
+
+
+def _lining(found: ModelData, entry: dict[str, Any]) -> dict[str, Any]:
+    """Name and line of a lining: its own, that of its region, or that of the lining on which it lies."""
+
+    def line_of(entry: dict[str, Any], depth: int = 0) -> list[list[float]]:
+        if "along" in entry or depth > len(found.groups["liner"]):
+            return _pairs(entry.get("along", []))
+        word = "outline" if "outline" in entry else "on"
+        others = found.groups.get("region" if word == "outline" else "liner", [])
+        wanted = _names(entry.get(word, ""))[:1]
+        other = next((one for one in others if _names(one.get("name", ""))[:1] == wanted), None)
+        if other is None or not wanted:
+            return []
+        if word == "on":
+            return line_of(other, depth + 1)
+        ring = _ring(other)
+        return [*ring, *ring[:1]]
+
+    return {"name": str(entry.get("name", "")), "along": line_of(entry)}
 
 
 def _names(value: Any) -> list[str]:

@@ -30,6 +30,7 @@ from ..units import Units
 from .overlays import Shown, boundary_rows, has_water, joint_entries, joint_ranges, joint_rows, shown_joints, water_of
 
 if TYPE_CHECKING:
+    from ..columns import Columns
     from ..results import Frame, Results
 
 SHOWN_FIELDS = (
@@ -64,13 +65,16 @@ def colour_maps() -> dict[str, str]:
 
 def shown_fields(results: Results, fields: Sequence[str], units: Units, *, joints: bool = True) -> Shown:
     """Factor and unit in which each field is shown, by its largest value in the last frame; 'bolts' is that of forces,
-    'length' that of places."""
+    'N', 'M' and 'Q' those of linings, 'length' that of places."""
     now = results.frames[-1]
     found = shown_joints(results, units) if joints else {}
     for name in fields:
         values = np.abs(now.field(name)[now.active])
         found[name] = units.multiple(field_words(name)[1], float(values.max(initial=0.0)))
     found["bolts"] = units.multiple("force", float(np.abs(now.bolt_pieces["force"]).max(initial=0.0)))
+    pieces = now.liner_pieces
+    for name in "NMQ":
+        found[name] = units.multiple("force", float(np.abs(pieces[name]).max(initial=0.0)))
     found["length"] = units.multiple("length", float(np.abs(results.vertices).max()))
     return found
 
@@ -100,6 +104,10 @@ def describe(
         "bolts": results.frames[0].bolt_pieces.stack("x1", "y1", "x2", "y2").tolist(),
         "boltNames": bolt_titles(results),
         "boltLabel": _with_unit("axial force", shown["bolts"][1]),
+        "liners": results.frames[0].liner_pieces.stack("x1", "y1", "x2", "y2").tolist(),
+        "linerNames": [results.liner_names[k] for k in results.frames[0].liner_pieces["liner"].tolist()],
+        "linerUnits": [units.per_metre(shown[name][1], moment=name == "M") for name in "NMQ"],
+        "linerRanges": liner_ranges(results, shown),
         "maps": colour_maps(),
         "unit": f" {units.time}" if units.time else "",
         "place": {"factor": place[0], "unit": f" {place[1]}", "area": units.multiple("area", 1.0)}
@@ -119,6 +127,16 @@ def _with_unit(text: str, unit: str) -> str:
     return f"{text} [{unit}]" if unit else text
 
 
+def liner_ranges(results: Results, shown: Shown) -> list[float]:
+    """The largest N, M, Q of the linings at the ends of the stages, without regard to sign."""
+    frames = {stage.frames[-1] for stage in results.stages if stage.frames} | {results.n_frames - 1}
+    found = np.zeros(3)
+    for index in sorted(frames) if results.liner_names else ():
+        pieces = results.frames[index].moved_pieces("liner")
+        found = np.maximum(found, [shown[name][0] * np.abs(pieces[name]).max(initial=0.0) for name in "NMQ"])
+    return [float(f"{value:.6g}") for value in found]
+
+
 def bolt_titles(results: Results) -> list[str]:
     """The bolt that each piece belongs to: its name, or its number."""
     names = results.bolt_names
@@ -131,9 +149,23 @@ def bolt_rows(frame: Frame, shown: Shown) -> npt.NDArray[Any]:
     The places of what is not there are no numbers.
     """
     pieces = frame.bolt_pieces
-    places = np.where(pieces["there"][:, None], pieces.stack("x1", "y1", "x2", "y2"), np.nan)
-    use = np.where(np.isfinite(pieces["use"]), pieces["use"], -1.0)
-    return np.column_stack([places, shown["bolts"][0] * pieces["force"], use])
+    return np.column_stack([_places(pieces), shown["bolts"][0] * pieces["force"], _use(pieces)])
+
+
+def liner_rows(frame: Frame, shown: Shown) -> npt.NDArray[Any]:
+    """(n, 8) x1 y1 x2 y2, share of the strength, N, M, Q of the pieces of linings of a frame, as `bolt_rows`."""
+    pieces = frame.liner_pieces
+    forces = [shown[name][0] * pieces[name] for name in "NMQ"]
+    return np.column_stack([_places(pieces), _use(pieces), *forces])
+
+
+def _places(pieces: Columns) -> npt.NDArray[Any]:
+    return np.where(pieces["there"][:, None], pieces.stack("x1", "y1", "x2", "y2"), np.nan)
+
+
+def _use(pieces: Columns) -> npt.NDArray[Any]:
+    """Shares of a strength, at most 10 (of a cracked section that is pulled: infinite); -1: none is known."""
+    return np.where(np.isnan(pieces["use"]), -1.0, np.minimum(pieces["use"], 10.0))
 
 
 def _plain(label: str) -> str:
@@ -185,9 +217,9 @@ def film_page(
         if progress is not None:
             progress(k + 1, len(frames))
     unit = float(np.abs(moves).max()) / 32767 or 1.0
-    if setup["bolts"]:
-        bolts = [bolt_rows(results.frames[index], shown) for index in frames]
-        setup["boltData"] = pack(np.array(bolts), "f4")
+    for what, rows_of in (("bolt", bolt_rows), ("liner", liner_rows)):
+        if setup[f"{what}s"]:
+            setup[f"{what}Data"] = pack(np.array([rows_of(results.frames[index], shown) for index in frames]), "f4")
     setup |= {"live": False, "state": "", "moves": {"unit": unit, "data": pack(np.rint(moves / unit), "i2")}}
     corners = (results.vertices + moves).reshape(-1, 2)
     setup["box"] = [corners.min(axis=0).tolist(), corners.max(axis=0).tolist()]

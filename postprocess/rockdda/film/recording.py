@@ -17,28 +17,29 @@ import numpy as np
 from ..errors import InputError, OutputError, how_to_install
 from ..frames import field_name
 from ..interrupts import HeldInterrupts
-from ..plot.block_maps import MANY, add_bolts, add_colour_bar, add_fixed_points, add_outline, moment, name_map
+from ..plot.block_maps import MANY, add_colour_bar, add_fixed_points, add_outline, moment, name_map
 from ..plot.boundary_marks import add_boundaries
-from ..plot.style import BOLT, MATERIALS, USE_MAP, field_words, limits_of, size_of, style, without_splinters
+from ..plot.style import MATERIALS, field_words, limits_of, size_of, style, without_splinters
 from ..plot.water_levels import add_water_tables
 from ..text import plain_text
 from ..units import Units
 from ..writing import complete_file
 from .page import SHOWN_FIELDS, film_page
+from .support import Support
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist
     from matplotlib.axes import Axes
-    from matplotlib.collections import LineCollection, PolyCollection
+    from matplotlib.collections import PolyCollection
     from matplotlib.figure import Figure
 
-    from ..frames import Frame
     from ..results import Results
 
 __all__ = ["animate"]
 
 Progress = Callable[[int, int], None]
 ENDINGS = (".mp4", ".gif", ".html")
+BAR = 0.95  # inches, of a further scale of colours with its label
 
 
 def animate(
@@ -56,15 +57,17 @@ def animate(
     title: str | None = None,
     dpi: int = 120,
     joints: bool = False,
+    liner: str = "use",
     progress: Progress | None = None,
 ) -> Path:
     """Make a film of all frames (or every n-th and the last); returns its path.
 
     The ending of `output` selects the kind. `field` colours the blocks; a page (.html) lets its viewer choose among
-    `fields`, beginning with `field`, with `joints` also among stresses, opening and slip along joints. `scale` enlarges
-    the displacements in .mp4 and .gif. `progress` is called with the number of frames done and their number. An
-    existing film is replaced; Ctrl-C stops between two frames and leaves it as it was, a second Ctrl-C does not wait
-    for the frame.
+    `fields`, beginning with `field`, with `joints` also among stresses, opening and slip along joints. `liner` colours
+    linings in .mp4 and .gif: by the share of their strength ('use'), or by N, M, Q; a page lets its viewer choose.
+    `scale` enlarges the displacements in .mp4 and .gif. `progress` is called with the number of frames done and their
+    number. An existing film is replaced; Ctrl-C stops between two frames and leaves it as it was, a second Ctrl-C does
+    not wait for the frame.
     """
     path = Path(output)
     units = Units.parse(units, results)
@@ -85,7 +88,7 @@ def animate(
                 name = title or results.title or results.name
                 part.write_text(film_page(results, frames, chosen, units, name, progress, joints), encoding="utf-8")
             else:
-                _draw(results, part, frames, field, fps, scale, outline, limits, units, title, dpi, progress)
+                _draw(results, part, frames, field, fps, scale, outline, limits, units, title, dpi, liner, progress)
     except subprocess.CalledProcessError as error:  # of ffmpeg, which has said why on standard error
         raise OutputError(f"{path}: cannot be written: ffmpeg ended with code {error.returncode}") from error
     return path
@@ -93,13 +96,16 @@ def animate(
 
 def _draw(
     results: Results, path: Path, frames: list[int], field: str, fps: float, scale: float, outline: bool,
-    limits: tuple[float, float] | None, units: Units, title: str | None, dpi: int, progress: Progress | None,
+    limits: tuple[float, float] | None, units: Units, title: str | None, dpi: int, liner: str,
+    progress: Progress | None,
 ) -> None:  # fmt: skip
     """Draw all frames into one figure and hand them to a writer."""
     from matplotlib import pyplot as plt
 
     with style():
-        axes, drawn, bolts = _scene(results, frames, field, scale, outline, limits, units, dpi)
+        support = Support(results, frames, units, scale, liner)
+        axes, drawn = _scene(results, frames, field, scale, outline, limits, units, dpi, len(support.bars))
+        support.add(axes)
         figure = cast("Figure", axes.figure)
         stamp = title if title is not None else plain_text(results.title)
         first, last = (float(results.times[k]) for k in (frames[0], frames[-1]))
@@ -117,8 +123,7 @@ def _draw(
             if field != "material":
                 drawn.set_array(now.field(field))
             share = (now.time - first) / (last - first) if last > first else 1.0
-            if bolts is not None:
-                _move_bolts(bolts, results, now, scale)
+            support.move(now)
             bar.set_data([0, share], [1.005, 1.005])
             while marks:
                 marks.pop().remove()
@@ -167,13 +172,11 @@ def _moved(results: Results, vertices: Any, scale: float) -> Any:
 
 def _scene(
     results: Results, frames: list[int], field: str, scale: float, outline: bool,
-    limits: tuple[float, float] | None, units: Units, dpi: int,
-) -> tuple[Axes, PolyCollection, LineCollection | None]:  # fmt: skip
-    """Axes for all frames: limits around all of them, one colour scale."""
+    limits: tuple[float, float] | None, units: Units, dpi: int, n_bars: int,
+) -> tuple[Axes, PolyCollection]:  # fmt: skip
+    """Axes for all frames: limits around all of them, one colour scale, room for further ones."""
     import matplotlib.pyplot as plt
-    from matplotlib.cm import ScalarMappable
     from matplotlib.collections import PolyCollection
-    from matplotlib.colors import Normalize
 
     low, high = results.vertices.min(axis=0), results.vertices.max(axis=0)
     values, there = [], []
@@ -185,7 +188,8 @@ def _scene(
         there.append(now.active)
     margin = 0.03 * float((high - low).max())
     # H.264 takes even numbers of pixels; a quarter of one more, so that rounding does not lose one
-    size = [(2 * math.ceil(inches * dpi / 2) + 0.25) / dpi for inches in size_of(*(high - low + 2 * margin))]
+    wide, tall = size_of(*(high - low + 2 * margin))
+    size = [(2 * math.ceil(inches * dpi / 2) + 0.25) / dpi for inches in (wide + BAR * n_bars, tall)]
     _, axes = plt.subplots(figsize=size, layout="constrained")
     axes.set_xlim(low[0] - margin, high[0] + margin)
     axes.set_ylim(low[1] - margin, high[1] + margin)
@@ -205,27 +209,7 @@ def _scene(
     if outline:
         add_outline(axes, results.vertices, results.vertex_offset)
     add_fixed_points(axes, results)
-    pieces = results.frames[0].bolt_pieces
-    bolts = add_bolts(axes, pieces.stack("x1", "y1", "x2", "y2").reshape(-1, 2, 2))
-    if bolts is not None and any(np.isfinite(results.frames[k].bolt_pieces["use"]).any() for k in frames):
-        scale_of_use = ScalarMappable(Normalize(0, 100), USE_MAP)
-        axes.figure.colorbar(scale_of_use, ax=axes, label="bolts: largest share of a strength [%]", shrink=0.5)
-    return axes, drawn, bolts
-
-
-def _move_bolts(drawn: LineCollection, results: Results, now: Frame, scale: float) -> None:
-    """Bolts where they are, in the colour of the largest share of a strength where one is known."""
-    from matplotlib import colormaps
-    from matplotlib.colors import to_rgba
-
-    start = results.frames[0].bolt_pieces.stack("x1", "y1", "x2", "y2")
-    pieces = now.bolt_pieces
-    there = pieces["there"]
-    ends = (start + scale * (pieces.stack("x1", "y1", "x2", "y2") - start))[there]
-    drawn.set_segments(list(ends.reshape(-1, 2, 2)))
-    use = pieces["use"][there]
-    if np.isfinite(use).any():
-        drawn.set_color(np.where(np.isfinite(use)[:, None], colormaps[USE_MAP](np.nan_to_num(use)), to_rgba(BOLT)))  # type: ignore[arg-type]
+    return axes, drawn
 
 
 def _writer(path: Path, fps: Any) -> Any:

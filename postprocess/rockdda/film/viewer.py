@@ -18,7 +18,7 @@ from ..frames import FIELDS, Frame, field_name
 from ..results import Results
 from ..units import Units
 from .overlays import has_water, joint_entries, joint_range, joint_rows, water_of, widest
-from .page import SHOWN_FIELDS, bolt_rows, colour_range, describe, page, shown_fields, usual_range
+from .page import SHOWN_FIELDS, bolt_rows, colour_range, describe, liner_rows, page, shown_fields, usual_range
 
 __all__ = ["Viewer", "block_history"]
 
@@ -68,6 +68,8 @@ class Viewer:
                 return "application/json", json.dumps(water_of(self.results, self._frame(parts[1]))).encode()
             if len(parts) == 2 and parts[0] == "bolts":
                 return self._floats(bolt_rows(self._frame(parts[1]), self.shown))
+            if len(parts) == 2 and parts[0] == "liners":
+                return self._floats(liner_rows(self._frame(parts[1]), self.shown))
             if len(parts) == 2 and parts[0] == "block":
                 return "application/json", json.dumps(self._block(int(parts[1]))).encode()
         raise KeyError(path)

@@ -172,8 +172,10 @@ function draw() {
     const end = table[table.length - 1];
     stroke("#0072b2", 2, [9, 4], () => line([[Math.min(low[0] - margin, table[0][0]), table[0][1]], ...table, [Math.max(high[0] + margin, end[0]), end[1]]]));
   }
+  for (const { along } of model.liners) for (const [colour, width] of [["#ffffff", 6], ["#1a1a1a", 3.2]]) stroke(colour, width, [], () => line(along));
   for (const boundary of model.boundaries) drawBoundary(boundary);
   for (const region of model.regions) label(region.name, middle(region.ring), "#5b3a00");
+  for (const { name, along } of model.liners) label(name || "lining", along[Math.floor(along.length / 2)]);
   for (const { name, table } of tables()) label(name || "water", table[Math.floor(table.length / 2)], "#0072b2");
   drawSigns();
   document.body.dataset.water = tables().length;

@@ -7,6 +7,7 @@ const $ = (id) => document.getElementById(id);
 const setup = JSON.parse($("setup").textContent);
 const hash = new URLSearchParams(location.hash.slice(1));
 const WIDTH = 9; // numbers of a point along a joint: edge, both ends as shares of it, state, four fields, mobilised
+const BOLT = 6, LINER = 8; // numbers of a piece: both ends, then force and share of a strength; share, N, M, Q
 const STATES = ["open", "sliding", "locked or tied"];
 const ofBlocks = (field) => field.joint === undefined;
 const FORMER = { stress: "stress_min", velocity: "speed" }; // names of fields in older addresses
@@ -31,10 +32,15 @@ class Film { // everything is in the page, as whole numbers within ranges
     this.moves = await unpack(this.data.moves.data, Int16Array);
     if (this.data.joints) this.jointRows = await unpack(this.data.joints.data, Float32Array);
     if (this.data.boltData) this.boltRows = await unpack(this.data.boltData, Float32Array);
+    if (this.data.linerData) this.linerRows = await unpack(this.data.linerData, Float32Array);
   }
   async bolts(k) {
-    const n = 6 * this.data.bolts.length;
+    const n = BOLT * this.data.bolts.length;
     return this.boltRows.subarray(k * n, (k + 1) * n);
+  }
+  async liners(k) {
+    const n = LINER * this.data.liners.length;
+    return this.linerRows.subarray(k * n, (k + 1) * n);
   }
   async joints(k) {
     const [begin, end] = this.data.joints.offset.slice(k, k + 2);
@@ -98,6 +104,7 @@ class Live { // a server on this machine
   displacement(k) { return this.floats(`displacement/${k}`); }
   field(field, k) { return this.floats(`field/${field.name}/${k}`); }
   bolts(k) { return this.floats(`bolts/${k}`); }
+  liners(k) { return this.floats(`liners/${k}`); }
   joints(k) { return this.floats(`joints/${k}`); }
   water(k) { return this.json(`water/${k}`); }
   limits(field) { return this.json(`limits/${field.name}`); }
@@ -105,7 +112,7 @@ class Live { // a server on this machine
   ahead(k) { // fetch the next frames before they are shown
     for (let next = k + 1; next <= Math.min(k + 4, setup.times.length - 1); next++) {
       const colours = ofBlocks(field) ? this.field(field, next) : this.joints(next);
-      for (const coming of [this.displacement(next), colours, setup.bolts.length ? this.bolts(next) : null]) {
+      for (const coming of [this.displacement(next), colours, setup.bolts.length ? this.bolts(next) : null, setup.liners.length ? this.liners(next) : null]) {
         if (coming) coming.catch(() => {});
       }
     }
@@ -119,7 +126,7 @@ let frame = 0, field = setup.fields[0], picked = -1, playing = false, limits = [
 let joints = null, water = null;
 let next = null, owner = null; // of each vertex: the one after it on its block, and the block
 let gone = null; // blocks that are not there: their vertices are all at one place
-let moved, values, bolts = null, drawn = 0; // moved: undefined until the first frame has come
+let moved, values, bolts = null, liners = null, drawn = 0; // moved: undefined until the first frame has come
 let fitted = true; // the picture has not been zoomed or moved
 let view = null; // scale in pixels per length, and the place at the middle of the canvas
 
@@ -283,16 +290,36 @@ function findGone() { // no block shrinks to a twentieth of its size; films keep
 
 function drawBolts() {
   if (!bolts) return;
-  const factor = enlarged();
-  setup.bolts.forEach((from, i) => {
-    const [x1, y1, x2, y2] = places(from.map((v, j) => v + factor * (bolts[6 * i + j] - v))), use = bolts[6 * i + 5];
-    if (Number.isNaN(x1)) return; // absent, or its rock is gone
-    const own = use < 0 ? "#b3006b" : maps.use[Math.min(Math.floor(use * maps.use.length), maps.use.length - 1)];
-    for (const [colour, width] of [["#ffffff", 5], [own, 2.6]]) {
-      pen.strokeStyle = colour; pen.lineWidth = width;
-      pen.beginPath(); pen.moveTo(x1, y1); pen.lineTo(x2, y2); pen.stroke();
-    }
+  drawPieces(setup.bolts, bolts, BOLT, 2.6, (row) => useColour(bolts[row + 5], "#b3006b"));
+}
+
+function drawLiners() {
+  if (!liners) return;
+  const shown = $("liner").value, column = "NMQ".indexOf(shown), most = setup.linerRanges[column] || 1;
+  drawPieces(setup.liners, liners, LINER, 4, (row) => {
+    if (column < 0) return useColour(liners[row + 4], "#1a1a1a");
+    const share = Math.min(Math.max(0.5 + liners[row + 5 + column] / most / 2, 0), 1);
+    return maps.diverging[Math.round(share * (maps.diverging.length - 1))];
   });
+}
+
+function useColour(use, plain) { // plain: no strength is known
+  return use < 0 ? plain : maps.use[Math.min(Math.floor(use * maps.use.length), maps.use.length - 1)];
+}
+
+function ends4(from, rows, row, factor) { // both ends of a piece [pixels]
+  return places(from.map((v, j) => v + factor * (rows[row + j] - v)));
+}
+
+function drawPieces(pieces, rows, n, width, colourOf) { // the rim of all of them first: they join
+  const factor = enlarged(), found = pieces.map((from, i) => ends4(from, rows, n * i, factor));
+  for (const rim of [true, false]) {
+    found.forEach(([x1, y1, x2, y2], i) => {
+      if (Number.isNaN(x1)) return; // absent, or its rock is gone
+      pen.strokeStyle = rim ? (n === LINER ? "#1a1a1a" : "#ffffff") : colourOf(n * i); pen.lineWidth = rim ? width + 2.4 : width;
+      pen.beginPath(); pen.moveTo(x1, y1); pen.lineTo(x2, y2); pen.stroke();
+    });
+  }
 }
 
 // ---- what lies over the blocks ---------------------------------------------------------------------------------
@@ -498,6 +525,7 @@ function draw() {
   drawWater(at);
   if (plain) drawJoints(at, colours);
   drawBoundaries(at);
+  drawLiners();
   drawBolts();
   for (const [x, y] of setup.fixed) {
     const [px, py] = places([x, y]);
@@ -568,7 +596,7 @@ for (const kind of ["pointerdown", "wheel", "keydown", "input", "change"]) windo
 function tellOther() {
   if (!paired || hearing || !leads) return;
   window.parent.postMessage({ time: setup.times[frame], field: field.name, view: fitted ? null : view, enlarge: $("enlarge").value,
-    outline: $("outline").checked, water: $("water").checked, range: $("range").value, low: $("low").value, high: $("high").value }, location.origin);
+    liner: $("liner").value, outline: $("outline").checked, water: $("water").checked, range: $("range").value, low: $("low").value, high: $("high").value }, location.origin);
 }
 
 async function hear(news) {
@@ -579,7 +607,7 @@ async function hear(news) {
     if (news.view) view = { ...news.view };
     const same = setup.fields.find((f) => f.name === news.field);
     if (same) { field = same; $("field").value = same.name; }
-    for (const name of ["enlarge", "range", "low", "high"]) $(name).value = news[name];
+    for (const name of ["enlarge", "range", "low", "high", "liner"]) $(name).value = news[name];
     for (const name of ["outline", "water"]) $(name).checked = news[name];
     let best = 0;
     setup.times.forEach((time, k) => { if (Math.abs(time - news.time) <= Math.abs(setup.times[best] - news.time)) best = k; });
@@ -607,7 +635,7 @@ function scaleLayout() { // the colour scale: its ticks and how wide it is with 
   const little = 0.02 * (high - low);
   const ends = field.map ? [] : [beyond[1] > high + little ? `▲ to ${text(beyond[1])}` : "", beyond[0] < low - little ? `▼ to ${text(beyond[0])}` : ""];
   const label = wrapped(pen, field.label, 150);
-  const widths = [...label, ...ends.filter(Boolean)].map((line) => pen.measureText(line).width);
+  const widths = [...label, ...supportBars().flatMap((bar) => wrapped(pen, bar.label, 150)), ...ends.filter(Boolean)].map((line) => pen.measureText(line).width);
   widths.push(...marks.map((v) => 22 + pen.measureText(typeof v === "string" ? v : text(v)).width));
   return { marks, ends, label, width: Math.ceil(Math.max(...widths)) + 20 };
 }
@@ -631,19 +659,45 @@ function drawScale(width, height, colours) {
   }
   if (ends[0]) pen.fillText(ends[0], x, top - 9);
   if (ends[1]) pen.fillText(ends[1], x, top + tall + 12);
+  drawBar(x, top, tall, colours, low, high, marks);
+  document.body.dataset.scale = [x, x - 8 + wide, width].join(" ");
+  let below = top + tall + 54;
+  for (const bar of supportBars()) {
+    const lines = wrapped(pen, bar.label, 150);
+    if (below + 15 * lines.length + 60 > height) break;
+    pen.fillStyle = "#ffffffd8"; pen.fillRect(x - 8, below - 14, wide, 15 * lines.length + 100);
+    pen.fillStyle = "#1d232a";
+    lines.forEach((line, i) => pen.fillText(line, x, below + 15 * i));
+    below += 15 * lines.length;
+    const size = Math.min(80, height - below - 12);
+    drawBar(x, below, size, bar.colours, bar.low, bar.high, ticks(bar.low, bar.high, 4));
+    below += size + 30;
+  }
+}
+
+function supportBars() { // the scales of the colours of bolts and linings
+  const bars = [], known = (rows, n, k) => rows && rows.some((v, i) => i % n === k && v >= 0);
+  const shown = $("liner").value, column = "NMQ".indexOf(shown), most = setup.linerRanges[column] || 1;
+  const names = [known(bolts, BOLT, 5) ? "bolts" : "", column < 0 && known(liners, LINER, 4) ? "linings" : ""].filter(Boolean);
+  if (names.length) bars.push({ label: `${names.join(", ")}: share of a strength [%]`, colours: maps.use, low: 0, high: 100 });
+  if (column >= 0 && liners) {
+    const unit = setup.linerUnits[column];
+    bars.push({ label: `linings: ${shown}${unit && ` [${unit}]`}`, colours: maps.diverging, low: -most, high: most });
+  }
+  return bars;
+}
+
+function drawBar(x, top, tall, colours, low, high, marks) {
   for (let i = 0; i < colours.length; i++) {
     pen.fillStyle = colours[i];
     pen.fillRect(x, top + tall * (1 - (i + 1) / colours.length), 14, tall / colours.length + 1);
   }
-  pen.fillStyle = "#1d232a";
-  pen.strokeStyle = "#1d232a";
-  pen.lineWidth = 0.8;
+  pen.fillStyle = "#1d232a"; pen.strokeStyle = "#1d232a"; pen.lineWidth = 0.8;
   for (const v of marks) {
     const y = top + tall * (1 - (v - low) / (high - low || 1));
     pen.beginPath(); pen.moveTo(x + 14, y); pen.lineTo(x + 18, y); pen.stroke();
     pen.fillText(text(v), x + 22, y);
   }
-  document.body.dataset.scale = [x, x - 8 + wide, width].join(" ");
 }
 
 // ---- what is shown ---------------------------------------------------------------------------------------------
@@ -654,13 +708,13 @@ async function show(k) { // the last request wins
   const last = setup.times.length - 1;
   k = Math.min(Math.max(Math.round(k) || 0, 0), last);
   const asked = field;
-  const [m, v, l, b, history, j, w] = await Promise.all([
+  const [m, v, l, b, n, history, j, w] = await Promise.all([
     source.displacement(k), ofBlocks(asked) ? source.field(asked, k) : null, source.limits(asked),
-    setup.bolts.length ? source.bolts(k) : null, picked >= 0 ? source.block(picked) : null,
+    setup.bolts.length ? source.bolts(k) : null, setup.liners.length ? source.liners(k) : null, picked >= 0 ? source.block(picked) : null,
     ofBlocks(asked) ? null : source.joints(k), setup.hasWater ? source.water(k) : null,
   ]);
   if (ticket !== wanted) return;
-  frame = k; moved = m; bolts = b; joints = j; water = w;
+  frame = k; moved = m; bolts = b; liners = n; joints = j; water = w;
   findGone();
   values = ofBlocks(asked) ? v : jointValues();
   beyond = $("range").value === "one" ? extremes(values) : l.slice(0, 2);
@@ -853,6 +907,8 @@ function connect() {
   }
   $("water").parentElement.hidden = !setup.hasWater;
   $("water").onchange = () => draw();
+  $("liner").parentElement.hidden = !setup.liners.length;
+  $("liner").onchange = () => draw();
   $("field").onchange = () => { field = setup.fields[$("field").selectedIndex]; guarded(() => show(frame)); };
   $("range").onchange = () => guarded(() => show(frame));
   for (const name of ["low", "high"]) $(name).onchange = () => guarded(() => show(frame));
@@ -924,16 +980,31 @@ function hover([px, py]) {
   $("tip").textContent = `x ${lengthText(x)}, y ${lengthText(y)}` + (row >= 0 ? jointText(row) : block >= 0 ? ` · block ${block + 1}` + (ofBlocks(field) ? `: ${field.label} ${text(values[block])}` : "") : "") + boltAt(px, py);
 }
 
-function boltAt(px, py) { // number from 1 and force of the nearest bolt within some pixels
-  if (!bolts) return "";
+function nearest(pieces, rows, n, px, py) { // piece within some pixels, or -1
   const factor = enlarged();
-  let best = 6, found = "";
-  setup.bolts.forEach((from, i) => {
-    const [x1, y1, x2, y2] = places(from.map((v, j) => v + factor * (bolts[6 * i + j] - v))), dx = x2 - x1, dy = y2 - y1;
+  let best = 6, found = -1;
+  pieces.forEach((from, i) => {
+    const [x1, y1, x2, y2] = ends4(from, rows, n * i, factor), dx = x2 - x1, dy = y2 - y1;
     const share = Math.min(Math.max(((px - x1) * dx + (py - y1) * dy) / (dx * dx + dy * dy || 1), 0), 1);
     const away = Math.hypot(px - x1 - share * dx, py - y1 - share * dy);
-    if (away < best) { best = away; found = ` · ${setup.boltNames[i]}: ${setup.boltLabel} ${text(bolts[6 * i + 4])}` + (bolts[6 * i + 5] >= 0 ? `, ${Math.round(100 * bolts[6 * i + 5])} % of a strength` : ""); }
+    if (away < best) { best = away; found = i; }
   });
+  return found;
+}
+
+function boltAt(px, py) { // name and forces of the nearest bolt and lining
+  const used = (use) => (use >= 0 ? `, ${use < 10 ? Math.round(100 * use) : "> 1000"} % of ` : "");
+  let found = "";
+  const bolt = bolts ? nearest(setup.bolts, bolts, BOLT, px, py) : -1, part = liners ? nearest(setup.liners, liners, LINER, px, py) : -1;
+  if (bolt >= 0) {
+    const use = used(bolts[BOLT * bolt + 5]);
+    found += ` · ${setup.boltNames[bolt]}: ${setup.boltLabel} ${text(bolts[BOLT * bolt + 4])}${use && use + "a strength"}`;
+  }
+  if (part >= 0) {
+    const row = LINER * part, use = used(liners[row + 4]);
+    const forces = ["N", "M", "Q"].map((name, i) => `${name} ${text(liners[row + 5 + i])} ${setup.linerUnits[i]}`.trim());
+    found += ` · ${setup.linerNames[part]}: ${forces.join(", ")}${use && use + "its strength"}`;
+  }
   return found;
 }
 
@@ -975,6 +1046,7 @@ guarded(async () => {
   field = setup.fields.find((f) => f.name === (FORMER[hash.get("field")] || hash.get("field"))) || field;
   connect();
   $("field").value = field.name;
+  if (["N", "M", "Q"].includes(hash.get("liner"))) $("liner").value = hash.get("liner");
   if (hash.has("enlarge")) $("enlarge").value = hash.get("enlarge");
   const wish = Number(hash.get("pick"));
   if (Number.isInteger(wish) && wish >= 1 && wish <= setup.blocks) picked = wish - 1;
