@@ -6,12 +6,14 @@ from __future__ import annotations
 import codecs
 import csv
 import io
+import math
 import re
 import unicodedata
 from collections.abc import Mapping
+from numbers import Real
 from typing import TYPE_CHECKING, Any
 
-__all__ = ["csv_text", "decoded", "has_controls", "input_numbers", "plain_text", "readable", "short", "shown"]
+__all__ = ["csv_text", "decoded", "has_controls", "input_numbers", "number", "plain_text", "readable", "short", "shown"]
 
 if TYPE_CHECKING:
     import pandas
@@ -107,3 +109,12 @@ def _cell(value: Any) -> Any:
         first = unicodedata.normalize("NFKC", text.strip()[:1])  # wide signs count, too
         return f"'{text}" if first in ("=", "+", "-", "@") else text
     return text
+
+
+def number(value: Any) -> str:
+    """Four digits, or the text of what is no number."""
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, Real):
+        return f"{value + 0:.4g}" if math.isfinite(value) else "–"  # no minus before 0
+    return ", ".join(number(item) for item in value) if isinstance(value, list | tuple) else str(value)

@@ -17,7 +17,9 @@ from ..joints import summary_columns
 from ..materials import material_rows
 from ..namelist import parse_groups
 from ..options import option_rows
+from ..text import number
 from ..units import Units
+from .support import liner_forces
 
 if TYPE_CHECKING:
     from ..records import Record
@@ -52,15 +54,6 @@ QUANTITIES = {
 ENERGY, GEOMETRY, OVERLAP, UNBALANCED, STEP = 1e-6, 1e-2, 1e-2, 1e-5, 5e-2
 LEAST_FORCE = 0.01  #: of the largest force of a joint: joints with less are not ranked
 RANKED = 10  # joints
-
-
-def number(value: Any) -> str:
-    """Four digits, or the text of what is no number."""
-    if isinstance(value, bool):
-        return "yes" if value else "no"
-    if isinstance(value, int | float | np.number):
-        return f"{value + 0:.4g}" if np.isfinite(value) else "–"  # no minus before 0
-    return ", ".join(number(item) for item in value) if isinstance(value, list | tuple) else str(value)
 
 
 def option_text(group: str, name: str, value: Any, units: Units) -> str:
@@ -141,12 +134,15 @@ def in_words(results: Results, units: Units) -> str:
     acting = [
         f"{len(groups[name])} × {what}" if len(groups[name]) > 1 else what
         for name, what in (("in_situ", "stress in the ground"), ("water", "water"), ("quake", "a record of motion"),
-                           ("line_load", "line loads"), ("liner", "a liner"))
+                           ("line_load", "line loads"))
         if name in groups
     ]  # fmt: skip
     n_bolts = len(results.bolt_names) or len(results.bolt_ends)
     if n_bolts:
         acting.append(f"{n_bolts} bolt{'s' if n_bolts > 1 else ''}")
+    n_liners = len(results.liner_names)
+    if n_liners:
+        acting.append(f"{n_liners} linings" if n_liners > 1 else f"the lining {results.liner_names[0]}")
     if acting:
         words.append(f"Besides the weight there act: {', '.join(acting)}.")
     if results.has_stages and len(results.stages) > 1:
@@ -352,6 +348,8 @@ def in_short(results: Results, units: Units) -> list[tuple[str, str]]:
     forces = now.bolt_pieces["force"]
     if len(forces):
         facts.append(("largest force of a bolt", units.text(float(forces.max()), "force")))
+    if now.moved_pieces("liner").n_rows:
+        facts.append(("largest forces in linings", liner_forces(now, units)))
     for name, value in search_table(results):
         facts.append((name, value))
     return facts

@@ -7,7 +7,6 @@ import base64
 import hashlib
 import html
 import io
-import math
 import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -25,7 +24,7 @@ from ..errors import InputError
 from ..text import readable
 from ..units import Units, description
 from ..writing import complete_file, write_file
-from . import facts
+from . import facts, support
 from .paper import needs_for_pdf, pdf_of
 
 if TYPE_CHECKING:
@@ -214,6 +213,16 @@ def _pictures(results: Results, units: Units) -> dict[str, tuple[Callable[[], An
         found[f"motion {i}"] = (partial(plot.record, motion, units=units), caption)
     if "model/water_edges" in results and len(results["model/water_edges"]):
         found["water"] = (of("water"), "Water tables, and the pressure on wetted edges.")
+    if results.frames[-1].moved_pieces("bolt").n_rows:
+        found["bolts"] = (
+            of("bolts", window=support.window(results)),
+            "Axial force along the bolts, per bolt, at the end of the run.",
+        )
+    if results.frames[-1].moved_pieces("liner").n_rows:
+        caption = "N, M and Q along the linings at the end, drawn normal to them; M on the side on which it pulls."
+        found["liner"] = (of("liner"), caption)
+        caption = "N and M at all nodes at the end, and what the sections bear: sound, and cracked without tension."
+        found["capacity"] = (of("capacity"), caption)
     if results["history/measured_displacement"].shape[1] and results.n_steps > 1:
         found["history"] = (of("history"), "Displacements of the measured points.")
     if "history/relaxation" in results and np.any(results["history/relaxation"]) and len(results.measured_points):
@@ -267,6 +276,7 @@ def _parameters_part(results: Results, units: Units, cover: Cover, drawn: dict[s
         ("quake", "motion of the ground"),
         ("line_load", "line load"),
         ("bolt", "bolts"),
+        ("liner", "linings"),
         ("subdivide", "cells"),
         ("change", "change"),
         ("block_damping", "damping"),
@@ -326,41 +336,16 @@ def _end_part(results: Results, units: Units, drawn: dict[str, str]) -> list[str
     parts += [drawn.get("water", "")]
     now = results.frames[-1]
     if now.bolt_pieces.n_rows:
-        parts += ["<h3>Bolts</h3>", _bolt_table(results, units)]
+        lead, table = support.bolt_table(results, units)
+        parts += ["<h3>Bolts</h3>", drawn.get("bolts", ""), _lead(lead) if lead else "", _table(*table)]
+    if "liner" in drawn:
+        words = (
+            "Largest values of all frames, per metre of thickness: compression and tension apart, M and Q without "
+            "regard to sign. The share is that of N and M together in what the section bears."
+        )
+        parts += ["<h3>Linings</h3>", _lead(words), _table(*support.liner_table(results, units)), drawn["liner"]]
+        parts += [drawn["capacity"]]
     return parts
-
-
-def _bolt_table(results: Results, units: Units) -> str:
-    """Forces of the bolts that use most of a strength, per bolt and per metre."""
-    pieces, first = results.frames[-1].bolt_pieces, results.frames[0].bolt_pieces
-    names = results.bolt_names or [str(k + 1) for k in range(len(results.bolt_ends))]
-    spacing = results.bolt_spacing if results.bolt_names else np.ones(len(names))
-    factor, unit = units.multiple("force", float(np.abs(pieces["force"]).max()))
-    rows = []
-    for k in range(len(names)):
-        own = pieces.rows(first["bolt"] == k)
-        if not own["there"].any():
-            continue
-        force = own["force"][int(np.argmax(np.abs(own["force"])))]
-        use = float(np.nanmax(own["use"])) if np.isfinite(own["use"]).any() else math.nan
-        rows.append((names[k], force, force / spacing[k], use))
-    rows.sort(key=lambda row: (-(row[3] if math.isfinite(row[3]) else 0.0), -abs(row[1])))
-    head = ["bolt", f"largest axial force per bolt [{unit}]", f"per metre [{unit}/m]", "share of a strength"]
-    if not unit:
-        head[1:3] = ["largest axial force per bolt", "per unit of thickness"]
-    lead = f"{len(rows)} bolts, the first {MOST_ROWS}:" if len(rows) > MOST_ROWS else ""
-    return (_lead(lead) if lead else "") + _table(
-        head,
-        [
-            [
-                html.escape(name),
-                facts.number(factor * force),
-                facts.number(factor * metre),
-                f"{100 * use:.0f} %" if math.isfinite(use) else "unlimited",
-            ]
-            for name, force, metre, use in rows[:MOST_ROWS]
-        ],
-    )
 
 
 def _search_part(results: Results, units: Units, drawn: dict[str, str]) -> list[str]:
