@@ -97,8 +97,9 @@ def convert(
     if geometry is not None:
         if geometry.bolts and geometry.bolt_values is None:
             reports[0].warning("the bolts have no stiffness: the program ignores them")
-        if geometry.steel and not (template and analysis is None):
-            reports[0].warning("bolts with a kind stand in the labelled file: --template writes it; they are left out")
+        for found, words in ((geometry.steel, "bolts with a kind"), (geometry.liners, "linings")):
+            if found and not (template and analysis is None):
+                reports[0].warning(f"{words} stand in the labelled file: --template writes it; they are left out")
         if geometry.blocks:
             from .blocks import blocks_text
 

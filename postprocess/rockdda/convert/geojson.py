@@ -2,7 +2,7 @@
 """GeoJSON lines to a geometry.
 
 LineStrings and Polygons (their rings) become lines, Points points. The property `kind` (joint, boundary, material,
-area, opening, block, fixed, loading, measured, hole, bolt) says what a feature is: without it lines are joints,
+area, opening, block, fixed, loading, measured, hole, bolt, liner) says what a feature is: without it lines are joints,
 polygons areas and points measured points. The property `material` is its material, by default 1: also called
 `block_material` for blocks and material lines, else `joint_material`. Other properties are not used; a note names them.
 """
@@ -267,6 +267,8 @@ class Reader:
             geometry.bolts += pairs
         elif kind in STEEL_KINDS:
             geometry.steel += [(pair, kind.removeprefix("bolt_")) for pair in pairs]
+        elif kind == "liner":
+            geometry.liners += [corners] if pairs else []
         else:
             lines = {"joint": geometry.joints, "boundary": geometry.boundary, "material": geometry.material_lines}
             lines[kind] += [(pair, material) for pair in pairs]

@@ -20,7 +20,8 @@ REGION_KINDS = ("area", "opening")
 POINT_KINDS = ("loading", "measured", "hole")
 #: Bolts that act along their length, by layer or property: groups &bolt of the labelled file.
 STEEL_KINDS = ("bolt_grouted", "bolt_end_anchored", "bolt_yielding", "bolt_friction")
-KINDS = ("joint", "boundary", "material", *REGION_KINDS, "block", "fixed", *POINT_KINDS, "bolt", *STEEL_KINDS, "skip")
+SUPPORT_KINDS = ("bolt", *STEEL_KINDS, "liner")
+KINDS = ("joint", "boundary", "material", *REGION_KINDS, "block", "fixed", *POINT_KINDS, *SUPPORT_KINDS, "skip")
 LARGEST_MATERIAL = 10_000
 
 
@@ -38,6 +39,9 @@ class Geometry:
     bolts: list[Segment] = field(default_factory=list)
     bolt_values: tuple[float, float, float] | None = None  # stiffness, pretension, strength of all bolts
     steel: list[tuple[Segment, str]] = field(default_factory=list)  # with a kind of &bolt; from the head to the toe
+    liners: list[Ring] = field(
+        default_factory=list
+    )  # lines of linings, for groups &liner; closed ones end as they begin
     fixed: list[Segment] = field(default_factory=list)  # both ends equal: a point
     loading: list[Point] = field(default_factory=list)
     measured: list[Point] = field(default_factory=list)
@@ -80,8 +84,11 @@ class Geometry:
             "hole points",
             "bolts",
             "bolts with a kind",
+            "linings",
         )
-        groups: tuple[list[Any], ...] = (self.fixed, self.loading, self.measured, self.holes, self.bolts, self.steel)
+        groups: tuple[list[Any], ...] = (
+            self.fixed, self.loading, self.measured, self.holes, self.bolts, self.steel, self.liners
+        )  # fmt: skip
         rows += [f"{len(group)} {name}" for name, group in zip(names, groups, strict=True) if group]
         return rows
 
@@ -113,6 +120,7 @@ class Geometry:
             "material_lines",
             "bolts",
             "steel",
+            "liners",
             "fixed",
             *_POINTS,
             "regions",
@@ -135,6 +143,7 @@ class Geometry:
             setattr(self, name, [change(point) for point in getattr(self, name)])
         self.regions = [(k, m, [[change(p) for p in ring] for ring in rings]) for k, m, rings in self.regions]
         self.chains = [(k, m, [change(p) for p in chain]) for k, m, chain in self.chains]
+        self.liners = [[change(p) for p in line] for line in self.liners]
         self.blocks = [(m, j, [[change(p) for p in ring] for ring in rings]) for m, j, rings in self.blocks]
 
     def text(self, title: str = "") -> str:

@@ -22,6 +22,12 @@ STEEL = {
 }
 
 
+#: Typical numbers of sprayed concrete of some days.
+SHOTCRETE = (
+    "thickness = 0.15, young = 10e9, poisson = 0.2, density = 2400, compressive_strength = 25e6, tensile_strength = 2e6"
+)
+
+
 def template_text(geometry: Geometry, name: str, ending: str, title: str) -> str:
     """The labelled file NAME.nml of the geometry NAME + ending, with comments and typical values of rock."""
     blocks = max([material for _, material in geometry.material_lines] + [m for m, _, _ in geometry.blocks], default=1)
@@ -60,6 +66,15 @@ def template_text(geometry: Geometry, name: str, ending: str, title: str) -> str
                 f"&bolt            name = 'bolt {k}', kind = '{kind}', from = {x1:.10g},{y1:.10g}, "
                 f"to = {x2:.10g},{y2:.10g},\n                 {STEEL[kind]}, spacing_out_of_plane = 1 /"
                 for k, ((x1, y1, x2, y2), kind) in enumerate(geometry.steel, 1)
+            ),
+            "",
+        ]
+    if geometry.liners:
+        rows += [
+            "! Linings: young shotcrete [m, N/m2, kg/m3]; a stage places them with install = 'lining 1'",
+            *(
+                f"&liner           name = 'lining {k}', along = {_places(*line)},\n                 {SHOTCRETE} /"
+                for k, line in enumerate(geometry.liners, 1)
             ),
             "",
         ]
@@ -120,8 +135,8 @@ def supports_of(geometry: Geometry) -> list[Support]:
     return found
 
 
-def _places(start: tuple[float, float], end: tuple[float, float]) -> str:
-    return ", ".join(f"{short_real(x)},{short_real(y)}" for x, y in (start, end))
+def _places(*points: tuple[float, float]) -> str:
+    return ", ".join(f"{short_real(x)},{short_real(y)}" for x, y in points)
 
 
 def _quoted(text: str) -> str:

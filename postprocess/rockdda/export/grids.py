@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What files for ParaView hold of a frame, as plain arrays: blocks, bolts, joints, boundaries."""
+"""What files for ParaView hold of a frame, as plain arrays: blocks, bolts, linings, joints, boundaries."""
 
 from __future__ import annotations
 
@@ -44,10 +44,12 @@ class Grid:
 
 
 def grids_of(results: Results, frame: Frame) -> dict[str, Grid]:
-    """The grids of a frame by what their file names have behind the stem: blocks, bolts, joints."""
+    """The grids of a frame by what their file names have behind the stem: blocks, bolts, linings, joints."""
     grids = {"": _blocks(frame)}
     if frame.bolt_pieces.n_rows:
         grids["_bolts"] = _bolts(frame)
+    if frame.liner_pieces.n_rows:
+        grids["_liners"] = _liners(frame)
     if frame.results.has_joints:
         grids["_joints"] = _joints(frame)
     if len(results.boundary_edges):
@@ -111,6 +113,17 @@ def _bolts(frame: Frame) -> Grid:
     if frame.results.bolt_names:
         cells["force_per_metre"] = cells["force"] / frame.results.bolt_spacing[cells["bolt"] - 1]
     return Grid(ends, 2 * np.arange(n + 1), LINE, {"displacement": in_space(ends - at_start)}, cells)
+
+
+def _liners(frame: Frame) -> Grid:
+    """The linings of a frame as a grid of lines; N, M, Q are means of both ends, the share of the strength the
+    larger one."""
+    pieces, at_start = frame.liner_pieces, frame.results.frames[0].liner_pieces
+    there = pieces["there"]
+    ends, start = (p.stack("x1", "y1", "x2", "y2")[there].reshape(-1, 2) for p in (pieces, at_start))
+    cells: Arrays = {name: pieces[name][there] for name in ("N", "M", "Q", "use")}
+    cells["liner"] = (pieces["liner"][there] + 1).astype(np.int32)
+    return Grid(ends, 2 * np.arange(len(ends) // 2 + 1), LINE, {"displacement": in_space(ends - start)}, cells)
 
 
 def _joints(frame: Frame) -> Grid:

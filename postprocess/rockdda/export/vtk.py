@@ -37,11 +37,11 @@ def to_vtk(
     results. Ending in .vtkhdf: all frames in one file (`to_vtkhdf`). Ending in .vtu: one frame (the last by default).
     Polygons are blocks; a block with holes is several triangles with its number.
     Vertices have displacements; cells have every field, velocities as vectors, stresses as 3 × 3
-    tensors, and block numbers (from 1). Bolts are lines with their forces, joints lines with stresses, opening, slip
-    and mobilised strength, edges of boundaries lines with the number of the boundary, its kind (1 fixed, 2 roller, 3
-    moving, 4 traction) and force, in further files for each frame (…_bolts.vtu, …_joints.vtu, …_boundaries.vtu),
-    which the index holds, too. Blocks that are not there are left out; field data name the stage and the system of
-    units.
+    tensors, and block numbers (from 1). Bolts are lines with their forces, linings lines with N, M, Q and the share of
+    their strength, joints lines with stresses, opening, slip and mobilised strength, edges of boundaries lines with the
+    number of the boundary, its kind (1 fixed, 2 roller, 3 moving, 4 traction) and force, in further files for each
+    frame (…_bolts.vtu, …_liners.vtu, …_joints.vtu, …_boundaries.vtu), which the index holds, too. Blocks that are not
+    there are left out; field data name the stage and the system of units.
     """
     path = Path(path)
     if path.suffix.lower() in (".vtkhdf", ".hdf"):

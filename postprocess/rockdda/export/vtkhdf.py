@@ -39,9 +39,9 @@ def to_vtkhdf(
 ) -> Path:
     """Write frames (all by default) as VTKHDF with time steps (for ParaView 5.12, VTK 9.3, or later); returns the path.
 
-    The cells and values are those of `to_vtk`: blocks in this file; bolts, joints and edges of boundaries, where
-    there are any, in files beside it (…_bolts.vtkhdf, …_joints.vtkhdf, …_boundaries.vtkhdf). Field data: index of the
-    stage; attribute of each file: the system of units.
+    The cells and values are those of `to_vtk`: blocks in this file; bolts, linings, joints and edges of boundaries,
+    where there are any, in files beside it (…_bolts.vtkhdf, …_liners.vtkhdf, …_joints.vtkhdf, …). Field data: index of
+    the stage; attribute of each file: the system of units.
     """
     path = Path(path)
     if path.suffix.lower() not in (".vtkhdf", ".hdf"):
