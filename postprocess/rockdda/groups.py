@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from .errors import InputError
 from .namelist import flat_values
 from .options import group_row, name_arguments, option_rows, refuse_problems
 
@@ -169,6 +170,34 @@ class OptionGroups:
                        release=release, gravity=gravity, k01=k01, reset_displacement=reset_displacement,
                        **values)  # fmt: skip
 
+    def add_liner(
+        self,
+        along: Numbers | None = None,
+        *,
+        thickness: float,
+        young: float,
+        outline: str | None = None,
+        on: str | None = None,
+        name: str | None = None,
+        poisson: float | None = None,
+        density: float | None = None,
+        compressive_strength: float | None = None,
+        tensile_strength: float | None = None,
+        joint_material: int | str | None = None,
+        element: float | None = None,
+    ) -> None:
+        """A lining of a thickness [length] along a line of the rock, rows x y [length] (closed when it ends where it
+        begins), around a region (outline), or a layer on another lining (on).
+
+        young, compressive_strength and tensile_strength [stress], density [mass/length²]; without joint_material it is
+        bonded to what it lies on. element: largest distance of its nodes. A stage places it: install=name.
+        """
+        if sum(place is not None for place in (along, outline, on)) != 1:
+            raise InputError("give one of along, outline and on")
+        self.add_group("liner", name=name, along=along, outline=outline, on=on, thickness=thickness, young=young,
+                       poisson=poisson, density=density, compressive_strength=compressive_strength,
+                       tensile_strength=tensile_strength, joint_material=joint_material, element=element)  # fmt: skip
+
     def add_change(
         self,
         stage: str,
@@ -179,7 +208,8 @@ class OptionGroups:
         **values: Any,
     ) -> None:
         """New values from the start of a stage on: of a joint material (friction, cohesion, …), of a block material, or
-        of the blocks of regions (young, poisson, density, unit_weight; or block_material, another one for them)."""
+        of the blocks of regions (young, poisson, density, unit_weight; or block_material, another one for them), or of
+        a lining (liner=name, young)."""
         self.add_group("change", stage=stage, joint_material=joint_material, block_material=block_material,
                        region=region, **values)  # fmt: skip
 

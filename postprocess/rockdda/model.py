@@ -123,7 +123,8 @@ class Model(OptionGroups):
             ("lines", len(self._lines)), ("block materials", ", ".join(names)), ("joint materials", ", ".join(joints)),
             ("regions", ", ".join(sorted(regions))),
             ("boundaries", ", ".join(str(group.get("kind", "")) for group in groups.get("boundary", []))),
-            ("stages", " → ".join(stages)), ("bolts", bolts or ""), ("fixed", len(self._fixed) or ""),
+            ("stages", " → ".join(stages)), ("bolts", bolts or ""),
+            ("linings", len(as_list(groups.get("liner", []))) or ""), ("fixed", len(self._fixed) or ""),
             ("measured points", len(self._measured) or ""), ("steps", self.steps),
         ]  # fmt: skip
         return card(self.name, facts, drawing_of_lines(self.lines, [place.ends for place in self._fixed]))
