@@ -5,8 +5,8 @@
     .venv/bin/python docs/gallery/make_gallery.py [NAME...]     # all, or those whose names are given
 
 `overview` is the picture of the README, `models` are the end.png of inputs/, made by the commands of their READMEs
-(`models NAME` for one), `tutorial`, `viewer` and `film` what they say. Needs the program (build/bin/rockdda,
-ROCKDDA_PROGRAM or on the PATH); for the viewer Chromium.
+(`models NAME` for one), `reaction` is that of the page on support, `tutorial`, `viewer` and `film` are what they say.
+Needs the program (build/bin/rockdda, ROCKDDA_PROGRAM or on the PATH); for the viewer Chromium.
 """
 
 from __future__ import annotations
@@ -165,12 +165,13 @@ PICTURES: dict[str, tuple[str, Callable[[Runs], Any]]] = {
         lambda runs: plot.joints(runs("jointed_slope"), units=UNITS),
     ),
     "displacements": ("displacement vectors", lambda runs: plot.displacements(runs("layered_roof"), units=UNITS)),
+    "bolts": ("axial force along bolts", lambda runs: plot.bolts(runs("bolted_beam"), units=UNITS)),
     "liner": (
         "forces along a lining",
         lambda runs: plot.liner(runs.lined(), "M", units=UNITS),
     ),
     "capacity": (
-        "axial force and moment of a lining, and what its section bears",
+        "N and M of a lining, what its section bears",
         lambda runs: plot.capacity(runs.lined(), units=UNITS),
     ),
     "water": (
@@ -237,6 +238,15 @@ def overview(runs: Runs) -> None:
     plot.mechanism(failing, axes=slope, units=UNITS, title=f"Slope: how it fails, factor of safety {factor:.2f}")
     plot.thrust(runs("arch_bridge"), axes=arch, title="Arch bridge: line of thrust")
     _smaller(plot.save(tunnel, ROOT / "docs/images/overview.png", dpi=150))
+
+
+def reaction() -> None:
+    """Ground reaction and support characteristic, for the page on support."""
+    path = ROOT / "docs/images/ground_reaction.png"
+    words = ["ground-reaction", ROOT / "inputs/supported_tunnel", "-o", path, "--dpi", "150"]
+    extension = os.environ.get("ROCKDDA_EXTENSION", str(ROOT / "build/python"))
+    subprocess.run([*POST, *words], check=True, capture_output=True, env={**os.environ, "ROCKDDA_EXTENSION": extension})
+    _smaller(path)
 
 
 def bolts() -> str:
@@ -367,6 +377,8 @@ def main(names: list[str]) -> None:
             tutorial(runs)
         if not names or "overview" in names:
             overview(runs)
+        if not names or "reaction" in names:
+            reaction()
         if not names:
             models(runs, [])
     contact_sheet()

@@ -38,6 +38,7 @@ def register(app: typer.Typer) -> None:
     app.command(name="voussoir")(voussoir_command)
     app.command(name="rockload")(rock_load_command)
     app.command(name="calibrate-bolt")(calibrate_bolt_command)
+    app.command(name="ground-reaction")(ground_reaction_command)
 
 
 def study_command(
@@ -409,4 +410,50 @@ def calibrate_bolt_command(
         grout_stiffness_error=fit.grout_stiffness_error, grout_strength=fit.grout_strength,
         grout_strength_error=fit.grout_strength_error, onset_displacement=onset, onset_force=force,
         plateau=fit.plateau, scatter=fit.scatter, points=int(fit.used.sum()), notes=list(fit.notes),
+    )  # fmt: skip
+
+
+def ground_reaction_command(
+    model: Annotated[Path, typer.Argument(metavar="MODEL", help="Labelled file or folder.", show_default=False)],
+    liner: Annotated[
+        str | None, typer.Option("--liner", help="Lining; by default the first that a stage installs.")
+    ] = None,
+    point: Annotated[int, typer.Option("--point", min=1, help="Measured point whose convergence counts.")] = 1,
+    releases: Annotated[
+        int, typer.Option("--releases", min=2, max=1000, help="Parts of the release without support.")
+    ] = 10,
+    work: Annotated[
+        Path | None, typer.Option("--work", help="Folder that keeps both runs.", show_default=False)
+    ] = None,
+    output: Output = None,
+    dpi: Annotated[int, typer.Option("--dpi", min=20, max=2400, help="Resolution of .png.")] = 200,
+    quiet: Quiet = False,
+    as_json: Json = False,
+) -> None:
+    """Ground reaction and support characteristic of a lined excavation, with their crossing, in a picture.
+
+    The model runs without support, its forces released in parts, and with support. The pressure of the lining is the
+    mean of its axial force over its radius: the line of the lining must be an arc.
+
+    Example:
+
+        rockdda-post ground-reaction tunnel.nml --point 1
+    """
+    import matplotlib as mpl
+
+    mpl.use("Agg")
+    from .. import plot
+    from ..analysis.reaction import support_reaction
+
+    def say(text: str) -> None:
+        if not quiet and not as_json:
+            typer.echo(text, err=True)
+
+    found = support_reaction(model, liner=liner, point=point, releases=releases, work=work, progress=say)
+    path = target(output, model, "_reaction.png")
+    plot.save(found.plot(), path, dpi)
+    print_summary(
+        quiet, as_json, f"{found}\n{path}", output=path, liner=found.liner, radius=found.radius,
+        ground_pressure=found.ground_pressure, placed=found.support[0].tolist(), end=found.support[-1].tolist(),
+        crossing=found.crossing, without=found.ground[-1].tolist(),
     )  # fmt: skip

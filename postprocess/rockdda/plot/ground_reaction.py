@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from ..errors import InputError
 from ..namelist import parse_groups
+from ..text import plain_text
 from ..units import Units
 from .style import PALETTE, PAPER_WIDTH, name_axis, new_axes, nice_ticks, style, title_of
 
@@ -20,7 +21,7 @@ if TYPE_CHECKING:
 
     from ..results import Results
 
-__all__ = ["ground_reaction", "ground_reaction_data"]
+__all__ = ["ground_reaction", "ground_reaction_data", "reaction_picture"]
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -127,3 +128,44 @@ def ground_reaction(
         axes.legend(loc="upper left", bbox_to_anchor=(1.01, 1))
         axes.set_title(title_of(results) if title is None else title)
     return axes
+
+
+def reaction_picture(found: Any, *, title: str | None = None) -> Any:
+    """Ground reaction and support characteristic with their crossing, over the convergence; the axes of two panels.
+
+    `found` is a `Reaction` of `analysis.reaction`; the second panel shows the part from the placing of the lining on.
+    """
+    import matplotlib.pyplot as plt
+
+    units = found.units
+    factor, unit = units.multiple("length", float(np.abs(found.ground[:, 0]).max()))
+    with style():
+        figure, (whole, near) = plt.subplots(1, 2, figsize=(PAPER_WIDTH, 3.3), layout="constrained")
+        for axes in (whole, near):
+            _draw_reaction(axes, found, factor)
+            axes.set_xlabel(f"convergence of point {found.point}{f' [{unit}]' if unit else ''}")
+        whole.set_ylim(0, 105)
+        whole.set_xlim(left=0)
+        whole.set_ylabel(f"pressure / {units.text(found.ground_pressure, 'stress', 3)} in the ground [%]")
+        most = 100 * max(float(found.support[:, 1].max()), found.crossing[1] if found.crossing else 0.0)
+        begin, end = factor * float(found.support[0, 0]), factor * float(found.ground[-1, 0])
+        end = max(end, factor * float(found.support[-1, 0]))
+        near.set_xlim(begin - 0.08 * (end - begin), end + 0.08 * (end - begin))
+        near.set_ylim(0, 1.5 * most if most > 0 else 1.0)
+        figure.legend(*whole.get_legend_handles_labels(), loc="outside lower center", ncols=2)
+        whole.set_title(plain_text(found.title) if title is None else title)
+        near.set_title("from the placing of the lining on")
+    return np.array([whole, near])
+
+
+def _draw_reaction(axes: Axes, found: Any, factor: float) -> None:
+    """Both curves, the end of the run with support, and the crossing."""
+    ground, support = (curve * [factor, 100] for curve in (found.ground, found.support))
+    axes.plot(*ground.T, "o-", color=PALETTE[0], markersize=3, label="ground, without support")
+    axes.plot(*support.T, "-", color=PALETTE[1], linewidth=2, label=f"{found.liner}: mean N over the radius")
+    axes.plot(*support[-1], "s", color=PALETTE[1], markersize=5, label="end of the run with support")
+    if found.crossing is not None:
+        u, p = factor * found.crossing[0], 100 * found.crossing[1]
+        if u > support[-1, 0]:
+            axes.plot([support[-1, 0], u], [support[-1, 1], p], ":", color=PALETTE[1])
+        axes.plot(u, p, "D", color=PALETTE[2], markersize=5, markerfacecolor="none", label="crossing")
