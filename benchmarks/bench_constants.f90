@@ -6,8 +6,8 @@
 !>
 !> A line for each: constant, its value, largest difference of a vertex from the run with the usual constants over the
 !> largest displacement of that run, steps and rounds of both. Instead of the difference: `fails`, when a step cannot be
-!> solved or a stage does not come to rest, and `unfinished` after many steps. Runs that do not end with their stages end
-!> at END_TIME. scripts/constants makes a table of the lines of several models.
+!> solved or a stage does not come to rest, and `unfinished` after many steps. Runs that do not end with their stages
+!> end at END_TIME. scripts/constants makes a table of the lines of several models.
 program bench_constants
    use, intrinsic :: iso_fortran_env, only : error_unit
    use rockdda_base_kinds, only : wp

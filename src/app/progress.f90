@@ -1,6 +1,7 @@
 ! SPDX-License-Identifier: MIT
 !> Progress of a run on standard error: on a terminal a bar with the remaining time and a curve of the unbalanced force,
-!> otherwise one line at intervals. The remaining time never grows: where an estimate is above the one shown, that stays.
+!> otherwise one line at intervals. The remaining time never grows: where an estimate is above the one shown, that
+!> stays.
 module rockdda_app_progress
    use rockdda_base_kinds, only : wp
    use rockdda_base_strings, only : to_string
@@ -80,7 +81,8 @@ contains
       else
          call self%estimate(fraction, 1, 1, now)
       end if
-      if (self%left > 0.5_wp .and. self%left < longest_left .and. fraction < 1) tail = tail//', '//duration(self%left)//' left'
+      if (self%left > 0.5_wp .and. self%left < longest_left .and. fraction < 1) tail = tail//', '// &
+         duration(self%left)//' left'
       if (self%terminal) then
          full = nint(bar_width*min(1.0_wp, max(0.0_wp, fraction)))
          tail = '['//repeat('#', full)//repeat('.', bar_width - full)//'] '//percent(fraction)//'  '//tail
@@ -91,7 +93,8 @@ contains
       end if
    end subroutine update
 
-   !> Estimate the time that is left: of this part by the share that is done, for each later part the longest one so far.
+   !> Estimate the time that is left: of this part by the share that is done, for each later part the longest one so
+   !> far.
    subroutine estimate(self, share, part, n_parts, now)
       class(progress_type), intent(inout) :: self
       real(wp), intent(in) :: share             !! of the present part that is done
@@ -122,8 +125,8 @@ contains
       self%levels(self%n_levels) = level
    end subroutine add_level
 
-   !> Positive values as columns of eight heights, by their logarithm between the least and the largest of them; at least
-   !> a factor of ten from the lowest to the highest column.
+   !> Positive values as columns of eight heights, by their logarithm between the least and the largest of them; at
+   !> least a factor of ten from the lowest to the highest column.
    pure function curve(levels) result(text)
       real(wp), intent(in) :: levels(:)
       character(len=:), allocatable :: text

@@ -132,8 +132,8 @@ contains
       if (.not. found) text = 'none ('//path//' was removed or replaced)'
    end function results_text
 
-   !> The warnings of the run, each after a line end; with quiet none. On a terminal they stand above already: then their
-   !> number.
+   !> The warnings of the run, each after a line end; with quiet none. On a terminal they stand above already: then
+   !> their number.
    function warnings_text(warnings, log_file, quiet) result(text)
       type(diagnostics_type), intent(in) :: warnings
       character(len=*), intent(in) :: log_file

@@ -151,7 +151,8 @@ contains
              '  --checkpoint-every S'//nl// &
              '                    a checkpoint every S seconds; default: 60'//nl// &
              '  --allow-open      an outline that does not close is a warning, not an error'//nl// &
-             '  --watch           open the results in the browser (rockdda-post view) while they are computed; the'//nl// &
+             '  --watch           open the results in the browser (rockdda-post view) while they are computed; the'// &
+                nl// &
              '                    command then lasts until Ctrl-C'//nl// &
              '  --strict          end the run (exit 3) instead of warning when the energy balance fails, blocks'//nl// &
              '                    stand inside each other or a static stage ends without equilibrium'//nl// &
@@ -223,7 +224,8 @@ contains
              '                    between them; default: all that have a name'//nl// &
              '  --factors LIST    does the model stand with these design factors, and with what reserve of'//nl// &
              '                    strength (exit 3: it does not): friction = 1.25, cohesion = 1.25,'//nl// &
-             '                    tension = 1.25, load.NAME = 1.3, water = 1; or ec7: strength 1.25, --loads 1.3'//nl// &
+             '                    tension = 1.25, load.NAME = 1.3, water = 1; or ec7: strength 1.25, --loads 1.3'// &
+                nl// &
              '  --from A          a value at which the model is stable; default: 1, tilt, push and load 0'//nl// &
              '  --to B            a value at which it fails; default: found by doubling. Below A: tilt'//nl// &
              '                    clockwise, push in -x, loads reversed'//nl// &

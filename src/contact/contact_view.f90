@@ -2,9 +2,9 @@
 !> Contacts as they are written: intervals by what acts at their two ends, others as they are.
 !>
 !> What acts at the two points of an interval is moved to its ends, so that forces and moments are the same: of a joint
-!> that is closed at one end the forces at both ends press. Each end stands for half of the length that is closed, so that
-!> length times the stresses at the ends adds up to the force. Both rows have one state: that of the row that is pressed
-!> more.
+!> that is closed at one end the forces at both ends press. Each end stands for half of the length that is closed, so
+!> that length times the stresses at the ends adds up to the force. Both rows have one state: that of the row that is
+!> pressed more.
 module rockdda_contact_view
    use rockdda_base_kinds, only : wp
    use rockdda_contact_interval_law, only : first_place, second_place
@@ -86,8 +86,8 @@ contains
       at_end = own + place/(1 - 2*place)*(own - other)
    end function at_end
 
-   !> Half of the closed length of an interval: on which a linear stress without tension has its resultant, and on which a
-   !> bond is sound that carries tension.
+   !> Half of the closed length of an interval: on which a linear stress without tension has its resultant, and on which
+   !> a bond is sound that carries tension.
    pure real(wp) function closed_length(table, c, d, bond_holds) result(length)
       type(contact_table_type), intent(in) :: table
       integer, intent(in) :: c, d        !! row next to the end, and the other one

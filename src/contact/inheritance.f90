@@ -150,7 +150,8 @@ contains
          table%gap(k) = table%gap(k) - table%offset(k)
       end do
       if (.not. work%same_rows) &
-         call follow_intervals(first, last, table%n, table%station, work%source, table%state, table%tied, table%bonded, &
+         call follow_intervals(first, last, table%n, table%station, work%source, table%state, table%tied, &
+            table%bonded, &
                                table%total_slip, previous%length, table%gap, table%offset, table%length, &
                                table%distance)
    end subroutine begin_rows

@@ -116,8 +116,8 @@ contains
       table%energy(k:k + 1) = 0.5_wp*sum(previous%energy(pack(rows, rows > 0)))
    end subroutine stand_for_corners
 
-   !> A new interval is as deep in the other block as the springs beside it on the same edges are compressed, the rest of
-   !> its depth is free of force. Where these are free of force at a gap, by the initial stress, that is its gap too.
+   !> A new interval is as deep in the other block as the springs beside it on the same edges are compressed, the rest
+   !> of its depth is free of force. Where these are free of force at a gap, by the initial stress, that is its gap too.
    pure subroutine press_like_others(previous, pressed, k, table)
       type(contact_table_type), intent(in) :: previous
       integer, intent(in) :: pressed(:)

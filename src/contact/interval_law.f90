@@ -2,7 +2,7 @@
 !> The normal response of an interval of a joint, integrated exactly over the part that is closed.
 !>
 !>           gap
-!>            |\                      The gap is linear along the interval, s = 0 ... 1 from its low to its high end, and
+!>            |\                      The gap is linear along the interval, s = 0 ... 1 from low to high end, and
 !>            |  \                    it is known at the two points of Gauss's rule,
 !>         ---+----\-------*---- s
 !>            |      \.  |                 s1 = (1 - 1/sqrt(3))/2,   s2 = 1 - s1,   g(s) = N1(s) g1 + N2(s) g2
@@ -63,8 +63,8 @@ contains
       ends = [at_end(gap(1), gap(2)), at_end(gap(2), gap(1))]
    end function end_gaps
 
-   !> What is linear along the interval, at a point that is so near (1) or far (2) from an end, by the values at that end
-   !> and the other one.
+   !> What is linear along the interval, at a point that is so near (1) or far (2) from an end, by the values at that
+   !> end and the other one.
    elemental real(wp) function at_point(own, other)
       real(wp), intent(in) :: own, other
       at_point = own + first_place*(other - own)

@@ -144,7 +144,8 @@ contains
       integer :: i
       do i = 1, size(intervals)
          associate (row => intervals(i)%row)
-            call place_points(intervals(i), nv, vertices, tangent, point(1, row), share(row), normal(1, row), gap(row), &
+            call place_points(intervals(i), nv, vertices, tangent, point(1, row), share(row), normal(1, row), &
+               gap(row), &
                               length(row))
          end associate
       end do

@@ -384,7 +384,8 @@ contains
       real(wp), intent(in) :: turn                         !! of both [rad]
       type(search_limits_type), intent(in) :: limits
       ! cos(tolerance - turn) is less
-      stays_facing = one(1)*other(1) + one(2)*other(2) <= -(limits%cosine + limits%facing_sine()*turn) - 4*epsilon(turn) .and. &
+      stays_facing = one(1)*other(1) + one(2)*other(2) <= -(limits%cosine + limits%facing_sine()*turn) &
+         - 4*epsilon(turn) .and. &
                      turn < limits%sine
    end function stays_facing
 

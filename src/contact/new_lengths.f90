@@ -107,7 +107,8 @@ contains
          energy(:, k) = -1
          r = k + 1 - table%station(k)
          if (any(end_gaps(table%gap(r:r + 1)) < 0) .and. .not. table%tied(k)) &
-            energy(:, k) = energies(previous, source, pressed(table%vertex(k)), pressed(table%edge(k)), limits, k, table)
+            energy(:, k) = energies(previous, source, pressed(table%vertex(k)), pressed(table%edge(k)), limits, k, &
+               table)
       end do
    end subroutine find_energies
 
@@ -216,7 +217,8 @@ contains
    end subroutine add
 
    !> Free the new lengths of the intervals of some of the rows.
-   pure subroutine free_rows(first, last, nv, n, limits, joint, bonded, station, vertex, edge, energy, sums, gap, offset, shear)
+   pure subroutine free_rows(first, last, nv, n, limits, joint, bonded, station, vertex, edge, energy, sums, gap, &
+      offset, shear)
       integer, intent(in) :: first, last                   !! no interval is cut
       integer, intent(in) :: nv, n                         !! vertices, rows
       type(search_limits_type), intent(in) :: limits
@@ -288,7 +290,8 @@ contains
       else
          share = table%length(k)/previous%length(like)
          e(2) = 0.5_wp*interval_energy(table%gap(r:r + 1), table%shear(r:r + 1), share*previous%k_n(like), &
-                                       share*previous%k_s(like), limits%has_penalty(table%joint(k)) .and. .not. table%bonded(k))
+                                       share*previous%k_s(like), limits%has_penalty(table%joint(k)) .and. &
+                                          .not. table%bonded(k))
       end if
    end function energies
 

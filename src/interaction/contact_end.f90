@@ -328,7 +328,8 @@ contains
       do c = 1, table%n
          if (trial%state_used(c) == contact_state%open .or. trial%opened(c)) cycle
          table%energy(c) = table%energy(c) + dilation_energy(laws(table%joint(c)), merge(0.0_wp, table%k_n(c), &
-                                                             is_of_interval(table, c)), table%normal_force(c), before(c), &
+                                                             is_of_interval(table, c)), table%normal_force(c), &
+                                                                before(c), &
                                                              table%total_slip(c) - before(c), trial%extra(c)%opens)
       end do
    end subroutine end_contacts

@@ -30,7 +30,8 @@ module rockdda_interaction_contact_law
    use rockdda_model_options, only : is_set
    implicit none
    private
-   public :: contact_law_type, contact_law, new_contact_laws, act_along_length, friction_coefficient, shear_strength, cohesion_at, &
+   public :: contact_law_type, contact_law, new_contact_laws, act_along_length, friction_coefficient, shear_strength, &
+      cohesion_at, &
       tension_at, dilated_gap, opened_last
 
    type :: contact_law_enum
@@ -103,12 +104,13 @@ contains
       end do
    end subroutine new_contact_laws
 
-   !> What the law of a joint has with contact by length alone. A joint with a coefficient of restitution e whose contacts
-   !> last longer than a step rebounds as a dashpot has it,
+   !> What the law of a joint has with contact by length alone. A joint with a coefficient of restitution e whose
+   !> contacts last longer than a step rebounds as a dashpot has it,
    !>
    !>     zeta = -ln e/sqrt(pi^2 + ln^2 e)
    !>
-   !> of critical damping, e = 0: critical. Without it blocks that no impact may throw back would bounce on their springs.
+   !> of critical damping, e = 0: critical. Without it blocks that no impact may throw back would bounce on their
+   !> springs.
    elemental subroutine act_along_length(penalty, law)
       logical, intent(in) :: penalty          !! the stiffness is none of the joint
       type(contact_law_type), intent(inout) :: law

@@ -16,8 +16,8 @@ module rockdda_interaction_contact_start
    private
    public :: start_contacts, set_dashpots, expect_dilation, joint_stiffness_type
 
-   !> Width by which the rock that bears a tie grows with the distance from it: a half-plane turns under a linear traction
-   !> on a length L by as much as a beam of this height and the length 0.42 L (16/(12 pi)).
+   !> Width by which the rock that bears a tie grows with the distance from it: a half-plane turns under a linear
+   !> traction on a length L by as much as a beam of this height and the length 0.42 L (16/(12 pi)).
    real(wp), parameter :: spread = 0.589048622548086232_wp*2
 
 contains
@@ -97,8 +97,8 @@ contains
    end subroutine keep_forces
 
    !> Compliance of a block between its centroid and a tie, per area of the tie: the distance over the modulus, E or in
-   !> plane strain E/(1 - nu^2). Beyond the ends of the tie the block helps to bear what is linear along it, which spreads
-   !> with the distance y as length + spread*y,
+   !> plane strain E/(1 - nu^2). Beyond the ends of the tie the block helps to bear what is linear along it, which
+   !> spreads with the distance y as length + spread*y,
    !>
    !>     integral from 0 to d of (length/min(width, length + spread*y))^3 dy.
    !>

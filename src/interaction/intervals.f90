@@ -2,8 +2,8 @@
 !> Intervals among the contacts of a step: whether they are open or closed, and on which part, by their gaps; and what
 !> they do with both rows at a time (rockdda_contact_interval_law).
 !>
-!> Both rows of an interval are open, or none is. Closed on all its length it is two contacts like any others. Closed on a
-!> part, or held by a bond, its forces along the normal depend on the gaps of both rows. It slides as two contacts of
+!> Both rows of an interval are open, or none is. Closed on all its length it is two contacts like any others. Closed on
+!> a part, or held by a bond, its forces along the normal depend on the gaps of both rows. It slides as two contacts of
 !> which each has half of the force that presses it together and of the length that is closed: the slip of both differs
 !> by strain alone, and no row has a force that pulls while the interval is pressed.
 module rockdda_interaction_intervals
@@ -40,8 +40,8 @@ contains
       if (is_of_interval(table, c)) end_gap = at_end(gap(c), gap(other_row(table, c)))
    end function end_gap
 
-   !> Gap by which the springs of row c are pressed that its friction depends on: its own, or the mean of both rows of an
-   !> interval.
+   !> Gap by which the springs of row c are pressed that its friction depends on: its own, or the mean of both rows of
+   !> an interval.
    pure real(wp) function mean_gap(table, gap, c)
       type(contact_table_type), intent(in) :: table
       real(wp), intent(in), contiguous :: gap(:)       !! (>= rows) [length]
@@ -78,9 +78,9 @@ contains
    end subroutine find_extremes
 
    !> Where rows slip: at their points, and those of an interval that is closed on a part at the points of Gauss of that
-   !> part. (There the edges move along each other; what they do where they are apart is no slip.) Both rows of a tie slip
-   !> in its middle: that cells of other strain stretch along each other must cost nothing, or a beam of two cells bends
-   !> by an eighth less.
+   !> part. (There the edges move along each other; what they do where they are apart is no slip.) Both rows of a tie
+   !> slip in its middle: that cells of other strain stretch along each other must cost nothing, or a beam of two cells
+   !> bends by an eighth less.
    subroutine find_leans(laws, table, lean)
       type(contact_law_type), intent(in) :: laws(:)           !! per joint material
       type(contact_table_type), intent(in) :: table           !! of the step's start

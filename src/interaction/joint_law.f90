@@ -288,7 +288,8 @@ contains
    end function have_friction_alone
 
    !> `find_held` for n contacts with friction alone, without dashpots.
-   pure subroutine find_held_by_friction(n, laws, law, k_n, k_s, shear, state, settings, widest, mean, gap, slip, held, &
+   pure subroutine find_held_by_friction(n, laws, law, k_n, k_s, shear, state, settings, widest, mean, gap, slip, &
+      held, &
                                          force)
       integer, intent(in) :: n
       type(contact_law_type), intent(in) :: laws(:)

@@ -29,8 +29,8 @@ contains
       end if
    end subroutine linearise_joint
 
-   !> `linearise_joint` for some rows of the table at the start of the step. Those of an interval that is closed on a part
-   !> are coupled along the normal, by the second one.
+   !> `linearise_joint` for some rows of the table at the start of the step. Those of an interval that is closed on a
+   !> part are coupled along the normal, by the second one.
    pure subroutine linearise_joints(n, rows, table, state, extra, own, cross, stiffness, force, coupling)
       integer, intent(in) :: n
       integer, intent(in) :: rows(n)

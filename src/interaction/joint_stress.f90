@@ -5,9 +5,9 @@
 !>     shear stress      shear force / length        of the force on block a along the normal, from b to a, turned
 !>                                                   by +90 degrees; the same when the blocks are exchanged
 !>
-!> Stresses of an interval are those at its two ends: of a joint k g where it is closed, of a tie the linear traction with
-!> the resultant and the moment of its springs. And the share of their shear strength that joints mobilise, by the laws of
-!> the joints with the bonds and the slip that they have.
+!> Stresses of an interval are those at its two ends: of a joint k g where it is closed, of a tie the linear traction
+!> with the resultant and the moment of its springs. And the share of their shear strength that joints mobilise, by the
+!> laws of the joints with the bonds and the slip that they have.
 module rockdda_interaction_joint_stress
    use rockdda_base_kinds, only : wp
    use rockdda_contact_interval_law, only : first_place, second_place
@@ -57,9 +57,9 @@ contains
       end do
    end subroutine joint_stresses
 
-   !> Shear force over shear strength of all rows, or of those from `first` on, where no interval is cut: both rows of an
-   !> interval have that of the interval; 1 where a joint slides. 0 for open rows and where there is no strength: ties that
-   !> do not break, joints without friction and cohesion.
+   !> Shear force over shear strength of all rows, or of those from `first` on, where no interval is cut: both rows of
+   !> an interval have that of the interval; 1 where a joint slides. 0 for open rows and where there is no strength:
+   !> ties that do not break, joints without friction and cohesion.
    pure subroutine mobilised_shares(laws, table, share, first)
       type(contact_law_type), intent(in) :: laws(:)     !! per joint material
       type(contact_table_type), intent(in) :: table
@@ -106,9 +106,9 @@ contains
       if (limit > 0 .and. any(table%state(first:last) == contact_state%sliding)) share = 1
    end function mobilised
 
-   !> Stresses at both ends of the interval of rows c and c + 1, by the resultant and its place: trapezoidal while it lies
-   !> within the middle third, or where a bond that carries tension is sound, else triangular on three times its distance
-   !> from the end, in shear as well.
+   !> Stresses at both ends of the interval of rows c and c + 1, by the resultant and its place: trapezoidal while it
+   !> lies within the middle third, or where a bond that carries tension is sound, else triangular on three times its
+   !> distance from the end, in shear as well.
    pure function interval_stresses(table, c, bond_holds) result(stress)
       type(contact_table_type), intent(in) :: table
       integer, intent(in) :: c

@@ -329,7 +329,8 @@ contains
             new_sign = 0
             joint%bonded = .false.
          end if
-         if (table%station(c) > 0 .and. new == contact_state%sliding .and. turns_back(old, int(sign_used), response)) then
+         if (table%station(c) > 0 .and. new == contact_state%sliding .and. turns_back(old, int(sign_used), response)) &
+            then
             new = contact_state%locked
             new_sign = 0
             response%friction = 0
@@ -439,7 +440,8 @@ contains
             end if
             partner_gap = 0
             if (p > 0) partner_gap = gap(p) + a*(self%gap(p) - gap(p))
-            call lawful_force(self, table, laws(law(c)), settings, c, gap_there(k), mean(k), slip_there(k), partner_gap, &
+            call lawful_force(self, table, laws(law(c)), settings, c, gap_there(k), mean(k), slip_there(k), &
+               partner_gap, &
                               force(:, c))
          end do
       end associate

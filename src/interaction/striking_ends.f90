@@ -22,8 +22,8 @@ module rockdda_interaction_striking_ends
 
 contains
 
-   !> Mark the rows of intervals with an end that may strike. Joints with a coefficient of restitution have their own law
-   !> of impact.
+   !> Mark the rows of intervals with an end that may strike. Joints with a coefficient of restitution have their own
+   !> law of impact.
    subroutine mark_striking_ends(context, laws, table, start)
       type(step_context_type), intent(in) :: context
       type(contact_law_type), intent(in) :: laws(:)          !! per joint material
@@ -38,7 +38,8 @@ contains
          if (table%station(c) /= 1 .or. table%state(c) == contact_state%open) cycle
          if (table%tied(c) .or. laws(table%joint(c))%restitution >= 0) cycle
          ! a sound bond pulls as its springs press
-         if (table%bonded(c) .and. laws(table%joint(c))%tension > 0 .and. table%bond_end(c + 1) > table%bond_end(c)) cycle
+         if (table%bonded(c) .and. laws(table%joint(c))%tension > 0 .and. table%bond_end(c + 1) > table%bond_end(c)) &
+            cycle
          if (may_strike(context, table, holds, c)) start(c:c + 1) = at_level%may_strike
       end do
       !$omp end parallel do
@@ -70,7 +71,8 @@ contains
       end do
    end function may_strike
 
-   !> Acceleration of a point of a rigid block along a direction by the force 1 that acts there in this direction [1/mass].
+   !> Acceleration of a point of a rigid block along a direction by the force 1 that acts there in this direction
+   !> [1/mass].
    pure real(wp) function mobility(context, block, point, direction)
       type(step_context_type), intent(in) :: context
       integer, intent(in) :: block

@@ -41,8 +41,8 @@ contains
       tie_stiffness = stiff*length/compliance
    end function tie_stiffness
 
-   !> Stresses of the tie of rows c and c + 1: mean, and what is to be taken from it at the low end and added at the high
-   !> one; normal (1), tension positive, and shear (2).
+   !> Stresses of the tie of rows c and c + 1: mean, and what is to be taken from it at the low end and added at the
+   !> high one; normal (1), tension positive, and shear (2).
    pure subroutine tie_stresses(table, c, mean, linear)
       type(contact_table_type), intent(in) :: table
       integer, intent(in) :: c                     !! first row

@@ -23,8 +23,8 @@ module rockdda_interaction_trial_states
 
    !> `state_used` of contacts that have not been in a solve of the attempt.
    integer(i1), parameter :: no_state = -1
-   !> After which share of the step's motion the force of a contact acts: of one that is closed at its start, that of the
-   !> scheme; of one that closes in the step, 1, as an impulse; of an interval whose open end may strike, or strikes
+   !> After which share of the step's motion the force of a contact acts: of one that is closed at its start, that of
+   !> the scheme; of one that closes in the step, 1, as an impulse; of an interval whose open end may strike, or strikes
    !> (rockdda_interaction_striking_ends), that of the scheme, or 1.
    type :: at_level_enum
       integer(i1) :: closed = 1, closes = 2, may_strike = 3, strikes = 4
@@ -44,8 +44,8 @@ module rockdda_interaction_trial_states
       integer(i1), allocatable :: sign_used(:)    !! slip direction in the last solve
       real(wp), allocatable :: friction_used(:) !! friction force of the last solve
       logical(l1), allocatable :: bonded_used(:)  !! bond of the last solve
-      !> Stiffness along the normal of rows of intervals that are closed on a part: their own, and with the other row; of
-      !> the trial and in the last solve [force/length].
+      !> Stiffness along the normal of rows of intervals that are closed on a part: their own, and with the other row;
+      !> of the trial and in the last solve [force/length].
       real(wp), allocatable :: own(:), cross(:), own_used(:), cross_used(:)
       logical(l1), allocatable :: partly_used(:)   !! was one of these in the last solve
       real(wp), allocatable :: bond(:)        !! as `bond_end` of the table, what is sound in this attempt
@@ -54,8 +54,8 @@ module rockdda_interaction_trial_states
       integer(i2), allocatable :: changes(:)      !! changes of state in this step so far
       logical(l1), allocatable :: opened(:)       !! at the end of the step, after forces have acted in it
       integer(i1), allocatable :: start(:)    !! one of at_level%...
-      !> Share of the step's motion after which the forces of contacts act, by `start`; gap and slip are those there until
-      !> `reach_end`. And the factor of their forces in the equations.
+      !> Share of the step's motion after which the forces of contacts act, by `start`; gap and slip are those there
+      !> until `reach_end`. And the factor of their forces in the equations.
       real(wp) :: level(4) = 1, factor(4) = 1
       integer, private :: n_begun = 0         !! rows that have been in use; those behind take no memory yet
    contains

@@ -17,7 +17,8 @@ module rockdda_model_geometry_input
       character(len=:), allocatable :: name   !! not given in a geometry file
       character(len=:), allocatable :: kind   !! 'grouted' | 'end_anchored' | 'yielding' | 'friction'; else a spring
       real(wp), allocatable :: from(:), to(:) !! (2) its ends at the start, the head first [length]
-      real(wp), allocatable :: along(:)       !! x y of the points of a line on which the heads of a pattern lie [length]
+      !> x y of the points of a line on which the heads of a pattern lie [length]
+      real(wp), allocatable :: along(:)
       character(len=:), allocatable :: outline   !! region instead of it
       real(wp) :: spacing = unset_real        !! of the heads [length]
       real(wp) :: length = unset_real         !! of the bolts [length]

@@ -1,7 +1,8 @@
 ! SPDX-License-Identifier: MIT
 !> Tips that begin in a kink of another block's outline, with contact by length.
 !>
-!>          \    3    |             Block 3 lies along one side of the kink of block 1 and slides down on it. Its tip meets
+!>          \    3    |             Block 3 lies along one side of the kink of block 1 and slides down on it. Its tip
+!>          meets
 !>           \        |    2        the other side at a point, under block 2. Between rigid blocks the tip would hold it
 !>        1   \       |_______      there; rock of no width bears nothing and crushes. The tip is let into that side by
 !>             \______/ 1           `crushed` of its shorter edge before it bears.
@@ -16,8 +17,8 @@ module rockdda_model_kinks
    private
    public :: edges_met_by_tips, report_tips, crushed
 
-   !> Share of the shorter edge at a tip by which it is crushed. Factors of safety are judged within 0.4 % of the size of a
-   !> block; a tip cut by 0.3 % gives that of slip on both planes.
+   !> Share of the shorter edge at a tip by which it is crushed. Factors of safety are judged within 0.4 % of the size
+   !> of a block; a tip cut by 0.3 % gives that of slip on both planes.
    real(wp), parameter :: crushed = 0.01_wp
    !> A tip is in a kink when it is nearer than this share of its shorter edge.
    real(wp), parameter :: near = 1.0e-3_wp
@@ -94,7 +95,8 @@ contains
                 to_string(blocks%vertices(2, v), 5)//')'
          if (size(tips) > 1) text = text//', and '//counted(size(tips) - 1, 'more tip')//','
          call messages%add(severity%note, text//' begins in a kink of block '//to_string(owner_of(met(v)))// &
-            ', and would hold there by a point: it crushes by '//to_string(100*crushed, 2)//' % of its shorter edge '// &
+            ', and would hold there by a point: it crushes by '//to_string(100*crushed, 2)// &
+               ' % of its shorter edge '// &
             'before it bears, so that blocks slide on both planes')
       end associate
 

@@ -79,7 +79,8 @@ module rockdda_model_option
       logical :: required = .false.
       logical :: adds_up = .false.                   !! given again in a group: one row more
       logical :: not_blank = .false.                 !! a text that must have a character
-      logical :: or_number = .false.                 !! a text for which a whole number >= 1 may stand, with a unit any number
+      !> a text for which a whole number >= 1 may stand, with a unit any number
+      logical :: or_number = .false.
       integer :: n_in_unit = huge(1)                 !! so many numbers of a row are in the unit, not those behind
       integer :: rule = 0                            !! one of list_rule%...
       ! what follows from the place of the row in the table

@@ -95,7 +95,8 @@ contains
       keeps_old_ways = self%peer_contacts .and. .not. self%by_length
    end function keeps_old_ways
 
-   !> Which joint materials have no stiffness of their own: that of the run is a penalty on overlap, no property of them.
+   !> Which joint materials have no stiffness of their own: that of the run is a penalty on overlap, no property of
+   !> them.
    pure function penalty_joints(self) result(are)
       class(parameters_type), intent(in) :: self
       logical :: are(size(self%joint_materials))

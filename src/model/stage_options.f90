@@ -61,9 +61,11 @@ contains
                             least=1.0_wp), stage%relax_steps)
       call table%add(option('place', regions//'their blocks are absent until the stage begins', &
                             default_text='none', not_blank=.true., see=guide), stage%place)
-      call table%add(option('install', 'names of bolts and linings that are installed when the stage begins, commas between them', &
+      call table%add(option('install', &
+         'names of bolts and linings that are installed when the stage begins, commas between them', &
                             default_text='none', not_blank=.true.), stage%install)
-      call table%add(option('remove', 'names of bolts and linings that are removed when the stage begins, commas between them', &
+      call table%add(option('remove', &
+         'names of bolts and linings that are removed when the stage begins, commas between them', &
                             default_text='none', not_blank=.true.), stage%remove)
       call table%add(option('water', "names of the groups of &water that act from the stage on, commas between "// &
                             "them; 'none': none of them", &

@@ -13,7 +13,8 @@ module rockdda_run_outcome
    use rockdda_stepping_simulation, only : simulation_type
    implicit none
    private
-   public :: done_share, stage_share, last_stage, short_run_warning, cuts_text, weak_start_warning, skipped_stages_warning, &
+   public :: done_share, stage_share, last_stage, short_run_warning, cuts_text, weak_start_warning, &
+      skipped_stages_warning, &
       reactions_text
    public :: time_error_text, time_error_warning, strikes_text, strikes_warning, share_after_strikes
    public :: overlaps_warning, unrested_warning, lost_text, lodged_warning, strain_warning

@@ -18,8 +18,8 @@ module rockdda_stepping_given_energy
    real(wp), parameter :: given_share = 1.0e-3_wp
    !> Overlaps below this share of w0 are round-off: contacts may give their energy.
    real(wp), parameter :: negligible_overlap = 1.0e-9_wp
-   !> Numerical dissipation may be negative for some steps, by the periods that a time scheme does not resolve; below zero
-   !> by more than this share of the energy supplied it has moved the blocks.
+   !> Numerical dissipation may be negative for some steps, by the periods that a time scheme does not resolve; below
+   !> zero by more than this share of the energy supplied it has moved the blocks.
    real(wp), parameter :: gained_share = 0.05_wp
    !> Columns that enter the energy exchanged.
    integer, parameter :: exchanged_columns(7) = [energy%kinetic, energy%strain, energy%gravity, energy%springs, &
@@ -106,9 +106,11 @@ contains
       text = ''
       if (column == 0) then
          if (-dissipation > max(gained_share*supplied, given_share*self%scale)) &
-            text = 'energy from nowhere: up to step '//to_string(step)//" the energy column 'numerical_dissipation' "// &
+            text = 'energy from nowhere: up to step '//to_string(step)// &
+               " the energy column 'numerical_dissipation' "// &
                    'gave '//to_string(-dissipation)//', '//to_string(-dissipation/supplied)//' of the energy '// &
-                   'supplied so far (at most '//to_string(gained_share)//' is accepted): impacts within a step have '// &
+                   'supplied so far (at most '//to_string(gained_share)// &
+                      ' is accepted): impacts within a step have '// &
                    'thrown blocks. Give joints a restitution, or use shorter steps'
          return
       end if

@@ -17,9 +17,9 @@
 !> one as turning about it. No set of impulses on blocks that reach each other may give energy: they are scaled down to
 !> what these had.
 !>
-!> Each end of an interval meets by itself: in the step the whole interval has impulses at both ends in place of springs.
-!> Springs decide where loads change the velocity in a step by half the speed of approach, so that contacts come to rest.
-!> Bolts are soft: they take part in the smooth motion alone.
+!> Each end of an interval meets by itself: in the step the whole interval has impulses at both ends in place of
+!> springs. Springs decide where loads change the velocity in a step by half the speed of approach, so that contacts
+!> come to rest. Bolts are soft: they take part in the smooth motion alone.
 module rockdda_stepping_impact
    use rockdda_base_kinds, only : wp, i1
    use rockdda_contact_interval_law, only : at_point, end_gaps
@@ -188,7 +188,8 @@ contains
       do i = 1, n
          if (demands(i)%is_impact .or. trial%state_used(rows(i)) == contact_state%open) cycle
          b = max(group(table%block_a(rows(i))), group(table%block_b(rows(i))))
-         if (b > 0) pressed(b) = pressed(b) + 0.5_wp*table%k_n(rows(i))*min(0.0_wp, context%dt*motion(lines(1, i), w))**2
+         if (b > 0) pressed(b) = pressed(b) + 0.5_wp*table%k_n(rows(i))*min(0.0_wp, context%dt*motion(lines(1, i), &
+            w))**2
       end do
       do b = 1, size(group)
          if (group(b) == b) call limit_energy(context, group == b, free, pressed(b), v, w)

@@ -141,7 +141,8 @@ contains
       integer, intent(in) :: c                           !! row
       depth = contacts%normal_force(c)/contacts%k_n(c) - max(0.0_wp, contacts%offset(c))
       if (contacts%state(c) == contact_state%open .or. contacts%tied(c) .or. .not. is_of_interval(contacts, c)) return
-      depth = max(depth, min(0.0_wp, contacts%offset(c)) - minval(end_gaps(contacts%distance([c, other_row(contacts, c)]))))
+      depth = max(depth, min(0.0_wp, contacts%offset(c)) - minval(end_gaps(contacts%distance([c, other_row(contacts, &
+         c)]))))
    end function pressed_depth
 
    !> The next power of two times w0, at least 1e-7 w0.

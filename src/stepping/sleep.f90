@@ -114,8 +114,8 @@ contains
       end associate
    end function unrest
 
-   !> Wake the blocks asleep that the solution disturbs, with neighbours over closed contacts: in the attempt, not in the
-   !> state.
+   !> Wake the blocks asleep that the solution disturbs, with neighbours over closed contacts: in the attempt, not in
+   !> the state.
    subroutine wake_disturbed(context, equations, contacts, round, asleep, calm, n_woken)
       class(step_context_type), intent(in) :: context
       type(equations_type), intent(in) :: equations

@@ -62,8 +62,8 @@ contains
       step%equations%x = 0
    end subroutine start_step
 
-   !> The solver of the options; for linings, whose bending is far softer than their stretching, the direct one where the
-   !> program may choose.
+   !> The solver of the options; for linings, whose bending is far softer than their stretching, the direct one where
+   !> the program may choose.
    pure function solver_for(parameters) result(name)
       type(parameters_type), intent(in) :: parameters
       character(len=:), allocatable :: name

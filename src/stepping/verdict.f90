@@ -205,8 +205,8 @@ contains
    end function deformation_by_now
 
    !> What its loads deform a model by: the mean strain of blocks, and what joints turn by that close by their mean
-   !> closure at one end, times its extent. A trial changes the loads or what carries them by their own order, so that an
-   !> elastic answer is of this size, or smaller.
+   !> closure at one end, times its extent. A trial changes the loads or what carries them by their own order, so that
+   !> an elastic answer is of this size, or smaller.
    function deformation_of(step, table) result(deformation)
       class(trial_step_type), intent(in) :: step
       type(contact_table_type), intent(in) :: table   !! of the last step

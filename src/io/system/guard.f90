@@ -16,8 +16,8 @@
 !>     call end_reading()
 !>
 !> A file that the child could read may still crash the process itself, because what HDF5 does with a wrong byte depends
-!> on what lies in the memory. Between `begin_reading` and `end_reading` the program reports such a crash as damage of the
-!> file.
+!> on what lies in the memory. Between `begin_reading` and `end_reading` the program reports such a crash as damage of
+!> the file.
 module rockdda_io_guard
    use, intrinsic :: iso_c_binding, only : c_char, c_double, c_int, c_null_char
    use rockdda_base_kinds, only : wp

@@ -144,9 +144,9 @@ contains
       is_near = .not. high - low > self%tolerance*merge(max(abs(low), abs(high)), 1.0_wp, self%relative)
    end function is_near
 
-   !> Where the limit is expected between a stable and a failing value: where the pull of the lowest three failing trials
-   !> would be zero, or two, by the curve through them of the value over the pull, of its inverse for the strength. The
-   !> middle where that is far from them, and where a trial has shown that it is not there.
+   !> Where the limit is expected between a stable and a failing value: where the pull of the lowest three failing
+   !> trials would be zero, or two, by the curve through them of the value over the pull, of its inverse for the
+   !> strength. The middle where that is far from them, and where a trial has shown that it is not there.
    pure real(wp) function expected(self, low, high, values, stable, pulls) result(value)
       class(search_path_type), intent(in) :: self
       real(wp), intent(in) :: low, high

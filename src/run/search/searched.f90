@@ -10,7 +10,8 @@ module rockdda_run_searched
    public :: searched_type
 
    !> Joints without a stiffness of their own are stiffer by this factor in a search of the load: the hinges of an arch
-   !> lie at the edges of its joints and sink there, which makes it flatter. The load on the crown of 31 voussoirs (t/R = 0.1, E = 10 GPa) is 3.7 % too small without it, and less than 1 % with it.
+   !> lie at the edges of its joints and sink there, which makes it flatter. The load on the crown of 31 voussoirs (t/R
+   !> = 0.1, E = 10 GPa) is 3.7 % too small without it, and less than 1 % with it.
    real(wp), parameter :: stiffening = 16.0_wp
 
    type :: searched_type

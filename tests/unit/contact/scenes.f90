@@ -12,7 +12,8 @@ module scenes
    use rockdda_contact_topology, only : contact_topology_type, new_contact_topology
    implicit none
    private
-   public :: scene_type, point_type, new_scene, point_of, box, pair, turned, find_row, close_rows, load_springs, energies, goes_on
+   public :: scene_type, point_type, new_scene, point_of, box, pair, turned, find_row, close_rows, load_springs, &
+      energies, goes_on
 
    !> Angle tolerance of all scenes [rad].
    real(wp), parameter, public :: angle_tolerance = 0.05_wp
@@ -45,7 +46,8 @@ contains
       integer, intent(in) :: k
       type(scene_type), intent(in) :: scene
       real(wp) :: place(2, n_points), share(n_points), normal(2, n_points), gap(n_points), length(n_points)
-      call place_points(interval, size(scene%vertices, 2), scene%vertices, scene%outlines%tangent, place, share, normal, &
+      call place_points(interval, size(scene%vertices, 2), scene%vertices, scene%outlines%tangent, place, share, &
+         normal, &
                         gap, length)
       point = point_type(place(:, k), share(k), normal(:, k), gap(k), length(k))
    end function point_of

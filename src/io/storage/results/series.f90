@@ -97,7 +97,8 @@ contains
       class(series_type), intent(in) :: self
       type(hdf5_file_type), intent(in) :: file
       type(error_type), allocatable, intent(out) :: error
-      if (.not. self%is_absent) call file%create_table(self%name, self%row_shape, self%is_real, self%chunk_shape(), error, &
+      if (.not. self%is_absent) call file%create_table(self%name, self%row_shape, self%is_real, self%chunk_shape(), &
+         error, &
                              self%is_single)
    end subroutine create
 
