@@ -334,6 +334,7 @@ contains
       if (.not. context%scheme%second_order) return
       context%jump = 0
       call self%contacts%add_impulses(equations, context%dt, context%jump)
+      call self%liners%add_impulses(equations, context%dt, context%jump)
       do i = 1, context%blocks%n_blocks
          if (context%state%asleep(i)) context%jump(:, i) = 0
          if (.not. any(abs(context%jump(:, i)) > 0)) cycle

@@ -4,7 +4,8 @@
 !> A point stands for a length of the back. Its gap, positive open, and its shear displacement count from its
 !> installation, when it is closed and free of stress. A bond is elastic in both directions. With a joint material it
 !> opens at the tensile strength of the joint, none unless given, and slides at its shear strength
-!> (rockdda_interaction_contact_law); within a step an open bond keeps its strength, and is broken for the next one.
+!> (rockdda_interaction_contact_law); within a step an open bond keeps its strength, and is broken for the next one: what
+!> has come off has friction alone, so that forces are continuous where it opens.
 module rockdda_interaction_liner_ties
    use rockdda_base_kinds, only : wp
    use rockdda_interaction_contact_law, only : contact_law_type, shear_strength, tension_at
@@ -13,7 +14,7 @@ module rockdda_interaction_liner_ties
    public :: tie_type, tie_response_type, tie_numbers, tie_state, respond_tie, pack_tie, unpack_tie
 
    !> Numbers that last of a tie.
-   integer, parameter :: tie_numbers = 18
+   integer, parameter :: tie_numbers = 21
 
    type :: tie_state_enum
       integer :: open = 0
@@ -34,13 +35,19 @@ module rockdda_interaction_liner_ties
       real(wp) :: length = 0
       real(wp) :: shape(3) = 0         !! gap by curvature, shear by strain, gap by slope of b's back [length]
       real(wp) :: motion(2) = 0        !! gap and shear displacement now [length]
+      real(wp) :: bent(2) = 0          !! the part of it by the shape of b's back [length]
       real(wp) :: free(2) = 0          !! gap and shear displacement without force: of slip, and of a change of the
                                        !! stiffness under force [length]
       real(wp) :: slip = 0             !! |slip| summed up [length]
       logical :: bonded = .true.
+      logical :: sliding = .false.     !! it slid in the last step
       ! of the step
+      real(wp) :: drag(2) = 0          !! dashpots over the time of the motion [force/length]
       logical :: acts = .false.
+      real(wp) :: level = 1            !! share of the motion up to where its force acts
+      real(wp) :: factor = 1           !! of its force in the equations
       real(wp) :: move(2) = 0, kept(2) = 0   !! change where forces act [length]
+      integer :: changes = 0           !! of its state in the rounds
       integer :: state = 0             !! tie_state%..., of the last round
       real(wp) :: force(2) = 0         !! of the last round
       real(wp) :: at(2) = 0            !! its change there [length]
@@ -53,6 +60,8 @@ module rockdda_interaction_liner_ties
       real(wp) :: stiffness(2) = 0     !! [force/length]
       real(wp) :: energy = 0           !! stored
       logical :: breaks = .false.      !! its bond
+      real(wp) :: limit = 0            !! shear strength [force]
+      real(wp) :: trial = 0            !! shear force without one
    end type tie_response_type
 
 contains
@@ -64,9 +73,10 @@ contains
       real(wp), intent(in) :: motion(2)          !! since its installation [length]
       type(tie_response_type), intent(out) :: response
       type(contact_law_type), intent(in), optional :: law
-      real(wp) :: k(2), limit, e(2)
+      real(wp) :: k(2), limit, e(2), spring, dashpot(2)
       k = stiffness*tie%length
       e = motion - tie%free
+      dashpot = tie%drag*(motion - tie%motion)
       response%state = tie_state%held
       response%force = k*e
       response%stiffness = k
@@ -78,7 +88,8 @@ contains
             response%stiffness(1) = 0
             response%state = tie_state%at_tension
             response%breaks = tie%bonded
-            if (.not. limit > 0) then
+            ! a bond keeps its shear strength to the end of the step: else forces would jump where it opens
+            if (.not. (limit > 0 .or. tie%bonded)) then
                response%state = tie_state%open
                response%force = 0
                response%stiffness = 0
@@ -87,14 +98,24 @@ contains
          else
             response%energy = 0.5_wp*response%force(1)*e(1)
          end if
+         spring = response%force(2)
          limit = shear_strength(law, -response%force(1), tie%length, tie%bonded, 0.0_wp, tie%slip)
-         if (abs(response%force(2)) > limit) then
+         if (.not. tie%bonded) limit = limit - shear_strength(law, 0.0_wp, tie%length, .false., 0.0_wp, tie%slip)
+         response%limit = limit
+         response%trial = spring + dashpot(2)
+         if (abs(spring + dashpot(2)) > limit) then
             response%breaks = response%breaks .or. (tie%bonded .and. law%brittle)
-            response%force(2) = sign(limit, response%force(2))
+            response%force(2) = sign(limit, spring + dashpot(2))
             response%stiffness(2) = 0
             response%state = merge(tie_state%slides, tie_state%parts, response%state == tie_state%held)
+            dashpot(2) = 0
+         else
+            response%stiffness(2) = k(2) + tie%drag(2)
          end if
          response%energy = response%energy + 0.5_wp*response%force(2)**2/k(2)
+         ! friction follows the spring, not its dashpot
+         response%stiffness(1) = response%stiffness(1) + tie%drag(1)
+         response%force = response%force + dashpot
       else
          response%energy = 0.5_wp*dot_product(response%force, e)
       end if
@@ -105,8 +126,8 @@ contains
       type(tie_type), intent(in) :: tie
       real(wp) :: numbers(tie_numbers)
       numbers = [real(tie%a, wp), real(tie%b, wp), merge(1.0_wp, 0.0_wp, tie%on_rock), tie%at_a, tie%arm, tie%angle, &
-                 tie%length, tie%free, tie%slip, merge(1.0_wp, 0.0_wp, tie%bonded), &
-                 tie%shape, tie%motion]
+                 tie%length, tie%free, tie%slip, merge(1.0_wp, 0.0_wp, tie%bonded), merge(1.0_wp, 0.0_wp, tie%sliding), &
+                 tie%shape, tie%motion, tie%bent]
    end function pack_tie
 
    !> A tie of its numbers.
@@ -122,8 +143,10 @@ contains
       tie%free = numbers(10:11)
       tie%slip = numbers(12)
       tie%bonded = numbers(13) > 0.5_wp
-      tie%shape = numbers(14:16)
-      tie%motion = numbers(17:18)
+      tie%sliding = numbers(14) > 0.5_wp
+      tie%shape = numbers(15:17)
+      tie%motion = numbers(18:19)
+      tie%bent = numbers(20:21)
    end function unpack_tie
 
 end module rockdda_interaction_liner_ties

@@ -38,11 +38,13 @@ module rockdda_interaction_liners
    use rockdda_interaction_block_forces, only : block_forces_type
    use rockdda_interaction_contact_law, only : contact_law_type
    use rockdda_interaction_context, only : step_context_type
+   use rockdda_interaction_dashpots, only : dashpot_coefficient
    use rockdda_interaction_equations, only : equations_type
    use rockdda_interaction_finite_rotation, only : moving_block_type, mean_load, mean_displacement, &
       end_displacement, new_moved_block
    use rockdda_interaction_interaction, only : interaction_type
    use rockdda_interaction_kinematics, only : move_point
+   use rockdda_linear_anderson, only : anderson_type
    use rockdda_interaction_liner_beam, only : liner_section_type, beam_type, beam_state_type, beam_response_type, &
       new_beam, respond_beam, accept_beam, deformation_of, forces_at, n_sections
    use rockdda_interaction_liner_places, only : stretch_type, find_stretches, follow_rock, faces_of_path, &
@@ -56,6 +58,8 @@ module rockdda_interaction_liners
 
    !> Forces agree with their laws to this share; those of friction, which wait for normal forces.
    real(wp), parameter :: agreement = 1.0e-8_wp, friction_agreement = 1.0e-6_wp
+   !> Within a round the misfit of friction and normal forces is brought down by this factor.
+   real(wp), parameter :: reduction = 0.03_wp
    !> Rounding of deformations, as a share of them.
    real(wp), parameter :: rounding = 1.0e-13_wp
    !> Stiffness of a bond over E'/thickness of the lining, least and most, and by the third power of thickness over
@@ -119,6 +123,10 @@ module rockdda_interaction_liners
       type(contact_law_type), allocatable :: laws(:)   !! of the joint materials, of the step
       real(wp) :: stored = 0                     !! energy at the end of the last step
       real(wp), private :: level = 1             !! share of the step's motion up to where forces act
+      integer, allocatable, private :: sliding(:, :)   !! (2, n) lining and tie of those that slide, in a round
+      real(wp), allocatable, private :: friction(:), miss(:)   !! (n) [force]
+      real(wp), private :: goal = 0              !! miss of friction that is small enough in the round
+      type(anderson_type), private :: acceleration
    contains
       procedure :: init
       procedure :: append_segments
@@ -132,6 +140,11 @@ module rockdda_interaction_liners
       procedure :: begin
       procedure :: place
       procedure :: add_to_links
+      procedure :: add_impulses
+      procedure :: begin_friction
+      procedure :: improve_friction
+      procedure :: predict_sliding
+      procedure :: add_friction
       procedure :: predict
       procedure :: keep
       procedure :: shorten
@@ -813,8 +826,8 @@ contains
       else
          of_a = arm_motion(context, tie%a, tie%at_a, d)
       end if
-      way = turned(tie%motion, angle) + (arm_motion(context, tie%b, tie%arm, d) - of_a)
-      motion = along(angle + d(3, tie%b), way) + by_shape(tie, d(4:6, tie%b))
+      way = turned(tie%motion - tie%bent, angle) + (arm_motion(context, tie%b, tie%arm, d) - of_a)
+      motion = along(angle + d(3, tie%b), way) + (tie%bent + by_shape(tie, d(4:6, tie%b)))
    end function moved_tie
 
    !> Displacement of a point of a segment.
@@ -1100,7 +1113,12 @@ contains
             call rest(liner)
          end associate
       end do
+      call set_levels(self, context)
+      call set_dashpots(self, context)
       call self%judge(changes, unsettled)
+      do k = 1, n_liners(self)
+         self%liners(k)%ties%changes = 0
+      end do
 
    contains
 
@@ -1118,6 +1136,206 @@ contains
 
    end subroutine begin
 
+   !> Where in the step ties act. One that is open at the start and closes does not know when: its force at the end is an
+   !> impulse (rockdda_interaction_time_scheme), or it would give energy.
+   subroutine set_levels(self, context)
+      class(liners_type), intent(inout) :: self
+      type(step_context_type), intent(in) :: context
+      type(tie_response_type) :: at_start
+      integer :: i, k
+      do k = 1, n_liners(self)
+         associate (liner => self%liners(k))
+            if (.not. liner%is_there) cycle
+            liner%ties%level = self%level
+            liner%ties%factor = 1
+            if (liner%joint == 0 .or. .not. context%scheme%second_order) cycle
+            do i = 1, size(liner%ties)
+               associate (tie => liner%ties(i))
+                  if (.not. tie%acts) cycle
+                  call respond(self, liner, tie, tie%motion, at_start)
+                  if (at_start%state /= tie_state%open) cycle
+                  tie%level = 1
+                  tie%factor = context%scheme%impact
+               end associate
+            end do
+         end associate
+      end do
+   end subroutine set_levels
+
+   !> Begin a search, while all states stay as they are, for friction forces that agree with the normal forces that they
+   !> cause: as for contacts (rockdda_interaction_friction_search).
+   subroutine begin_friction(self)
+      class(liners_type), intent(inout) :: self
+      integer :: i, k, n, pass
+      do pass = 1, 2
+         n = 0
+         do k = 1, n_liners(self)
+            if (self%liners(k)%joint == 0 .or. .not. self%liners(k)%is_there) cycle
+            do i = 1, size(self%liners(k)%ties)
+               associate (tie => self%liners(k)%ties(i))
+                  if (.not. (tie%acts .and. (tie%state == tie_state%slides .or. tie%state == tie_state%parts))) cycle
+                  n = n + 1
+                  if (pass == 2) self%sliding(:, n) = [k, i]
+               end associate
+            end do
+         end do
+         if (pass == 2) exit
+         if (allocated(self%sliding)) deallocate (self%sliding, self%friction, self%miss)
+         allocate (self%sliding(2, n), self%friction(n), self%miss(n))
+      end do
+      call self%acceleration%restart(n)
+      self%goal = -1
+   end subroutine begin_friction
+
+   !> Compare the friction forces of the last solve with the limits at its motion, and replace them by a better guess.
+   !> It is enough when they miss the limits by far less than at first, or than a round accepts.
+   subroutine improve_friction(self, to_end, is_enough)
+      class(liners_type), intent(inout) :: self
+      logical, intent(in) :: to_end          !! as well as a round must be accepted
+      logical, intent(out) :: is_enough
+      type(tie_response_type) :: of_tie
+      real(wp) :: worst, largest
+      integer :: i, k, n
+      is_enough = .true.
+      n = 0
+      if (allocated(self%sliding)) n = size(self%friction)
+      if (n == 0) return
+      worst = 0
+      largest = 0
+      do i = 1, n
+         k = self%sliding(1, i)
+         associate (tie => self%liners(k)%ties(self%sliding(2, i)))
+            if (i == 1) then
+               largest = largest_pressure(self%liners(k))
+            else if (k /= self%sliding(1, i - 1)) then
+               largest = largest_pressure(self%liners(k))
+            end if
+            call respond(self, self%liners(k), tie, tie%motion + tie%move, of_tie)
+            self%friction(i) = abs(tie%force(2))
+            self%miss(i) = of_tie%limit - self%friction(i)
+            worst = max(worst, abs(self%miss(i))/max(tiny(1.0_wp), self%friction(i), tie%length*largest))
+         end associate
+      end do
+      if (self%goal < 0) self%goal = max(reduction*worst, 0.5_wp*friction_agreement)
+      is_enough = worst <= merge(0.5_wp*friction_agreement, self%goal, to_end)
+      if (is_enough) return
+      call self%acceleration%next(self%friction, self%miss)
+      do i = 1, n
+         associate (tie => self%liners(self%sliding(1, i))%ties(self%sliding(2, i)))
+            tie%force(2) = sign(max(0.0_wp, self%friction(i)), tie%force(2))
+         end associate
+      end do
+   end subroutine improve_friction
+
+   !> Largest normal force over length of the ties of a lining, in the last judgement.
+   pure real(wp) function largest_pressure(liner) result(largest)
+      type(liner_type), intent(in) :: liner
+      integer :: i
+      largest = 0
+      do i = 1, size(liner%ties)
+         if (liner%ties(i)%acts) largest = max(largest, abs(liner%ties(i)%force(1))/liner%ties(i)%length)
+      end do
+   end function largest_pressure
+
+   !> The friction forces alone, where all states are those of the last solve.
+   subroutine add_friction(self, equations)
+      class(liners_type), intent(in) :: self
+      type(equations_type), intent(inout) :: equations
+      integer :: i, l
+      if (.not. allocated(self%sliding)) return
+      do i = 1, size(self%friction)
+         associate (liner => self%liners(self%sliding(1, i)), tie => self%liners(self%sliding(1, i))% &
+                    ties(self%sliding(2, i)))
+            l = liner%first_link + beam_links*size(liner%joints) + self%sliding(2, i)
+            call equations%set_link(l, equations%stiffness(:, l), [equations%force(1, l), -tie%factor*tie%force(2)])
+         end associate
+      end do
+   end subroutine add_friction
+
+   !> Motion of the ties that slide, for new friction forces.
+   subroutine predict_sliding(self, equations)
+      class(liners_type), intent(inout) :: self
+      type(equations_type), intent(in) :: equations
+      real(wp) :: motion(2)
+      integer :: i
+      if (.not. allocated(self%sliding)) return
+      do i = 1, size(self%friction)
+         associate (liner => self%liners(self%sliding(1, i)))
+            call equations%link_motion(liner%first_link + beam_links*size(liner%joints) + self%sliding(2, i), motion)
+            liner%ties(self%sliding(2, i))%move = liner%ties(self%sliding(2, i))%level*motion
+         end associate
+      end do
+   end subroutine predict_sliding
+
+   !> Impulses on the blocks by ties that have closed in the step.
+   subroutine add_impulses(self, equations, dt, impulse)
+      class(liners_type), intent(in) :: self
+      type(equations_type), intent(in) :: equations
+      real(wp), intent(in) :: dt                             !! step [time]
+      real(wp), intent(inout), contiguous :: impulse(:, :)   !! (6, nb)
+      type(tie_response_type) :: at_end
+      integer :: c, i, k
+      do k = 1, n_liners(self)
+         associate (liner => self%liners(k))
+            if (.not. liner%is_there) cycle
+            c = liner%first_link + beam_links*size(liner%joints)
+            do i = 1, size(liner%ties)
+               associate (tie => liner%ties(i))
+                  if (.not. tie%acts .or. tie%level <= self%level) cycle
+                  call respond(self, liner, tie, tie%motion + tie%move, at_end)
+                  if (any(abs(at_end%force) > 0)) call equations%add_link_force(c + i, -dt*at_end%force, impulse)
+               end associate
+            end do
+         end associate
+      end do
+   end subroutine add_impulses
+
+   !> Dashpots of the ties with a joint in a dynamic step, as contacts have them (rockdda_interaction_dashpots): undamped,
+   !> friction feeds the vibration of the normal forces on which it depends.
+   subroutine set_dashpots(self, context)
+      class(liners_type), intent(inout) :: self
+      type(step_context_type), intent(in) :: context
+      real(wp), allocatable :: stiffness(:, :), holds(:)
+      real(wp) :: squared(2), ratio
+      integer :: b, i, k, side
+      if (.not. allocated(self%laws)) return
+      allocate (stiffness(2, context%blocks%n_blocks), holds(context%blocks%n_blocks))
+      stiffness = 0
+      do k = 1, n_liners(self)
+         do i = 1, size(self%liners(k)%ties)
+            associate (tie => self%liners(k)%ties(i))
+               tie%drag = 0
+               if (.not. tie%acts) cycle
+               stiffness(:, tie%a) = stiffness(:, tie%a) + self%liners(k)%stiffness*tie%length
+               stiffness(:, tie%b) = stiffness(:, tie%b) + self%liners(k)%stiffness*tie%length
+            end associate
+         end do
+      end do
+      if (.not. context%scheme%is_dynamic .or. .not. self%level > 0) return
+      call context%blocks%count_holds(holds, context%released, context%held)
+      do k = 1, n_liners(self)
+         associate (liner => self%liners(k))
+            if (liner%joint == 0) cycle
+            do i = 1, size(liner%ties)
+               associate (tie => liner%ties(i))
+                  if (.not. tie%acts) cycle
+                  ratio = self%laws(liner%joint)%damping_ratio
+                  if (tie%sliding .and. .not. ratio > 0) ratio = context%parameters%sliding_damping
+                  if (.not. ratio > 0) cycle
+                  squared = 0
+                  do side = 1, 2
+                     b = merge(tie%a, tie%b, side == 1)
+                     if (holds(b) > 1) cycle
+                     squared = squared + stiffness(:, b)/context%state%mass(b)
+                  end do
+                  tie%drag = [(dashpot_coefficient(ratio, liner%stiffness(side)*tie%length, squared(side)), &
+                               side=1, 2)]/(tie%level*context%dt)
+               end associate
+            end do
+         end associate
+      end do
+   end subroutine set_dashpots
+
    !> Vectors of all links.
    subroutine place(self, context, equations)
       class(liners_type), intent(inout) :: self
@@ -1133,9 +1351,9 @@ contains
                associate (joint => liner%joints(i), a => liner%joints(i)%block(1), b => liner%joints(i)%block(2))
                   call joint_vectors(context%moving(a), context%moving(b), on_segment(context, a, joint%arm(:, 1)), &
                                      on_segment(context, b, joint%arm(:, 2)), joint%beam%angle + 0.5_wp* &
-                                     (context%state%rotation(a) + context%state%rotation(b)), [0.5_wp, 0.5_wp], v)
+                                     (context%state%rotation(a) + context%state%rotation(b)), [0.5_wp, 0.5_wp], &
+                                     [.true., .true.], v)
                end associate
-               v(4:6, :, :) = 0
                do j = 1, 2
                   line = 0
                   line(:, 1, :) = v(:, j, :)
@@ -1156,12 +1374,10 @@ contains
                   if (.not. tie%acts) cycle
                   call joint_vectors(context%moving(tie%a), context%moving(tie%b), first_point(context, tie), &
                                      on_segment(context, tie%b, tie%arm), tie%angle + context%state%rotation(tie%b), &
-                                     [0.0_wp, 1.0_wp], v)
-                  v(4:6, :, 2) = 0
+                                     [0.0_wp, 1.0_wp], [.not. tie%on_rock, .true.], v)
                   v(4, 1, 2) = tie%shape(1)
                   v(5, 2, 2) = tie%shape(2)
                   v(6, 1, 2) = tie%shape(3)
-                  if (.not. tie%on_rock) v(4:6, :, 1) = 0
                   call equations%set_vectors(c, v(:, :, 1), v(:, :, 2))
                end associate
             end do
@@ -1171,23 +1387,27 @@ contains
 
    !> Derivatives of the components of the way between two points, of which axes turn with shares of the rotations of
    !> their blocks.
-   pure subroutine joint_vectors(a, b, x, y, angle, share, v)
+   pure subroutine joint_vectors(a, b, x, y, angle, share, rigid, v)
       type(moving_block_type), intent(in) :: a, b
       real(wp), intent(in) :: x(2), y(2)         !! points on both blocks at the start of the step [length]
       real(wp), intent(in) :: angle              !! of the first axis there
       real(wp), intent(in) :: share(2)
+      logical, intent(in) :: rigid(2)            !! strains of the block do not move its point: it is a segment
       real(wp), intent(out) :: v(6, 2, 2)        !! unknowns, axes, blocks
-      real(wp) :: turn, middle, chord, n(2), mean(2)
+      real(wp) :: turn, middle, chord, n(2), mean(2), d(6, 2)
       integer :: j
       turn = share(1)*a%angle + share(2)*b%angle
       middle = angle + 0.5_wp*turn
       chord = 1
       if (abs(turn) > 0) chord = 2*sin(0.5_wp*turn)/turn
-      mean = (y - x) + 0.5_wp*(mean_displacement(b%d, y, b) - mean_displacement(a%d, x, a))
+      d = reshape([a%d, b%d], [6, 2])
+      where (spread(rigid, 1, 3)) d(4:6, :) = 0
+      mean = (y - x) + 0.5_wp*(mean_displacement(d(:, 2), y, b) - mean_displacement(d(:, 1), x, a))
       n = [cos(middle), sin(middle)]
       do j = 1, 2
          v(:, j, 1) = -mean_load(cos(0.5_wp*turn)*n, x, a)
          v(:, j, 2) = mean_load(cos(0.5_wp*turn)*n, y, b)
+         where (spread(rigid, 1, 3)) v(4:6, j, :) = 0
          v(3, j, :) = v(3, j, :) + share*chord*(-n(2)*mean(1) + n(1)*mean(2))
          n = [-n(2), n(1)]
       end do
@@ -1225,7 +1445,8 @@ contains
                      stiffness(:, 1) = tie%tangent
                      force(:, 1) = stiffness(:, 1)*tie%at - tie%force
                   end if
-                  call equations%set_links(1, [1], c - 1, self%level*stiffness(:, 1:1), force(:, 1:1), [0.0_wp])
+                  call equations%set_links(1, [1], c - 1, tie%factor*tie%level*stiffness(:, 1:1), &
+                                           tie%factor*force(:, 1:1), [0.0_wp])
                end associate
             end do
          end associate
@@ -1254,7 +1475,7 @@ contains
                liner%ties(i)%move = 0
                if (.not. liner%ties(i)%acts) cycle
                call equations%link_motion(c, motion)
-               liner%ties(i)%move = self%level*motion
+               liner%ties(i)%move = liner%ties(i)%level*motion
             end do
          end associate
       end do
@@ -1321,7 +1542,7 @@ contains
                   if (.not. tie%acts) cycle
                   call respond(self, liner, tie, tie%motion + tie%kept + fraction*(tie%move - tie%kept), of_tie)
                end associate
-               force(:, c) = of_tie%force
+               force(:, c) = liner%ties(i)%factor*of_tie%force
             end do
          end associate
       end do
@@ -1355,7 +1576,7 @@ contains
                c = c + 1
                associate (tie => liner%ties(i))
                   if (.not. tie%acts) cycle
-                  way = moved_tie(context, tie, equations%x) - tie%motion - tie%move/self%level
+                  way = moved_tie(context, tie, equations%x) - tie%motion - tie%move/tie%level
                   scale = max(largest, min(equations%block_force(tie%a), equations%block_force(tie%b)))
                   if (scale > 0) equations%link_off(c) = norm2(tie%tangent*way)/scale
                end associate
@@ -1389,17 +1610,21 @@ contains
                   joint%tangent = response
                end associate
             end do
-            largest = 0
-            do i = 1, size(liner%ties)
-               if (liner%ties(i)%acts) largest = max(largest, abs(liner%ties(i)%force(1))/liner%ties(i)%length)
-            end do
+            largest = largest_pressure(liner)
             do i = 1, size(liner%ties)
                associate (tie => liner%ties(i))
                   if (.not. tie%acts) cycle
                   call respond(self, liner, tie, tie%motion + tie%move, of_tie)
                   used = tie%force + tie%tangent*(tie%move - tie%at)
+                  ! one that slides back holds first
+                  if (slides(tie%state) .and. slides(of_tie%state) .and. of_tie%force(2)*tie%force(2) < 0) then
+                     of_tie%state = merge(tie_state%held, tie_state%at_tension, of_tie%state == tie_state%slides)
+                     of_tie%force(2) = of_tie%trial
+                     of_tie%stiffness(2) = liner%stiffness(2)*tie%length + tie%drag(2)
+                  end if
                   if (of_tie%state /= tie%state) then
                      n_changes = n_changes + 1
+                     tie%changes = tie%changes + 1
                   else if (norm2(of_tie%force - used) > friction_agreement*max(norm2(used), tie%length*largest) .and. &
                            of_tie%state /= tie_state%held) then
                      n_unsettled = n_unsettled + 1
@@ -1415,6 +1640,12 @@ contains
       n_unsettled = n_unsettled + n_changes
 
    contains
+
+      !> Is the shear force of a tie at its limit?
+      pure logical function slides(state)
+         integer, intent(in) :: state
+         slides = state == tie_state%slides .or. state == tie_state%parts
+      end function slides
 
       !> Are two stiffnesses equal, in the scale of the flexibilities?
       pure logical function allclose(a, b, scale)
@@ -1469,9 +1700,11 @@ contains
             call respond(self, new, tie, tie%motion, of_tie)
             stored(1) = stored(1) + of_tie%energy
             call respond(self, new, tie, tie%motion + tie%move, of_tie)
-            work = work + dot_product(of_tie%force, tie%move)/self%level
-            motion = tie%motion + tie%move/self%level
+            work = work + dot_product(of_tie%force, tie%move)/tie%level
+            motion = tie%motion + tie%move/tie%level
+            tie%drag = 0
             call respond(self, new, tie, motion, last)
+            tie%sliding = last%state == tie_state%slides
             change = 0
             if (last%state == tie_state%slides .or. last%state == tie_state%parts) then
                change = (motion(2) - last%force(2)/(new%stiffness(2)*tie%length)) - tie%free(2)
@@ -1530,7 +1763,11 @@ contains
             new%joints(i)%d = moved_beam(context, self%liners(k)%joints(i), d)
          end do
          do i = 1, size(new%ties)
-            if (new%ties(i)%acts) new%ties(i)%motion = moved_tie(context, self%liners(k)%ties(i), d)
+            associate (tie => new%ties(i))
+               if (.not. tie%acts) cycle
+               tie%motion = moved_tie(context, self%liners(k)%ties(i), d)
+               tie%bent = tie%bent + by_shape(tie, d(4:6, tie%b))
+            end associate
          end do
          self%liners(k) = new
          self%stored = self%stored + stored(2)

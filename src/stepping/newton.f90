@@ -347,6 +347,7 @@ contains
       if (what_is_new /= change%nothing) then
          if (what_is_new == change%friction) then
             call families%contacts%add_friction(equations)
+            call families%liners%add_friction(equations)
          else
             call families%add_to_links(equations)
          end if
@@ -363,6 +364,7 @@ contains
       if (.not. solved) return
       if (what_is_new == change%friction) then
          call families%contacts%predict_sliding(equations)
+         call families%liners%predict_sliding(equations)
       else
          call families%predict(equations)
       end if
@@ -452,19 +454,21 @@ contains
       type(error_type), allocatable, intent(out) :: error
       real(wp) :: worst, small
       integer :: k
-      logical :: is_enough, may_leave
+      logical :: is_enough, is_enough_there, may_leave
       solved = .true.
       ! a small correction may be left to the next round
       may_leave = size(equations%x, 2) > conditions%method%few_blocks
-      associate (contacts => families%contacts, friction => families%contacts%friction)
+      associate (contacts => families%contacts, friction => families%contacts%friction, liners => families%liners)
          call friction%begin(contacts%table, contacts%trial)
+         call liners%begin_friction()
          ! not what a step may miss: a round whose friction is off by more than |R| leads nowhere
          small = conditions%method%friction_tolerance*friction%deepest
          do k = 1, conditions%method%friction_solves
             call friction%improve(contacts%table, contacts%laws, contacts%settings, contacts%trial, worst)
             call friction%assess(worst, small, may_leave, is_enough)
             if (to_end) is_enough = worst <= 0.5_wp*small
-            if (is_enough) then
+            call liners%improve_friction(to_end, is_enough_there)
+            if (is_enough .and. is_enough_there) then
                call friction%take_used(contacts%trial)
                exit
             end if

@@ -205,6 +205,54 @@ class Liners(ProgramTest):
             with h5py.File(self.path("soft.h5")) as file:
                 self.assertEqual(file["frames/liner_force"][-1].tolist(), whole)
 
+    def test_slides_by_friction(self):
+        """A lining of 4 m that lies on a slope of 25 degrees, let go: g (sin - cos tan phi) t^2/2, by both schemes;
+        with more friction it stays but for what the weight, which acts at once, shakes it."""
+        slope, far = math.radians(25), 4 * math.cos(math.radians(25))
+        along, normal = (math.cos(slope), math.sin(slope)), (-math.sin(slope), math.cos(slope))
+
+        def at(u, v):
+            return u * along[0] + v * normal[0], u * along[1] + v * normal[1]
+
+        corners = [at(-far, -1), at(far, -1), at(far, 0), at(-far, 0)]
+        lines = [(*a, *b) for a, b in zip(corners, corners[1:] + corners[:1], strict=True)]
+        ends = ", ".join(f"{x:.12f}" for x in (*at(2, 0), *at(-2, 0)))
+        fixed = FIXED.format(*corners[0], *corners[1])
+        for friction, integrator in ((0, "generalized_alpha"), (10, "generalized_alpha"), (10, "shi"), (20, "shi"),
+                                     (20, "generalized_alpha"), (45, "generalized_alpha")):  # fmt: skip
+            groups = f"&joint_material number = 3, name = 'j', friction = {friction} /\n"
+            groups += f"&liner along = {ends}, thickness = 0.2, young = 30e9, density = 2400, joint_material = 'j' /\n"
+            groups += (
+                f"&stage kind = 'dynamic', duration = 0.2 /\n&time integrator = '{integrator}', dt_max = 1e-3 /\n"
+                + fixed
+            )
+            self.make("slope", lines, 4, groups, young=2e10, gravity=9.81)
+            with self.solve("slope") as file:
+                place, energy = file["frames/liner_point"][()], file["history/energy"][-1]
+                slid = 0.5 * 9.81 * (math.sin(slope) - math.cos(slope) * math.tan(math.radians(friction))) * 0.2**2
+                moved = [(p - q) @ along for p, q in zip(place[0], place[-1], strict=True)]
+                # the weight lifts and presses it in the first milliseconds, with friction that follows: 0.2 mm
+                for distance in moved:
+                    self.assertAlmostEqual(distance, max(0, slid), delta=0.2e-3)
+                self.assertLess(abs(energy[-1]), 1e-6 * abs(energy).max())
+
+    def test_opened_bond_in_a_static_stage(self):
+        """A lining across a gap that opens peels off from a joint with cohesion alone: forces jumped where it came off,
+        and no step could be solved."""
+        groups = "&joint_material number = 3, name = 'j', friction = 0, cohesion = 1e5 /\n&run t_end = 1 /\n"
+        groups += FIXED.format(-1.5, -1, 0, -1)
+        groups += "&boundary along = 0.6, -1, 2.1, -1, kind = 'moving', velocity = 0.002, 0 /\n"
+        groups += "&time k01 = 0, dt_max = 0.025 /\n&run save_every = 1 /\n"
+        groups += "&liner along = 2.1, 0, -1.5, 0, thickness = 0.1, young = 30e9, poisson = 0, joint_material = 'j' /\n"
+        self.boxes("gap", [(-1.5, -1, 0, 0), (0.6, -1, 2.1, 0)], groups, young=2e11)
+        with self.solve("gap") as file:
+            middle = abs(file["frames/liner_point"][0][:, 0] - 0.3).argmin()
+            pull = file["frames/liner_force"][:, middle, 0]
+            # it peels: less than the cohesion of the 1.5 m on one side, and in the end nothing
+            self.assertTrue(1e3 < pull.max() <= 1.5e5, pull.max())
+            self.assertLess(abs(pull[-1]), 1)
+            self.assertLess(abs(file["history/energy"][-1][-1]), 1e-6 * abs(file["history/energy"][-1]).max())
+
     def test_resumed_run_has_the_same_bits(self):
         """Stopped and resumed with a lining in place, cracked, also with other threads."""
         groups = "&liner name = 'c', along = -1, 0, 0.6, 0, thickness = 0.3, young = 30e9, tensile_strength = 1e5, "
