@@ -4,8 +4,8 @@
 !> A point stands for a length of the back. Its gap, positive open, and its shear displacement count from its
 !> installation, when it is closed and free of stress. A bond is elastic in both directions. With a joint material it
 !> opens at the tensile strength of the joint, none unless given, and slides at its shear strength
-!> (rockdda_interaction_contact_law); within a step an open bond keeps its strength, and is broken for the next one: what
-!> has come off has friction alone, so that forces are continuous where it opens.
+!> (rockdda_interaction_contact_law); within a step an open bond keeps its strength, and is broken for the next one:
+!> what has come off has friction alone, so that forces are continuous where it opens.
 module rockdda_interaction_liner_ties
    use rockdda_base_kinds, only : wp
    use rockdda_interaction_contact_law, only : contact_law_type, shear_strength, tension_at
@@ -126,8 +126,8 @@ contains
       type(tie_type), intent(in) :: tie
       real(wp) :: numbers(tie_numbers)
       numbers = [real(tie%a, wp), real(tie%b, wp), merge(1.0_wp, 0.0_wp, tie%on_rock), tie%at_a, tie%arm, tie%angle, &
-                 tie%length, tie%free, tie%slip, merge(1.0_wp, 0.0_wp, tie%bonded), merge(1.0_wp, 0.0_wp, tie%sliding), &
-                 tie%shape, tie%motion, tie%bent]
+                 tie%length, tie%free, tie%slip, merge(1.0_wp, 0.0_wp, tie%bonded), &
+                 merge(1.0_wp, 0.0_wp, tie%sliding), tie%shape, tie%motion, tie%bent]
    end function pack_tie
 
    !> A tie of its numbers.

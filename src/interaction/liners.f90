@@ -21,10 +21,11 @@
 module rockdda_interaction_liners
    use rockdda_base_kinds, only : wp
    use rockdda_base_state_archive, only : state_archive_type
-   use rockdda_base_strings, only : is_given
+   use rockdda_base_strings, only : counted, is_given, to_string
    use rockdda_base_value_check, only : value_check_type
    use rockdda_geometry_polygons, only : polygon_properties
    use rockdda_model_analysis_input, only : block_material_type
+   use rockdda_model_block_names, only : block_name
    use rockdda_model_blocks, only : block_system_type, largest_coordinate
    use rockdda_model_bolt_layout, only : stage_with, rock_at
    use rockdda_model_liner_layout, only : liner_layout_type, new_liner_layout, line_of_liner, title_of_liner, &
@@ -141,6 +142,7 @@ module rockdda_interaction_liners
       procedure :: place
       procedure :: add_to_links
       procedure :: add_impulses
+      procedure :: tell_changes
       procedure :: begin_friction
       procedure :: improve_friction
       procedure :: predict_sliding
@@ -785,7 +787,8 @@ contains
       do i = 1, size(liner%ties)
          associate (tie => liner%ties(i), k => liner%stiffness*liner%ties(i)%length, of => of_tie(i))
             if (.not. acts(context, tie)) cycle
-            if (of%state == tie_state%held .or. of%state == tie_state%slides) tie%free(1) = tie%motion(1) - of%force(1)/k(1)
+            if (of%state == tie_state%held .or. of%state == tie_state%slides) &
+               tie%free(1) = tie%motion(1) - of%force(1)/k(1)
             tie%free(2) = tie%motion(2) - of%force(2)/k(2)
          end associate
       end do
@@ -1136,8 +1139,8 @@ contains
 
    end subroutine begin
 
-   !> Where in the step ties act. One that is open at the start and closes does not know when: its force at the end is an
-   !> impulse (rockdda_interaction_time_scheme), or it would give energy.
+   !> Where in the step ties act. One that is open at the start and closes does not know when: its force at the end is
+   !> an impulse (rockdda_interaction_time_scheme), or it would give energy.
    subroutine set_levels(self, context)
       class(liners_type), intent(inout) :: self
       type(step_context_type), intent(in) :: context
@@ -1267,6 +1270,35 @@ contains
       end do
    end subroutine predict_sliding
 
+   !> Lines on the ties that changed their state most often in an attempt.
+   function tell_changes(self, context, most) result(text)
+      class(liners_type), intent(in) :: self
+      type(step_context_type), intent(in) :: context
+      integer, intent(in) :: most              !! lines
+      character(len=:), allocatable :: text
+      character(len=9), parameter :: names(0:4) = [character(len=9) :: 'open', 'held', 'sliding', 'parting', 'parting']
+      logical, allocatable :: told(:)
+      integer :: i, k, n
+      text = ''
+      do k = 1, n_liners(self)
+         associate (ties => self%liners(k)%ties)
+            if (allocated(told)) deallocate (told)
+            allocate (told(size(ties)), source=.false.)
+            do n = 1, min(most, size(ties))
+               i = maxloc(ties%changes, 1, .not. told)
+               told(i) = .true.
+               if (ties(i)%changes == 0) exit
+               associate (point => on_segment(context, ties(i)%b, ties(i)%arm) + context%state%datum)
+                  text = text//new_line('a')//'  the back of '// &
+                         block_name(context%blocks, context%parameters, ties(i)%b)// &
+                         ' at ('//to_string(point(1))//', '//to_string(point(2))//'): '//counted(ties(i)%changes, 'change')// &
+                         ', now '//trim(names(ties(i)%state))
+               end associate
+            end do
+         end associate
+      end do
+   end function tell_changes
+
    !> Impulses on the blocks by ties that have closed in the step.
    subroutine add_impulses(self, equations, dt, impulse)
       class(liners_type), intent(in) :: self
@@ -1290,8 +1322,8 @@ contains
       end do
    end subroutine add_impulses
 
-   !> Dashpots of the ties with a joint in a dynamic step, as contacts have them (rockdda_interaction_dashpots): undamped,
-   !> friction feeds the vibration of the normal forces on which it depends.
+   !> Dashpots of the ties with a joint in a dynamic step, as contacts have them (rockdda_interaction_dashpots):
+   !> undamped, friction feeds the vibration of the normal forces on which it depends.
    subroutine set_dashpots(self, context)
       class(liners_type), intent(inout) :: self
       type(step_context_type), intent(in) :: context

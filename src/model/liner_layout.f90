@@ -114,7 +114,8 @@ contains
       if (n > s(size(s))/largest) then
          problem = problem//', with '//to_string(size(s))//' points: leave points out'
       else if (is_set(element)) then
-         problem = problem//', and element = '//to_string(element, 4)//': correct the coordinates or make element larger'
+         problem = problem//', and element = '//to_string(element, 4)//': correct the coordinates or make '// &
+                   'element larger'
       else
          problem = problem//', and nodes are '//to_string(largest, 4)//' apart, as thickness = '// &
                    to_string(thickness, 4)//' has it: correct the coordinates or the thickness, or give element'
@@ -278,7 +279,7 @@ contains
                   if (last < cells(i - 1)) call add([cells(i - 1)], parts, n_parts)
                   j = nint(c/largest)
                   call add([(cells(i - 1) + k*c/j, k=1, j)], parts, n_parts)
-               else if (cells(i) - last > 1.25_wp*largest) then
+               else if (cells(i) - last > 1.25_wp*largest .and. last < cells(i - 1)) then
                   call add([cells(i - 1)], parts, n_parts)
                end if
             end associate

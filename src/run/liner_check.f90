@@ -13,8 +13,8 @@ module rockdda_run_liner_check
    use rockdda_model_liner_options, only : liner_problem
    use rockdda_model_options, only : run_options_type, is_set
    use rockdda_model_regions, only : has_region, same_name
-   use rockdda_interaction_liner_places, only : stretch_type, find_stretches, faces_of_path, segment_outline, opening_side, &
-      reach_over_thickness
+   use rockdda_interaction_liner_places, only : stretch_type, find_stretches, faces_of_path, segment_outline, &
+      opening_side, reach_over_thickness
    use rockdda_run_material_names, only : check_joint_material
    use rockdda_run_support_numbers, only : line_type, check_numbers_of_liner, check_same_place
    use rockdda_io_suggest, only : did_you_mean

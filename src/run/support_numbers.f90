@@ -33,18 +33,18 @@ module rockdda_run_support_numbers
 
    type(ratio_type), parameter :: thickness_over_span = ratio_type('thickness over the extent of its line', 1.0e-4_wp, &
       0.25_wp, '0.01 to 0.1')
-   type(ratio_type), parameter :: young_over_strength = ratio_type('young over compressive_strength', 30.0_wp, 2.0e4_wp, &
-      '300 to 2000 (30 GPa over 30 MPa is 1000)')
+   type(ratio_type), parameter :: young_over_strength = ratio_type('young over compressive_strength', 30.0_wp, &
+      2.0e4_wp, '300 to 2000 (30 GPa over 30 MPa is 1000)')
    type(ratio_type), parameter :: young_over_tension = ratio_type('young over tensile_strength', 30.0_wp, 1.0e6_wp, &
       '3000 to 30,000 (30 GPa over 3 MPa is 10,000)')
    type(ratio_type), parameter :: tension_over_compression = ratio_type('tensile_strength over compressive_strength', &
       0.0_wp, 1.0_wp, '0.05 to 0.2')
-   type(ratio_type), parameter :: young_over_rock = ratio_type('young over that of the first block material', 1.0e-4_wp, &
-      1.0e5_wp, '0.1 to 100')
+   type(ratio_type), parameter :: young_over_rock = ratio_type('young over that of the first block material', &
+      1.0e-4_wp, 1.0e5_wp, '0.1 to 100')
    type(ratio_type), parameter :: yield_strain = ratio_type('yield_force over young and the cross-section', 1.0e-4_wp, &
       0.04_wp, '0.001 to 0.01 (500 MPa over 200 GPa is 0.0025)')
-   type(ratio_type), parameter :: plateau_strain = ratio_type('plateau_force over young and the cross-section', 1.0e-5_wp, &
-      0.04_wp, '0.0005 to 0.01')
+   type(ratio_type), parameter :: plateau_strain = ratio_type('plateau_force over young and the cross-section', &
+      1.0e-5_wp, 0.04_wp, '0.0005 to 0.01')
    type(ratio_type), parameter :: slenderness = ratio_type('diameter over the length of the bolt', 2.0e-4_wp, 0.2_wp, &
       '0.002 to 0.02')
    type(ratio_type), parameter :: slip_at_strength = ratio_type('grout_strength over grout_stiffness and diameter', &
@@ -158,8 +158,8 @@ contains
             end if
             call messages%add(severity%warning, "liner '"//title_of_liner(liners(k), k)//"' lies where lining '"// &
                title_of_liner(liners(j), j)//"' lies at the same time ("//place//'): both carry, and neither knows '// &
-               "of the other; a layer on it is given by on = '"//title_of_liner(liners(j), j)//"', a stage removes one", &
-                              liners(k)%origin)
+               "of the other; a layer on it is given by on = '"//title_of_liner(liners(j), j)//"', "// &
+               'and `remove` of a stage takes one out', liners(k)%origin)
          end do
       end associate
 

@@ -10,6 +10,7 @@ module rockdda_stepping_failure
    use rockdda_base_error, only : error_type, error_code, make_error
    use rockdda_base_strings, only : to_string
    use rockdda_geometry_polygons, only : inradius_bound
+   use rockdda_model_block_names, only : block_name, with_block_names
    use rockdda_model_blocks, only : block_system_type
    use rockdda_model_contact_numbers, only : highest_over_e, mean_edge, advised_time_step, advised_ratio, &
       stiffness_advice, springs_of_joint
@@ -22,7 +23,7 @@ module rockdda_stepping_failure
    use rockdda_stepping_motion, only : largest_displacement
    implicit none
    private
-   public :: attempt, find_ruined_block, judge_motion, report_failure
+   public :: attempt, find_ruined_block, judge_motion, report_failure, most_listed
 
    !> Outcomes of one attempt at a step.
    type :: attempt_enum
@@ -116,7 +117,7 @@ contains
    end function kept_area
 
    !> Compose the error that ends the run: step, time, cause, place and advice.
-   subroutine report_failure(outcome, dt, detail, blocks, parameters, state, table, trial, x, error)
+   subroutine report_failure(outcome, dt, detail, blocks, parameters, state, table, trial, of_linings, x, error)
       integer, intent(in) :: outcome                    !! one of attempt%..., not converged
       real(wp), intent(in) :: dt                        !! of the attempt
       character(len=*), intent(in) :: detail            !! message of the linear solver
@@ -125,6 +126,7 @@ contains
       type(block_state_type), intent(in) :: state       !! at the start of the step
       type(contact_table_type), intent(in) :: table
       type(open_close_type), intent(in) :: trial
+      character(len=*), intent(in) :: of_linings        !! lines on their ties that changed most often
       real(wp), intent(in) :: x(:, :)                   !! (6, nb) unknowns of the last round
       type(error_type), allocatable, intent(out) :: error
       character(len=:), allocatable :: text
@@ -137,7 +139,7 @@ contains
       else if (outcome == attempt%thrown) then
          call tell_thrown(dt, blocks, parameters, state, table, x, text)
       else
-         call tell_flipping(blocks, parameters, state, table, trial, text)
+         call tell_flipping(blocks, parameters, state, table, trial, of_linings, text)
       end if
       call make_error(error, error_code%computation, text)
    end subroutine report_failure
@@ -153,16 +155,17 @@ contains
       character(len=:), allocatable, intent(inout) :: text
       real(wp) :: ratio
       integer :: i, lightest
-      text = text//detail
+      text = text//with_block_names(detail, blocks, parameters)
       do i = 1, blocks%n_blocks
          if (is_finite(i)) cycle
-         text = text//new_line('a')//'  '//block_at(state, i)//' has a velocity, stress or position that is not finite'
+         text = text//new_line('a')//'  '//block_at(blocks, parameters, state, i)// &
+                ' has a velocity, stress or position that is not finite'
          exit
       end do
-      lightest = minloc(state%mass(1:blocks%n_blocks), dim=1)
+      lightest = max(1, minloc(state%mass(1:blocks%n_blocks), 1, state%active(1:blocks%n_blocks)))
       ratio = 0.5_wp*parameters%normal_stiffness*dt**2/max(state%mass(lightest), tiny(1.0_wp))
       text = text//new_line('a')//'  the contact stiffness is '//to_string(ratio)//' times the inertia 2m/dt^2'// &
-             ' of the lightest block, '//block_at(state, lightest)
+             ' of the lightest block, '//block_at(blocks, parameters, state, lightest)
       if (ratio > 1.0e6_wp) then
          call advise(text, 'above about 1e6 round-off errors dominate the solution: reduce the contact stiffness '// &
                      '(g0) or the time step (g1, dt_max, dt_min), or remove splinters by a larger e0')
@@ -194,10 +197,11 @@ contains
       if (block == 0) return
       stiffness = parameters%block_materials(blocks%block_material(block))%youngs_modulus
       if (factor > 0 .and. ieee_is_finite(factor)) then
-         text = text//block_at(state, block)//' loses its area: the step would multiply '// &
+         text = text//block_at(blocks, parameters, state, block)//' loses its area: the step would multiply '// &
                 parameters%shown(state%area(block), 'length^2')//' by '//to_string(factor)
       else
-         text = text//block_at(state, block)//' is inverted: the step would multiply its area of '// &
+         text = text//block_at(blocks, parameters, state, block)// &
+                ' is inverted: the step would multiply its area of '// &
                 parameters%shown(state%area(block), 'length^2')//' by '//to_string(factor)
       end if
       text = text//new_line('a')//'  strains of the step: ex = '//to_string(x(4, block))//', ey = '// &
@@ -233,8 +237,9 @@ contains
             vertex = v
          end do
       end do
-      text = text//'block '//to_string(block)//' moves by '//parameters%shown(largest, 'length')//' at its vertex '// &
-             at(state%vertices(:, vertex) + state%datum)//', more than w0 = '// &
+      text = text//block_name(blocks, parameters, block)//' moves by '// &
+             parameters%shown(largest, 'length')//' at its vertex '//at(state%vertices(:, vertex) + state%datum)// &
+             ', more than w0 = '// &
              parameters%shown(parameters%w0, 'length')//', half the size of the model (speed '// &
              parameters%shown(largest/dt, 'length/time')//')'
       if (table%n > 0) then
@@ -255,12 +260,13 @@ contains
    end subroutine tell_thrown
 
    !> Append the contacts that changed their state most often.
-   subroutine tell_flipping(blocks, parameters, state, table, trial, text)
+   subroutine tell_flipping(blocks, parameters, state, table, trial, of_linings, text)
       type(block_system_type), intent(in) :: blocks
       type(parameters_type), intent(in) :: parameters
       type(block_state_type), intent(in) :: state
       type(contact_table_type), intent(in) :: table
       type(open_close_type), intent(in) :: trial
+      character(len=*), intent(in) :: of_linings        !! lines on their ties
       character(len=:), allocatable, intent(inout) :: text
       logical, allocatable :: told(:)
       integer :: k, c, thinnest
@@ -280,6 +286,7 @@ contains
          thinnest = thinner(blocks, state, thinnest, table%block_a(c))
          thinnest = thinner(blocks, state, thinnest, table%block_b(c))
       end do
+      text = text//of_linings
       if (parameters%max_open_close < 20) call advise(text, 'allow more rounds: &time max_open_close, now '// &
                                                       to_string(parameters%max_open_close)//', 20 by default')
       if (parameters%dt_min > 1.0e-4_wp*parameters%dt_max) call advise(text, &
@@ -314,7 +321,7 @@ contains
       if (moved <= width) return
       call advise(text, 'the displacement ratio (g2) allows displacements of '// &
                   parameters%shown(moved, 'length')//' in a step, more than the thickness '// &
-                  parameters%shown(width, 'length')//' of '//block_at(state, block)// &
+                  parameters%shown(width, 'length')//' of '//block_at(blocks, parameters, state, block)// &
                   ': reduce g2 from '// &
                   to_string(parameters%displacement_ratio)//' to '// &
                   to_string(min(advised_ratio(mean_edge(blocks), parameters%w0), width/parameters%w0)))
@@ -345,12 +352,14 @@ contains
       text = text//new_line('a')//'  advice: '//what
    end subroutine advise
 
-   !> 'block 7 at (1.5, 2)'.
-   pure function block_at(state, block) result(text)
+   !> 'block 7 at (1.5, 2)', or a segment of a lining.
+   pure function block_at(blocks, parameters, state, block) result(text)
+      type(block_system_type), intent(in) :: blocks
+      type(parameters_type), intent(in) :: parameters
       type(block_state_type), intent(in) :: state
       integer, intent(in) :: block
       character(len=:), allocatable :: text
-      text = 'block '//to_string(block)//' at '//at(state%centroid(:, block) + state%datum)
+      text = block_name(blocks, parameters, block)//' at '//at(state%centroid(:, block) + state%datum)
    end function block_at
 
    !> '(1.5, 2)'.

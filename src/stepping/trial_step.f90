@@ -18,7 +18,7 @@ module rockdda_stepping_trial_step
    use rockdda_linear_solver, only : linear_solver_type
    use rockdda_stepping_contact_finder, only : contact_finder_type
    use rockdda_stepping_control, only : step_control_type, cut_for_displacement, cut_reason, n_cut_reasons
-   use rockdda_stepping_failure, only : attempt, judge_motion, report_failure
+   use rockdda_stepping_failure, only : most_listed, attempt, judge_motion, report_failure
    use rockdda_stepping_sleep, only : wake_disturbed
    use rockdda_stepping_smooth_motion, only : smooth_motion_type, newton_report_type, conditions_type
    implicit none
@@ -121,6 +121,7 @@ contains
             if (at_floor) then
                call report_failure(of_attempt%outcome, self%dt, of_attempt%detail, self%blocks, self%parameters, &
                                    self%state, self%families%contacts%table, self%families%contacts%trial, &
+                                   self%families%liners%tell_changes(self%step_context_type, most_listed), &
                                    self%equations%x, error)
                call self%drop_attempts()
                return

@@ -5,6 +5,7 @@ module rockdda_run_settling
    use rockdda_base_error, only : error_type, error_code
    use rockdda_base_kinds, only : wp
    use rockdda_base_strings, only : counted, to_string
+   use rockdda_model_block_names, only : block_name
    use rockdda_model_blocks, only : block_system_type
    use rockdda_model_parameters, only : parameters_type
    use rockdda_model_stage_options, only : stage_name
@@ -127,7 +128,8 @@ contains
       type(simulation_type), intent(in) :: sim
       integer, intent(in) :: b
       character(len=:), allocatable :: text
-      text = 'block '//to_string(b)//' at ('//to_string(sim%state%centroid(1, b) + sim%state%datum(1), 5)//', '// &
+      text = block_name(sim%blocks, sim%parameters, b)//' at ('// &
+             to_string(sim%state%centroid(1, b) + sim%state%datum(1), 5)//', '// &
              to_string(sim%state%centroid(2, b) + sim%state%datum(2), 5)//')'
    end function block_text
 
