@@ -303,6 +303,8 @@ def test_what_the_engineer_adds_stands_in_its_place(dug, tmp_path, capsys):  # n
     fields = plain.count('class="fill"') - text.count('class="fill"')
     assert fields == 4  # project, author, date, source of the joint
     assert "Does the model come to rest in each stage" in plain
+    assert main([*command, "--source", "1 joint=shear tests"]) == 0  # as the table and the message have it
+    assert "<td>shear tests</td>" in (tmp_path / "r.html").read_text()
     assert main([*command, "--source", "juncture=x"]) == 2
     assert "a source is given for 'juncture'; the parameters are: " in capsys.readouterr().err
 

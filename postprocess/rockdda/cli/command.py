@@ -8,12 +8,13 @@ import io
 import os
 import re
 import sys
+import warnings
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, TextIO
 
 import typer
 
-from ..errors import ConvergenceError, InputError, OutputError, RockddaError
+from ..errors import ConvergenceError, InputError, InputWarning, OutputError, RockddaError
 from ..fields import JOINT_FIELDS
 from . import certainty, exchange, records, shells, studies, validate
 from .common import (
@@ -528,8 +529,21 @@ def _leave_stdout() -> None:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
+def _show_warning(
+    message: Warning | str, category: type[Warning], filename: str, lineno: int,
+    file: TextIO | None = None, line: str | None = None,
+) -> None:  # fmt: skip
+    """Warnings of the program are printed as it prints them, without the line of Python that they come from."""
+    if not issubclass(category, InputWarning):
+        print(f"{category.__name__}: {message}", file=sys.stderr)
+        return
+    text = str(message)
+    print(text if "warning: " in text else f"warning: {text}", file=sys.stderr)
+
+
 def run() -> None:
     """The entry point of the command."""
+    warnings.showwarning = _show_warning
     for number in range(3):  # a file that is opened later must not get the number of a closed stream
         try:
             os.fstat(number)

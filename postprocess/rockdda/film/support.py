@@ -85,6 +85,5 @@ def _move(
     low, high = limits
     share: Any = (pieces[field] - low) / (high - low if high > low else 1.0)
     found = ~np.isnan(share)
-    drawn[-1].set_color(
-        np.where(found[:, None], colormaps[colours](np.clip(np.nan_to_num(share), 0, 1)), to_rgba(plain))
-    )  # type: ignore[arg-type]
+    shown: Any = np.where(found[:, None], colormaps[colours](np.clip(np.nan_to_num(share), 0, 1)), to_rgba(plain))
+    drawn[-1].set_color(shown)

@@ -299,8 +299,9 @@ def _parameters_part(results: Results, units: Units, cover: Cover, drawn: dict[s
         sourced = []
         for row in materials:
             number, _, name = row[0].partition(" ")
-            sourced.append([*row, cover.sources.get(name, cover.sources.get(number, FILL))])
-            left.pop(name if name in left else number, None)
+            called = next((word for word in (row[0], name, number) if word in cover.sources), "")
+            sourced.append([*row, cover.sources.get(called, FILL)])
+            left.pop(called, None)
         parts.append(_table([*columns, "source"], sourced))
     if left:
         known = ", ".join([*(row[0] for _, table in (blocks, joints) for row in table), *(row[0] for row in rows)])

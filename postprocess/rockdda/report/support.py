@@ -56,7 +56,8 @@ def window(results: Results) -> list[float] | None:
     low, high = ends.min(axis=0), ends.max(axis=0)
     margin = 0.4 * float((high - low).max())
     (left, bottom), (right, top) = results.vertices.min(axis=0), results.vertices.max(axis=0)
-    x0, y0, x1, y1 = *np.maximum(low - margin, (left, bottom)), *np.minimum(high + margin, (right, top))
+    x0, y0 = np.maximum(low - margin, (left, bottom))
+    x1, y1 = np.minimum(high + margin, (right, top))
     return None if (x1 - x0) * (y1 - y0) > 0.5 * (right - left) * (top - bottom) else [x0, y0, x1, y1]
 
 
