@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Packs the licences of all bundled libraries into a wheel; prints its path. Called by scripts/wheels.
+"""Packs the licences of all bundled libraries, and only one LAPACK, into a wheel; prints its path. For scripts/wheels.
 
 The licence of a library is the file `copyright` of the Debian package that owns it; one that has none is an error.
 """
@@ -36,6 +36,30 @@ def package_of(library: str) -> tuple[str, Path]:
     raise SystemExit(f"{library}: no licence found")
 
 
+def lead_to_openblas(libraries: Path) -> str:
+    """Replace the LAPACK beside OpenBLAS, 7 MB, by a library of its name that leads to OpenBLAS, which holds all of it
+    once more; its name, or '' where there is no such pair or OpenBLAS lacks what CHOLMOD calls."""
+    lapack, blas = (next(libraries.glob(form), None) for form in ("liblapack-*.so.3", "libopenblas*.so*"))
+    if lapack is None or blas is None:
+        return ""
+    held = subprocess.run(["nm", "-D", "--defined-only", blas], capture_output=True, text=True, check=True).stdout
+    called: set[str] = set()
+    for user in (path for path in libraries.glob("*.so*") if path not in (lapack, blas)):
+        found = subprocess.run(
+            ["nm", "-D", "--undefined-only", user], capture_output=True, text=True, check=True
+        ).stdout
+        called |= set(re.findall(r" U ([a-z0-9]+_)$", found, re.M))
+    own = subprocess.run(["nm", "-D", "--defined-only", lapack], capture_output=True, text=True, check=True).stdout
+    wanted = called & set(re.findall(r" [TW] ([a-z0-9]+_)$", own, re.M))
+    if not wanted or not wanted <= set(re.findall(r" [TW] ([a-z0-9]+_)$", held, re.M)):
+        return ""
+    with tempfile.TemporaryDirectory() as place:
+        (source := Path(place) / "lapack.c").write_text("typedef int nothing;\n")
+        link = [f"-Wl,-soname,{lapack.name}", "-Wl,--no-as-needed", "-Wl,-rpath,$ORIGIN"]
+        subprocess.run(["cc", "-shared", "-fPIC", source, *link, blas, "-o", lapack], check=True)
+    return lapack.name
+
+
 def main(folder: Path, output: Path, absent: Path) -> None:
     """Add the licences to the wheel in a folder."""
     (wheel,) = folder.glob("*.whl")
@@ -47,8 +71,12 @@ def main(folder: Path, output: Path, absent: Path) -> None:
         target = information / "licenses" / "bundled"
         target.mkdir(parents=True)
         rows = []
+        lapack = lead_to_openblas(root / "rockdda.libs")
         for library in sorted(path.name for path in root.glob("rockdda.libs/*.so*")):
             name = original(library)
+            if library == lapack:
+                rows.append(f"{library}: of RockDDA (MIT); leads to OpenBLAS, in the place of {name}")
+                continue
             if (absent / name).exists():
                 rows.append(f"{library}: of RockDDA (MIT); procedures that fail, in the place of {name}")
                 continue

@@ -42,6 +42,8 @@ STYLE = """\
 .models span { padding: 0 0.6rem 0.5rem; font-size: 0.64rem; line-height: 1.4; }
 iframe.film { width: 100%; height: 32rem; border: 1px solid var(--md-default-fg-color--lightest); }
 .md-typeset table:not([class]) { display: block; overflow-x: auto; }
+.md-typeset table:not([class]) td:first-child code { white-space: nowrap; }
+.equation { overflow-x: auto; overflow-y: hidden; }
 """
 SINGLE = ["README.md", "CONTRIBUTING.md", "LICENSE", "CITATION.cff", "scripts/hpc/job.sh"]
 
@@ -69,7 +71,10 @@ def mathml(latex: str, display: str) -> str:
 
 
 def typeset_page(text: str) -> str:
-    """A page with its blocks of equations as MathML."""
+    """A page with its blocks of equations as MathML; bars in the code of tables without the sign that GitHub needs."""
+    rows = [re.sub(r"`[^`]*`", lambda m: m[0].replace(r"\|", "|"), row) if row.startswith("|") else row
+            for row in text.split("\n")]  # fmt: skip
+    text = "\n".join(rows)
     return re.sub(
         r"^( *)```math\n(.*?)\n *```$",
         lambda m: f'{m[1]}<div class="equation" markdown="0">{mathml(m[2], "block")}</div>',
@@ -106,6 +111,11 @@ def shown_number() -> dict[str, str]:
     return dict(re.findall(r"^\| \[(\w+)\]\(\w+/README\.md\) \| [^|]* \| ([^|]*) \|", text, re.M))
 
 
+def words_of(text: str) -> str:
+    """A cell of a table of Markdown in HTML: its code."""
+    return re.sub(r"`([^`]+)`", r"<code>\1</code>", html.escape(text, quote=False))
+
+
 def models_page() -> str:
     """The pictures of the models in a grid, each a link to the page of the model."""
     shows = shown_number()
@@ -120,7 +130,7 @@ def models_page() -> str:
     for name, title in models():
         lines.append(
             f'<a href="inputs/{name}/index.html"><img src="inputs/{name}/end.png" alt="{html.escape(title)}" '
-            f'loading="lazy"><b>{html.escape(title)}</b><span>{html.escape(shows.get(name, ""))}</span></a>'
+            f'loading="lazy"><b>{html.escape(title)}</b><span>{words_of(shows.get(name, ""))}</span></a>'
         )
     return "\n".join([*lines, "</div>", ""])
 

@@ -5,13 +5,15 @@
     .venv/bin/python docs/gallery/make_gallery.py [NAME...]     # all, or those whose names are given
 
 `overview` is the picture of the README, `models` are the end.png of inputs/, made by the commands of their READMEs
-(`models NAME` for one), `reaction` is that of the page on support, `tutorial`, `viewer` and `film` are what they say.
-Needs the program (build/bin/rockdda, ROCKDDA_PROGRAM or on the PATH); for the viewer Chromium.
+(`models NAME` for one), `reaction` is that of the page on support, `cases` that of the notebooks, `tutorial`, `viewer`
+and `film` are what they say. Needs the program (build/bin/rockdda, ROCKDDA_PROGRAM or on the PATH) and the extension;
+for the viewer Chromium, for the cases Jupyter.
 """
 
 from __future__ import annotations
 
-import math
+import base64
+import io
 import os
 import re
 import shlex
@@ -33,12 +35,15 @@ import matplotlib as mpl  # noqa: E402
 mpl.use("Agg")
 
 import matplotlib.pyplot as plt  # noqa: E402
-import numpy as np  # noqa: E402
 import rockdda  # noqa: E402
 from PIL import Image  # noqa: E402
 from rockdda import plot  # noqa: E402
 from rockdda.film import Viewer, serve  # noqa: E402
+from rockdda.film.model_viewer import ModelViewer  # noqa: E402
 from rockdda.results import Results  # noqa: E402
+
+EXTENSION = os.environ.get("ROCKDDA_EXTENSION", str(ROOT / "build/python"))
+rockdda.__path__.append(EXTENSION)
 
 UNITS = "SI"
 DIG = """\
@@ -54,6 +59,11 @@ WET = (
     "&water name = 'rain', table = -7,-3, 0,0.2, 8,6, 26,10, unit_weight = 9810, surfaces = .false. /\n"
 )
 LARGEST = 60_000  #: bytes of the picture of a model
+#: Notebooks and which of their pictures stands for them.
+CASES = {
+    "slope_with_water": 0, "tunnel_in_stages": 1, "support": 4, "masonry_wall": 1, "shaking_table": 2,
+    "survey_to_loosening": 0,
+}  # fmt: skip
 FRICTION = (15, 20, 25, 30)  # degrees, of the weak plane
 
 
@@ -71,6 +81,7 @@ class Runs:
         if not program:
             raise SystemExit("make_gallery: the program is not built")
         self.program, self.folder = program, folder
+        os.environ["ROCKDDA_PROGRAM"] = str(Path(program).resolve())
         self.known: dict[str, Results] = {}
 
     def run(self, name: str, model: Path) -> Results:
@@ -224,41 +235,28 @@ def overview(runs: Runs) -> None:
     from rockdda.plot.style import clip_to_window, style, window_axes
 
     with style():
-        figure = plt.figure(figsize=(9.6, 4.9), layout="constrained")
+        figure = plt.figure(figsize=(7.6, 4.2), layout="constrained")
         grid = figure.add_gridspec(2, 2, width_ratios=(1.0, 1.15), height_ratios=(1.25, 1.0))
         tunnel, slope, arch = (figure.add_subplot(place) for place in (grid[:, 0], grid[0, 1], grid[1, 1]))
     window = (-12.0, -12.0, 12.0, 12.0)
     plot.contours(
-        runs.dug("two_headings", bolts(), "bolted"), "stress_min", axes=window_axes(window, tunnel),
-        title="Tunnel in two headings, bolted: largest compression",
+        runs("supported_tunnel"), "stress_min", axes=window_axes(window, tunnel),
+        title="Tunnel with bolts and shotcrete",
     )  # fmt: skip
     clip_to_window(tunnel, window)
     failing = runs.search("jointed_slope", HOLDS)
     factor = read_search(failing).value
-    plot.mechanism(failing, axes=slope, units=UNITS, title=f"Slope: how it fails, factor of safety {factor:.2f}")
+    plot.mechanism(failing, axes=slope, units=UNITS, title=f"Slope, factor of safety {factor:.2f}")
     plot.thrust(runs("arch_bridge"), axes=arch, title="Arch bridge: line of thrust")
-    _smaller(plot.save(tunnel, ROOT / "docs/images/overview.png", dpi=150))
+    _smaller(plot.save(tunnel, ROOT / "docs/images/overview.png", dpi=180))
 
 
 def reaction() -> None:
     """Ground reaction and support characteristic, for the page on support."""
     path = ROOT / "docs/images/ground_reaction.png"
     words = ["ground-reaction", ROOT / "inputs/supported_tunnel", "-o", path, "--dpi", "150"]
-    extension = os.environ.get("ROCKDDA_EXTENSION", str(ROOT / "build/python"))
-    subprocess.run([*POST, *words], check=True, capture_output=True, env={**os.environ, "ROCKDDA_EXTENSION": extension})
+    subprocess.run([*POST, *words], check=True, capture_output=True, env={**os.environ, "ROCKDDA_EXTENSION": EXTENSION})
     _smaller(path)
-
-
-def bolts() -> str:
-    """Bolts of 4 m around the crown of two_headings, one every 2 m out of plane; numbers per metre."""
-    rows = []
-    for angle in range(20, 161, 20):
-        along = np.array([math.cos(math.radians(angle)), math.sin(math.radians(angle))])
-        foot = np.array([4.6, 4.6]) * along + (0.0, -4.5)
-        ends = (*foot, *(foot + 4.0 * along))
-        places = "from = {:.3f},{:.3f}, to = {:.3f},{:.3f}".format(*ends)
-        rows.append(f"&bolt {places}, stiffness = 12.5e6, pretension = 50e3, yield_force = 125e3 /\n")
-    return "".join(rows)
 
 
 def models(runs: Runs, names: list[str]) -> None:
@@ -296,20 +294,50 @@ def tutorial(runs: Runs) -> None:
 
 
 def viewer(runs: Runs) -> None:
-    """A screenshot of the local viewer with a picked block."""
+    """Screenshots of the local viewer: a picked block; joints, bolts and lining of a tunnel; a model before any run."""
     browser = next((path for path in map(shutil.which, ("chromium", "chromium-browser")) if path), None)
     if browser is None:
-        print("no Chromium: docs/images/viewer.png stays as it is")
+        print("no Chromium: the pictures of the viewer stay as they are")
         return
-    shown = Viewer(runs("jointed_slope"), "speed", UNITS)
-    server = serve(shown)
-    threading.Thread(target=server.serve_forever, daemon=True).start()
-    address = f"http://127.0.0.1:{server.server_address[1]}/?token={shown.token}#frame=90&pick=53"
-    options = ["--headless", "--no-sandbox", "--disable-gpu", "--hide-scrollbars", "--window-size=1200,700"]
-    options += ["--virtual-time-budget=5000", f"--screenshot={ROOT / 'docs/images/viewer.png'}"]
-    subprocess.run([browser, *options, address], check=True, capture_output=True)
-    server.shutdown()
-    _smaller(ROOT / "docs/images/viewer.png")
+    tunnel = ROOT / "inputs/supported_tunnel"
+    for name, shown, place in (
+        ("viewer", Viewer(runs("jointed_slope"), "speed", UNITS), "frame=90&pick=53"),
+        ("viewer_joints", Viewer(runs("supported_tunnel")), "field=joint_shear_stress"),
+        ("model_view", ModelViewer(tunnel), ""),
+    ):
+        server = serve(shown)
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        address = f"http://127.0.0.1:{server.server_address[1]}/?token={shown.token}#{place}"
+        picture = ROOT / f"docs/images/{name}.png"
+        options = ["--headless", "--no-sandbox", "--disable-gpu", "--hide-scrollbars", "--window-size=1200,700"]
+        options += ["--virtual-time-budget=8000", f"--screenshot={picture}"]
+        subprocess.run([browser, *options, address], check=True, capture_output=True)
+        server.shutdown()
+        _smaller(picture)
+
+
+def cases(runs: Runs) -> None:
+    """A picture of each of six notebooks, which run for it."""
+    import nbformat
+    from nbclient import NotebookClient
+
+    start = runs.folder / "start"
+    start.mkdir()
+    (start / "sitecustomize.py").write_text(f"import rockdda\n\nrockdda.__path__.append({EXTENSION!r})\n")
+    os.environ["PYTHONPATH"] = os.pathsep.join([str(start), str(ROOT / "postprocess")])
+    figure, grid = plt.subplots(3, 2, figsize=(9.0, 8.8), layout="constrained")
+    for axes, (name, number) in zip(grid.flat, CASES.items(), strict=True):
+        notebook = nbformat.read(ROOT / f"docs/notebooks/{name}.ipynb", as_version=4)
+        folder = runs.folder / f"case_{name}"
+        folder.mkdir()
+        NotebookClient(notebook, timeout=600, resources={"metadata": {"path": str(folder)}}).execute()
+        outputs = (output for cell in notebook.cells for output in cell.get("outputs", []))
+        found = [output["data"]["image/png"] for output in outputs if "image/png" in output.get("data", {})]
+        axes.imshow(Image.open(io.BytesIO(base64.b64decode(found[number]))), interpolation="lanczos")
+        axes.set_axis_off()
+    figure.savefig(ROOT / "docs/images/case_studies.png", dpi=140)
+    plt.close(figure)
+    _smaller(ROOT / "docs/images/case_studies.png")
 
 
 def film(runs: Runs) -> None:
@@ -371,6 +399,8 @@ def main(names: list[str]) -> None:
                 print(name)
         if not names or "viewer" in names:
             viewer(runs)
+        if not names or "cases" in names:
+            cases(runs)
         if not names or "film" in names:
             film(runs)
         if not names or "tutorial" in names:

@@ -133,9 +133,9 @@ function drawPoints() {
 }
 
 function drawSigns() { // messages where they belong
-  model.messages.forEach(({ severity, place }, k) => {
+  model.messages.forEach(({ severity, place, isOptions }, k) => {
     if (!place || (severity === "note" && k !== marked)) return; // notes are where one looks for them
-    const [x, y] = at(place), size = k === marked ? 13 : 9;
+    const size = k === marked ? 13 : 9, [x, below] = at(place), y = below - (isOptions ? 20 : 0); // above the name of a region
     pen.beginPath(); pen.arc(x, y, size, 0, 2 * Math.PI);
     pen.fillStyle = SIGNS[severity] || SIGNS.note; pen.fill();
     pen.strokeStyle = "#ffffff"; pen.lineWidth = 2; pen.stroke();
