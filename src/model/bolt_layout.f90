@@ -50,7 +50,13 @@ contains
             rock = rock_at(blocks, regions, stages, max(1, stage_with(stages, bolts(g)%name, installs=.true.)))
             call add_pattern(bolts(g), g, along, blocks, rock, lines)
          else if (allocated(bolts(g)%from) .and. allocated(bolts(g)%to)) then
-            call append(g, title_of_bolt(bolts(g), g), bolts(g)%from(1:2), bolts(g)%to(1:2), lines)
+            call extend(lines, 1)
+            associate (line => lines(size(lines)))
+               line%group = g
+               line%name = title_of_bolt(bolts(g), g)
+               line%head = bolts(g)%from(1:2)
+               line%toe = bolts(g)%to(1:2)
+            end associate
          end if
       end do
    end subroutine bolt_lines
@@ -64,49 +70,39 @@ contains
       if (is_given(bolt%name)) title = trim(adjustl(bolt%name))
    end function title_of_bolt
 
-   !> One more bolt.
-   pure subroutine append(group, name, head, toe, lines)
-      integer, intent(in) :: group
-      character(len=*), intent(in) :: name
-      real(wp), intent(in) :: head(2), toe(2)
+   !> Room for n more bolts.
+   pure subroutine extend(lines, n)
       type(bolt_line_type), allocatable, intent(inout) :: lines(:)
+      integer, intent(in) :: n
       type(bolt_line_type), allocatable :: longer(:)
-      integer :: i, n
-      n = size(lines)
-      allocate (longer(n + 1))
-      do i = 1, n
-         longer(i) = lines(i)
-      end do
-      longer(n + 1)%group = group
-      longer(n + 1)%name = name
-      longer(n + 1)%head = head
-      longer(n + 1)%toe = toe
+      allocate (longer(size(lines) + n))
+      longer(:size(lines)) = lines
       call move_alloc(longer, lines)
-   end subroutine append
+   end subroutine extend
 
    !> Bolts at equal distances along a line, all on the same side of it.
-   pure subroutine add_pattern(bolt, group, line, blocks, rock, lines)
+   pure subroutine add_pattern(bolt, group, outline, blocks, rock, lines)
       type(bolt_type), intent(in) :: bolt
       integer, intent(in) :: group
-      real(wp), intent(in) :: line(:)            !! x y of its points [length]
+      real(wp), intent(in) :: outline(:)         !! x y of its points [length]
       type(block_system_type), intent(in) :: blocks
       logical, intent(in) :: rock(:)             !! (blocks)
       type(bolt_line_type), allocatable, intent(inout) :: lines(:)
       real(wp), parameter :: degree = acos(-1.0_wp)/180
       real(wp) :: at, ends, along(2), heads(2, most_bolts), left(2, most_bolts), angle, length, side
-      integer :: k, n
+      integer :: before, k, n
       at = 0.5_wp*bolt%spacing
       if (is_set(bolt%offset)) at = bolt%offset
       ends = 0
       n = 0
-      do k = 1, size(line)/2 - 1
-         along = line(2*k + 1:2*k + 2) - line(2*k - 1:2*k)
+      do k = 1, size(outline)/2 - 1
+         along = outline(2*k + 1:2*k + 2) - outline(2*k - 1:2*k)
          length = norm2(along)
          if (.not. length > 0) cycle
          along = along/length
          do while (at <= ends + length*(1 + 1.0e-12_wp) .and. n < most_bolts)
             n = n + 1
-            heads(:, n) = line(2*k - 1:2*k) + (at - ends)*along
+            heads(:, n) = outline(2*k - 1:2*k) + (at - ends)*along
             left(:, n) = [-along(2), along(1)]
             at = at + bolt%spacing
          end do
@@ -115,11 +111,15 @@ contains
       side = rock_side(bolt%length, heads(:, :n), left(:, :n), blocks, rock)
       angle = 0
       if (is_set(bolt%angle)) angle = bolt%angle*degree
+      before = size(lines)
+      call extend(lines, n)
       do k = 1, n
-         associate (normal => side*left(:, k))
-            call append(group, title_of_bolt(bolt, group)//' '//to_string(k), heads(:, k), heads(:, k) + bolt%length* &
-                        [cos(angle)*normal(1) - sin(angle)*normal(2), sin(angle)*normal(1) + cos(angle)*normal(2)], &
-                        lines)
+         associate (normal => side*left(:, k), line => lines(before + k))
+            line%group = group
+            line%name = title_of_bolt(bolt, group)//' '//to_string(k)
+            line%head = heads(:, k)
+            line%toe = heads(:, k) + bolt%length*[cos(angle)*normal(1) - sin(angle)*normal(2), &
+                                                  sin(angle)*normal(1) + cos(angle)*normal(2)]
          end associate
       end do
    end subroutine add_pattern
@@ -251,8 +251,8 @@ contains
       do i = 1, blocks%n_blocks
          if (.not. rock(i)) cycle
          associate (v => blocks%vertices(:, blocks%vertex_offset(i) + 1:blocks%vertex_offset(i + 1)))
-            if (any(max(head, toe) < minval(v, 2)) .or. any(min(head, toe) > maxval(v, 2))) cycle
             n = size(v, 2)
+            if (lies_beside()) cycle
             t = [0.0_wp, 1.0_wp]
             do k = 1, n
                call line_intersection(head, toe, v(:, k), v(:, 1 + mod(k, n)), s, u, parallel)
@@ -279,6 +279,22 @@ contains
       block = block(order)
       from = from(order)*norm2(toe - head)
       to = to(order)*norm2(toe - head)
+
+   contains
+
+      !> Does block i lie beside the line, all above, below, left or right of it?
+      pure logical function lies_beside()
+         real(wp) :: low(2), high(2)
+         integer :: j
+         low = huge(low)
+         high = -huge(high)
+         do j = blocks%vertex_offset(i) + 1, blocks%vertex_offset(i + 1)
+            low = min(low, blocks%vertices(:, j))
+            high = max(high, blocks%vertices(:, j))
+         end do
+         lies_beside = any(max(head, toe) < low) .or. any(min(head, toe) > high)
+      end function lies_beside
+
    end subroutine trace_bolt
 
    !> Blocks that are there once a stage has begun; stage 0: at the start.

@@ -29,7 +29,8 @@ contains
       type(block_system_type), intent(in) :: blocks
       type(diagnostics_type), intent(inout) :: messages
       type(bolt_line_type), allocatable :: lines(:)
-      integer :: g, l, s
+      logical, allocatable :: rock(:)
+      integer :: g, l, last, s
       logical :: ok
       ok = .true.
       do g = 1, size(options%bolts)
@@ -54,8 +55,13 @@ contains
       do g = 1, size(options%bolts)
          call check_numbers_of_bolt(g, options, messages)
       end do
+      last = 0
       do l = 1, size(lines)
-         call check_line(lines(l), options, blocks, messages)
+         ! bolts of a group are installed together
+         if (lines(l)%group /= last) rock = rock_at(blocks, options%regions, options%stages, &
+            stage_with(options%stages, options%bolts(lines(l)%group)%name, installs=.true.))
+         last = lines(l)%group
+         call check_line(lines(l), options, blocks, rock, messages)
       end do
       do s = 1, size(options%stages)
          if (is_given(options%stages(s)%excavate)) call report_lost_parts(s, lines, options, blocks, messages)
@@ -87,20 +93,18 @@ contains
    end subroutine report_lost_parts
 
    !> One bolt where it lies when it is installed.
-   subroutine check_line(line, options, blocks, messages)
+   subroutine check_line(line, options, blocks, rock, messages)
       type(bolt_line_type), intent(in) :: line
       type(run_options_type), intent(in) :: options
       type(block_system_type), intent(in) :: blocks
+      logical, intent(in) :: rock(:)              !! (blocks) that are there
       type(diagnostics_type), intent(inout) :: messages
       type(bolt_numbers_type) :: numbers
       real(wp), allocatable :: from(:), to(:)
       integer, allocatable :: block(:)
-      logical, allocatable :: rock(:)
       real(wp), parameter :: stand_off = 0.1_wp   !! share of the length by which a plate may stand before the rock
       real(wp) :: length, reach
       associate (bolt => options%bolts(line%group))
-         rock = rock_at(blocks, options%regions, options%stages, &
-                        stage_with(options%stages, bolt%name, installs=.true.))
          length = norm2(line%toe - line%head)
          reach = 1.0e-6_wp*length
          numbers = numbers_of_bolt(bolt, length)
@@ -146,20 +150,34 @@ contains
          integer, parameter :: n_around = 16
          real(wp) :: around(2)
          integer :: i, k
+         integer, allocatable :: near(:)     !! blocks
          is_at_face = .true.
+         near = pack([(i, i=1, blocks%n_blocks)], [(rock(i) .and. is_near(i), i=1, blocks%n_blocks)])
          do k = 1, n_around
             around = point + 1.0e-3_wp*length*[cos((2*k + 1)*pi/n_around), sin((2*k + 1)*pi/n_around)]
-            do i = 1, blocks%n_blocks
-               if (.not. rock(i)) cycle
-               associate (v => blocks%vertices(:, blocks%vertex_offset(i) + 1:blocks%vertex_offset(i + 1)))
+            do i = 1, size(near)
+               associate (v => blocks%vertices(:, blocks%vertex_offset(near(i)) + 1:blocks%vertex_offset(near(i) + 1)))
                   if (point_in_polygon(around, v)) exit
                   if (distance_to_outline(around, v) <= reach) exit
                end associate
             end do
-            if (i > blocks%n_blocks) return
+            if (i > size(near)) return
          end do
          is_at_face = .false.
       end function is_at_face
+
+      !> May a block be within 1e-3 of the length from the head? It is when its box is.
+      pure logical function is_near(i)
+         integer, intent(in) :: i            !! block
+         integer :: axis
+         is_near = .true.
+         do axis = 1, 2
+            associate (x => blocks%vertices(axis, blocks%vertex_offset(i) + 1:blocks%vertex_offset(i + 1)))
+               is_near = is_near .and. any(x > line%head(axis) - 2.0e-3_wp*length) .and. &
+                  any(x < line%head(axis) + 2.0e-3_wp*length)
+            end associate
+         end do
+      end function is_near
 
    end subroutine check_line
 
