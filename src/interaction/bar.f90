@@ -22,8 +22,7 @@ module rockdda_interaction_bar
    implicit none
    private
    public :: bar_type, bar_state_type, bar_response_type, new_bar, respond, condense, accept, &
-      tension, &
-      stored_energy, node_forces
+      copy_state, tension, stored_energy, node_forces, largest_share
 
    !> Share of the stiffness beyond a limit.
    real(wp), parameter :: hardening = 1.0e-9_wp
@@ -52,6 +51,7 @@ module rockdda_interaction_bar
       real(wp), allocatable :: share(:)       !! (ties) 0 at the first one, 1 at the second one
       real(wp), allocatable :: grout(:)       !! (ties) stiffness [force/length]
       real(wp), allocatable :: strength(:)    !! (ties) force
+      real(wp) :: stiffest(2) = 0             !! of elements; of elements and ties [force/length]
    end type bar_type
 
    !> What lasts from step to step.
@@ -64,7 +64,7 @@ module rockdda_interaction_bar
       logical, allocatable :: held(:)         !! (ties) the rock is there
    end type bar_state_type
 
-   !> Equilibrium for given displacements of the rock.
+   !> Equilibrium for given displacements of the rock. A variable that is used again keeps its arrays.
    type :: bar_response_type
       real(wp), allocatable :: at(:)          !! (ties) displacement of the rock [length]
       real(wp), allocatable :: w(:)           !! (n) [length]
@@ -73,6 +73,12 @@ module rockdda_interaction_bar
       real(wp), allocatable :: t(:)           !! (ties) forces of ties on the bar, towards the toe
       real(wp), allocatable :: f_tangent(:), t_tangent(:)
       integer, allocatable :: f_limit(:), t_limit(:)   !! 0 elastic, +1 or -1 at that limit
+      ! of the state: stiffness (n - 1) and (ties), strength (ties)
+      real(wp), allocatable, private :: of_steel(:), of_tie(:), strength(:)
+      real(wp), allocatable, private :: missing(:), step(:), last(:)   !! (n) of the search
+      logical, private :: has_pivots = .false.                         !! of the present tangents
+      real(wp), allocatable, private :: pivot(:), ratio(:)             !! (n), (n - 1) of the elimination
+      real(wp), allocatable, private :: moved(:), tie(:)               !! (ties) of the condensation
    end type bar_response_type
 
 contains
@@ -146,14 +152,16 @@ contains
             end do
          end do
       end if
-      if (size(from) == 0) return
-      if (.not. form%grouted) then
-         call hold(bar, 1, 1, 0.0_wp, huge(1.0_wp), 0)
-         call hold(bar, bar%n, size(from), 0.0_wp, huge(1.0_wp), 0)
-      else if (form%plate_strength > 0) then
-         call hold(bar, 1, 1, merge(0.0_wp, rigid*maxval(bar%steel), form%plate_strength > unlimited), &
-                   form%plate_strength, 0)
+      if (size(from) > 0) then
+         if (.not. form%grouted) then
+            call hold(bar, 1, 1, 0.0_wp, huge(1.0_wp), 0)
+            call hold(bar, bar%n, size(from), 0.0_wp, huge(1.0_wp), 0)
+         else if (form%plate_strength > 0) then
+            call hold(bar, 1, 1, merge(0.0_wp, rigid*maxval(bar%steel), form%plate_strength > unlimited), &
+                      form%plate_strength, 0)
+         end if
       end if
+      bar%stiffest = [maxval(bar%steel), maxval([bar%steel, bar%grout])]
 
    contains
 
@@ -246,175 +254,384 @@ contains
    end subroutine law
 
    !> Equilibrium of the nodes for displacements u of the rock.
-   pure subroutine respond(bar, state, u, response, pull)
+   pure subroutine respond(bar, state, u, response, pull, near)
       type(bar_type), intent(in) :: bar
       type(bar_state_type), intent(in) :: state
-      real(wp), intent(in) :: u(:)                   !! (points) along the bar [length]
-      type(bar_response_type), intent(out) :: response
+      real(wp), intent(in), contiguous :: u(:)       !! (points) along the bar [length]
+      type(bar_response_type), intent(inout) :: response
       real(wp), intent(in), optional :: pull         !! force at the head, away from the toe
-      real(wp) :: missing(bar%n), step(bar%n), w(bar%n), load, g, g_start, low, high, a
-      integer :: f_limit(bar%n - 1), t_limit(size(bar%node)), i, k, l
+      logical, intent(in), optional :: near          !! begin where `response` is: one of the same state
+      real(wp) :: load, g, g_start, low, high, a
+      integer :: i, k
+      logical :: changed, is_near
       load = 0
       if (present(pull)) load = pull
-      response%at = (1 - bar%share)*u(bar%point) + bar%share*u(bar%point + 1)
-      allocate (response%w, source=state%w)
-      allocate (response%holder(bar%n), source=0)
-      do l = 1, size(bar%node)
-         if (.not. (state%held(l) .and. bar%strength(l) > unlimited)) cycle
-         response%holder(bar%node(l)) = l
-         response%w(bar%node(l)) = response%at(l) - state%slip(l)
-      end do
-      allocate (response%f(bar%n - 1), response%f_tangent(bar%n - 1), response%f_limit(bar%n - 1))
-      allocate (response%t, response%t_tangent, source=response%at)
-      allocate (response%t_limit(size(bar%node)))
-      call measure(bar, state, load, response, missing)
-      do k = 1, most_steps
-         step = missing
-         call solve_nodes(bar, response, step)
-         g_start = dot_product(missing, step)
-         if (.not. g_start > 0 .or. is_rounding(bar, response, missing)) exit
-         w = response%w
-         f_limit = response%f_limit
-         t_limit = response%t_limit
-         a = 1
-         low = 0
-         high = 1
-         do i = 1, most_steps
-            response%w = w + a*step
-            call measure(bar, state, load, response, missing)
-            g = dot_product(missing, step)
-            if (g < -0.5_wp*g_start) then
-               high = a
-            else if (g > 0.5_wp*g_start .and. a < 1) then
-               low = a
-            else
-               exit
-            end if
-            a = 0.5_wp*(low + high)
+      is_near = .false.
+      if (present(near)) is_near = near
+      associate (r => response)
+         if (is_near) then
+            call extrapolate(bar, state, u, r)
+         else
+            call begin(bar, state, u, r)
+         end if
+         call measure(bar, state, load, r, changed)
+         if (is_near .and. .not. changed) return
+         do k = 1, most_steps
+            r%step(:) = r%missing
+            if (.not. r%has_pivots) call factorize(bar, r)
+            call solve_nodes(r, r%step)
+            g_start = product_of(r%missing, r%step)
+            if (.not. g_start > 0) exit
+            if (is_rounding(bar, r)) exit
+            r%last(:) = r%w
+            a = 1
+            low = 0
+            high = 1
+            do i = 1, most_steps
+               r%w(:) = r%last + a*r%step
+               call measure(bar, state, load, r, changed)
+               g = product_of(r%missing, r%step)
+               if (g < -0.5_wp*g_start) then
+                  high = a
+               else if (g > 0.5_wp*g_start .and. a < 1) then
+                  low = a
+               else
+                  exit
+               end if
+               a = 0.5_wp*(low + high)
+            end do
+            if (.not. (a < 1 .or. changed)) exit
          end do
-         if (.not. a < 1 .and. all(f_limit == response%f_limit) .and. all(t_limit == response%t_limit)) exit
-      end do
+      end associate
    end subroutine respond
 
+   !> Begin at the nodes of a state.
+   pure subroutine begin(bar, state, u, r)
+      type(bar_type), intent(in) :: bar
+      type(bar_state_type), intent(in) :: state
+      real(wp), intent(in), contiguous :: u(:)       !! (points) along the bar [length]
+      type(bar_response_type), intent(inout) :: r
+      integer :: l
+      call make_room(bar, r)
+      r%has_pivots = .false.
+      r%w(:) = state%w
+      r%holder(:) = 0
+      r%of_steel(:) = merge(0.0_wp, bar%steel, state%broken)
+      call place_ties(size(bar%node), bar%point, bar%share, size(u), u, r%at)
+      do l = 1, size(bar%node)
+         r%of_tie(l) = merge(bar%grout(l), 0.0_wp, state%held(l))
+         r%strength(l) = bar%strength(l)*merge(bar%residual, 1.0_wp, state%weak(l))
+         if (.not. (state%held(l) .and. bar%strength(l) > unlimited)) cycle
+         r%holder(bar%node(l)) = l
+         r%w(bar%node(l)) = r%at(l) - state%slip(l)
+      end do
+   end subroutine begin
+
+   !> Nodes by the tangents of a response of the same state: exact where nothing comes to another limit.
+   pure subroutine extrapolate(bar, state, u, r)
+      type(bar_type), intent(in) :: bar
+      type(bar_state_type), intent(in) :: state
+      real(wp), intent(in), contiguous :: u(:)       !! (points) along the bar [length]
+      type(bar_response_type), intent(inout) :: r
+      integer :: i
+      if (.not. r%has_pivots) call factorize(bar, r)
+      r%moved(:) = r%at
+      call place_ties(size(bar%node), bar%point, bar%share, size(u), u, r%at)
+      r%moved(:) = r%at - r%moved
+      call load_nodes(bar%n, size(bar%node), bar%node, r%t_tangent, r%moved, r%holder, r%step)
+      call solve_nodes(r, r%step)
+      r%w(:) = r%w + r%step
+      do i = 1, bar%n
+         if (r%holder(i) > 0) r%w(i) = r%at(r%holder(i)) - state%slip(r%holder(i))
+      end do
+   end subroutine extrapolate
+
+   !> Displacements of the rock at the ties.
+   pure subroutine place_ties(m, point, share, n, u, at)
+      integer, intent(in) :: m, n
+      integer, intent(in) :: point(m)
+      real(wp), intent(in) :: share(m), u(n)
+      real(wp), intent(out) :: at(m)
+      integer :: l
+      do l = 1, m
+         at(l) = (1 - share(l))*u(point(l)) + share(l)*u(point(l) + 1)
+      end do
+   end subroutine place_ties
+
+   !> Forces on the nodes by the motion of the rock at the ties; where a tie holds a node, its motion.
+   pure subroutine load_nodes(n, m, node, tangent, moved, holder, x)
+      integer, intent(in) :: n, m
+      integer, intent(in) :: node(m), holder(n)
+      real(wp), intent(in) :: tangent(m), moved(m)
+      real(wp), intent(out) :: x(n)
+      integer :: i, l
+      x = 0
+      do l = 1, m
+         x(node(l)) = x(node(l)) + tangent(l)*moved(l)
+      end do
+      do i = 1, n
+         if (holder(i) > 0) x(i) = moved(holder(i))
+      end do
+   end subroutine load_nodes
+
+   !> Arrays for a bar.
+   pure subroutine make_room(bar, response)
+      type(bar_type), intent(in) :: bar
+      type(bar_response_type), intent(inout) :: response
+      type(bar_response_type) :: new
+      associate (n => bar%n, m => size(bar%node))
+         if (allocated(response%w)) then
+            if (size(response%w) == n .and. size(response%t) == m) return
+         end if
+         allocate (new%w(n), new%missing(n), new%step(n), new%last(n), new%pivot(n), new%ratio(n - 1), new%f(n - 1), &
+                   new%f_tangent(n - 1), new%of_steel(n - 1), new%at(m), new%t(m), new%t_tangent(m), new%of_tie(m), &
+                   new%strength(m), new%moved(m), new%tie(m), source=0.0_wp)
+         allocate (new%holder(n), new%f_limit(n - 1), new%t_limit(m), source=0)
+      end associate
+      response = new
+   end subroutine make_room
+
+   !> a . b, in one order.
+   pure real(wp) function product_of(a, b)
+      real(wp), intent(in), contiguous :: a(:), b(:)
+      integer :: i
+      product_of = 0
+      do i = 1, size(a)
+         product_of = product_of + a(i)*b(i)
+      end do
+   end function product_of
+
    !> Is what the nodes lack no more than the rounding of forces and displacements?
-   pure logical function is_rounding(bar, r, missing)
+   pure logical function is_rounding(bar, r)
       type(bar_type), intent(in) :: bar
       type(bar_response_type), intent(in) :: r
-      real(wp), intent(in) :: missing(:)    !! (n)
       real(wp), parameter :: share = 16*epsilon(1.0_wp)
-      is_rounding = maxval(abs(missing)) <= share*(maxval(abs(r%f)) + maxval([0.0_wp, abs(r%t)]) + &
-                                                   maxval([bar%steel, bar%grout])*maxval(abs(r%w)))
+      is_rounding = largest(r%missing) <= share*(largest(r%f) + largest(r%t) + bar%stiffest(2)*largest(r%w))
+
+   contains
+
+      !> Largest magnitude.
+      pure real(wp) function largest(v)
+         real(wp), intent(in), contiguous :: v(:)
+         integer :: i
+         largest = 0
+         do i = 1, size(v)
+            largest = max(largest, abs(v(i)))
+         end do
+      end function largest
+
    end function is_rounding
 
-   !> Forces, and what the nodes lack to equilibrium.
-   pure subroutine measure(bar, state, pull, r, missing)
+   !> Forces, and what the nodes lack to equilibrium: 0 where a tie holds the node.
+   pure subroutine measure(bar, state, pull, r, changed)
       type(bar_type), intent(in) :: bar
       type(bar_state_type), intent(in) :: state
       real(wp), intent(in) :: pull          !! force at the head, away from the toe
       type(bar_response_type), intent(inout) :: r
-      real(wp), intent(out) :: missing(:)   !! (n) 0 where a tie holds the node
+      logical, intent(out) :: changed       !! something has come to another limit than it was at
       integer :: i
-      call law(merge(0.0_wp, bar%steel, state%broken), bar%yield, r%w(2:) - r%w(:bar%n - 1) - state%plastic, r%f, &
-               r%f_tangent, r%f_limit)
-      call law(merge(bar%grout, 0.0_wp, state%held), bar%strength*merge(bar%residual, 1.0_wp, state%weak), &
-               r%at - r%w(bar%node) - state%slip, r%t, r%t_tangent, r%t_limit)
-      missing = on_nodes(bar, r%f, r%t)
-      missing(1) = missing(1) - pull
+      changed = .false.
+      call measure_elements(bar%n, r%of_steel, bar%yield, state%plastic, r%w, r%f, r%f_tangent, r%f_limit, r%missing, &
+                            changed)
+      call measure_ties(bar%n, size(bar%node), bar%node, r%of_tie, r%strength, state%slip, r%at, r%w, r%t, &
+                        r%t_tangent, r%t_limit, r%missing, changed)
+      r%missing(1) = r%missing(1) - pull
       do i = 1, bar%n
          if (r%holder(i) == 0) cycle
-         r%t(r%holder(i)) = -missing(i)
-         missing(i) = 0
+         r%t(r%holder(i)) = -r%missing(i)
+         r%missing(i) = 0
       end do
+      if (changed) r%has_pivots = .false.
    end subroutine measure
 
-   !> Sum of the forces of elements and ties on the nodes.
-   pure function on_nodes(bar, f, t) result(force)
-      type(bar_type), intent(in) :: bar
-      real(wp), intent(in) :: f(:), t(:)
-      real(wp) :: force(bar%n)
-      integer :: l
-      force = [f, 0.0_wp] - [0.0_wp, f]
-      do l = 1, size(bar%node)
-         force(bar%node(l)) = force(bar%node(l)) + t(l)
+   !> Forces of elements, and their sum at the nodes.
+   pure subroutine measure_elements(n, stiffness, yield, plastic, w, f, tangent, limit, missing, changed)
+      integer, intent(in) :: n
+      real(wp), intent(in) :: stiffness(n - 1), yield(n - 1), plastic(n - 1), w(n)
+      real(wp), intent(inout) :: f(n - 1), tangent(n - 1)
+      integer, intent(inout) :: limit(n - 1)
+      real(wp), intent(out) :: missing(n)
+      logical, intent(inout) :: changed
+      integer :: e, at_limit
+      real(wp) :: before
+      before = 0
+      do e = 1, n - 1
+         call law(stiffness(e), yield(e), w(e + 1) - w(e) - plastic(e), f(e), tangent(e), at_limit)
+         changed = changed .or. at_limit /= limit(e)
+         limit(e) = at_limit
+         missing(e) = f(e) - before
+         before = f(e)
       end do
-   end function on_nodes
+      missing(n) = -before
+   end subroutine measure_elements
 
-   !> Displacements of the nodes by forces on them, with the tangents of a response.
-   pure subroutine solve_nodes(bar, response, x)
+   !> Forces of ties, and their sum at the nodes.
+   pure subroutine measure_ties(n, m, node, stiffness, strength, slip, at, w, t, tangent, limit, missing, changed)
+      integer, intent(in) :: n, m
+      integer, intent(in) :: node(m)
+      real(wp), intent(in) :: stiffness(m), strength(m), slip(m), at(m), w(n)
+      real(wp), intent(inout) :: t(m), tangent(m)
+      integer, intent(inout) :: limit(m)
+      real(wp), intent(inout) :: missing(n)
+      logical, intent(inout) :: changed
+      integer :: l, at_limit
+      do l = 1, m
+         call law(stiffness(l), strength(l), at(l) - w(node(l)) - slip(l), t(l), tangent(l), at_limit)
+         changed = changed .or. at_limit /= limit(l)
+         limit(l) = at_limit
+         missing(node(l)) = missing(node(l)) + t(l)
+      end do
+   end subroutine measure_ties
+
+   !> Elimination of the nodes one after the other, with the tangents of a response. A node that a tie holds has a pivot
+   !> of 1 and no neighbours.
+   pure subroutine factorize(bar, response)
       type(bar_type), intent(in) :: bar
-      type(bar_response_type), intent(in) :: response
-      real(wp), intent(inout) :: x(:)    !! (n) forces, displacements where a tie holds the node; displacements
-      real(wp) :: d(bar%n), off(bar%n - 1), least
+      type(bar_response_type), intent(inout) :: response
+      real(wp) :: least, off
       integer :: i, l
-      d = [response%f_tangent, 0.0_wp] + [0.0_wp, response%f_tangent]
-      off = response%f_tangent
-      do l = 1, size(bar%node)
-         d(bar%node(l)) = d(bar%node(l)) + response%t_tangent(l)
-      end do
-      where (response%holder > 0) d = 1
-      do i = 1, bar%n - 1
-         associate (ends => response%holder(i:i + 1))
-            if (all(ends == 0)) cycle
-            if (ends(2) == 0) x(i + 1) = x(i + 1) + off(i)*x(i)
-            if (ends(1) == 0) x(i) = x(i) + off(i)*x(i + 1)
-            off(i) = 0
-         end associate
-      end do
-      least = least_pivot*maxval(bar%steel)
-      if (response%holder(1) == 0 .and. .not. d(1) > least) d(1) = maxval(bar%steel)
-      do i = 2, bar%n
-         d(i) = d(i) - off(i - 1)**2/d(i - 1)
-         if (response%holder(i) == 0 .and. .not. d(i) > least) d(i) = maxval(bar%steel)
-         x(i) = x(i) + off(i - 1)/d(i - 1)*x(i - 1)
-      end do
-      x(bar%n) = x(bar%n)/d(bar%n)
-      do i = bar%n - 1, 1, -1
-         x(i) = (x(i) + off(i)*x(i + 1))/d(i)
-      end do
+      response%has_pivots = .true.
+      associate (d => response%pivot, k => response%f_tangent, holder => response%holder)
+         d(1) = 0
+         do i = 1, bar%n - 1
+            d(i) = k(i) + d(i)
+            d(i + 1) = k(i)
+         end do
+         do l = 1, size(bar%node)
+            d(bar%node(l)) = d(bar%node(l)) + response%t_tangent(l)
+         end do
+         least = least_pivot*bar%stiffest(1)
+         do i = 1, bar%n
+            if (i > 1) then
+               off = k(i - 1)
+               if (holder(i - 1) > 0 .or. holder(i) > 0) off = 0
+               response%ratio(i - 1) = off/d(i - 1)
+               d(i) = d(i) - off**2/d(i - 1)
+            end if
+            if (holder(i) > 0) then
+               d(i) = 1
+            else if (.not. d(i) > least) then
+               d(i) = bar%stiffest(1)
+            end if
+         end do
+      end associate
+   end subroutine factorize
+
+   !> Displacements of the nodes by forces on them, with the pivots of a response.
+   pure subroutine solve_nodes(response, x)
+      type(bar_response_type), intent(in) :: response
+      real(wp), intent(inout), contiguous :: x(:)    !! (n) forces, displacements where a tie holds the node; all those
+      call solve_chain(size(x), response%f_tangent, response%holder, response%ratio, response%pivot, x)
    end subroutine solve_nodes
+
+   !> Displacements of n nodes in a row.
+   pure subroutine solve_chain(n, k, holder, ratio, pivot, x)
+      integer, intent(in) :: n
+      real(wp), intent(in) :: k(n - 1), ratio(n - 1), pivot(n)
+      integer, intent(in) :: holder(n)
+      real(wp), intent(inout) :: x(n)
+      integer :: i
+      do i = 1, n - 1
+         if (holder(i) == 0 .and. holder(i + 1) == 0) cycle
+         if (holder(i + 1) == 0) x(i + 1) = x(i + 1) + k(i)*x(i)
+         if (holder(i) == 0) x(i) = x(i) + k(i)*x(i + 1)
+      end do
+      do i = 2, n
+         x(i) = x(i) + ratio(i - 1)*x(i - 1)
+      end do
+      x(n) = x(n)/pivot(n)
+      do i = n - 1, 1, -1
+         if (holder(i) == 0 .and. holder(i + 1) == 0) then
+            x(i) = (x(i) + k(i)*x(i + 1))/pivot(i)
+         else
+            x(i) = x(i)/pivot(i)
+         end if
+      end do
+   end subroutine solve_chain
 
    !> Forces on the points of the rock and their derivatives, without the nodes. The force of a point is that which the
    !> rock gives the bar there; all are in equilibrium.
-   pure subroutine condense(bar, response, force, stiffness)
+   pure subroutine condense(bar, response, force, stiffness, share)
       type(bar_type), intent(in) :: bar
-      type(bar_response_type), intent(in) :: response
-      real(wp), intent(out) :: force(:)                       !! (points)
-      real(wp), intent(out), optional :: stiffness(:, :)      !! (points, points)
-      real(wp) :: x(bar%n), moved(size(bar%node)), t(size(bar%node)), missing(bar%n)
-      integer :: i, q
-      force = on_points(bar, response%t)
+      type(bar_response_type), intent(inout) :: response      !! the same afterwards
+      real(wp), intent(out), contiguous :: force(:)           !! (points)
+      real(wp), intent(out), contiguous, optional :: stiffness(:, :)   !! (points, points)
+      real(wp), intent(out), contiguous, optional :: share(:)   !! (points) see largest_share [1/length]
+      integer :: e, i, l, q
+      call on_points(bar, response%t, force)
       if (.not. present(stiffness)) return
-      do q = 1, bar%n_points
-         ! displacement of the rock at the ties
-         moved = merge(1 - bar%share, merge(bar%share, 0.0_wp, bar%point + 1 == q), bar%point == q)
-         x = on_nodes(bar, spread(0.0_wp, 1, bar%n - 1), response%t_tangent*moved)
-         do i = 1, bar%n
-            if (response%holder(i) > 0) x(i) = moved(response%holder(i))
+      if (.not. response%has_pivots) call factorize(bar, response)
+      associate (r => response, x => response%step, moved => response%moved, t => response%tie)
+         do q = 1, bar%n_points
+            ! displacement of the rock at the ties
+            do l = 1, size(bar%node)
+               moved(l) = 0
+               if (bar%point(l) == q) moved(l) = 1 - bar%share(l)
+               if (bar%point(l) + 1 == q) moved(l) = bar%share(l)
+            end do
+            call load_nodes(bar%n, size(bar%node), bar%node, r%t_tangent, moved, r%holder, x)
+            if (any(abs(x) > 0)) call solve_nodes(r, x)
+            r%missing(:) = 0
+            if (present(share)) share(q) = 0
+            do e = 1, bar%n - 1
+               if (present(share)) share(q) = max(share(q), abs(r%f_tangent(e)*(x(e + 1) - x(e)))/bar%yield(e))
+               associate (f => r%f_tangent(e)*(x(e + 1) - x(e)))
+                  r%missing(e) = r%missing(e) + f
+                  r%missing(e + 1) = -f
+               end associate
+            end do
+            do l = 1, size(bar%node)
+               t(l) = r%t_tangent(l)*(moved(l) - x(bar%node(l)))
+               r%missing(bar%node(l)) = r%missing(bar%node(l)) + t(l)
+               if (present(share)) share(q) = max(share(q), abs(t(l))/r%strength(l))
+            end do
+            do i = 1, bar%n
+               if (r%holder(i) > 0) t(r%holder(i)) = -r%missing(i)
+            end do
+            call on_points(bar, t, stiffness(:, q))
          end do
-         if (any(abs(x) > 0)) call solve_nodes(bar, response, x)
-         t = response%t_tangent*(moved - x(bar%node))
-         missing = on_nodes(bar, response%f_tangent*(x(2:) - x(:bar%n - 1)), t)
-         do i = 1, bar%n
-            if (response%holder(i) > 0) t(response%holder(i)) = -missing(i)
-         end do
-         stiffness(:, q) = on_points(bar, t)
-      end do
+      end associate
       stiffness = 0.5_wp*(stiffness + transpose(stiffness))
    end subroutine condense
 
    !> Sum of the forces of ties on the points.
-   pure function on_points(bar, t) result(force)
+   pure subroutine on_points(bar, t, force)
       type(bar_type), intent(in) :: bar
-      real(wp), intent(in) :: t(:)
-      real(wp) :: force(bar%n_points)
+      real(wp), intent(in), contiguous :: t(:)
+      real(wp), intent(out), contiguous :: force(:)   !! (points)
+      call sum_at_points(size(bar%node), bar%point, bar%share, t, size(force), force)
+   end subroutine on_points
+
+   !> Sum of the forces of m ties on n points.
+   pure subroutine sum_at_points(m, point, share, t, n, force)
+      integer, intent(in) :: m, n
+      integer, intent(in) :: point(m)
+      real(wp), intent(in) :: share(m), t(m)
+      real(wp), intent(out) :: force(n)
       integer :: l
       force = 0
-      do l = 1, size(bar%node)
-         associate (p => bar%point(l))
-            force(p:p + 1) = force(p:p + 1) + t(l)*[1 - bar%share(l), bar%share(l)]
+      do l = 1, m
+         associate (p => point(l))
+            force(p) = force(p) + t(l)*(1 - share(l))
+            force(p + 1) = force(p + 1) + t(l)*share(l)
          end associate
       end do
-   end function on_points
+   end subroutine sum_at_points
+
+   !> The largest share of its strength that an element or a tie carries. By `share` of condense it grows at most with the
+   !> motion of a point.
+   pure real(wp) function largest_share(bar, response) result(share)
+      type(bar_type), intent(in) :: bar
+      type(bar_response_type), intent(in) :: response
+      integer :: e, l
+      share = 0
+      do e = 1, bar%n - 1
+         share = max(share, abs(response%f(e))/bar%yield(e))
+      end do
+      do l = 1, size(bar%node)
+         if (response%holder(bar%node(l)) /= l) share = max(share, abs(response%t(l))/response%strength(l))
+      end do
+   end function largest_share
 
    !> Axial force at the nodes, on their side of the toe; at the toe itself on the other one.
    pure function node_forces(bar, response) result(force)
@@ -445,19 +662,43 @@ contains
       type(bar_response_type), intent(in) :: response
       type(bar_state_type), intent(inout) :: state
       real(wp), intent(out) :: slipped, yielded      !! [energy]
-      real(wp) :: plastic(bar%n - 1), slip(size(bar%node))
+      real(wp) :: new
+      integer :: e, l
+      slipped = 0
+      yielded = 0
       associate (r => response)
-         plastic = merge(state%plastic, r%w(2:) - r%w(:bar%n - 1) - r%f/bar%steel, r%f_limit == 0)
-         slip = state%slip
-         where (r%t_limit /= 0) slip = r%at - r%w(bar%node) - r%t/bar%grout
-         slipped = sum(r%t*(slip - state%slip))
-         yielded = sum(r%f*(plastic - state%plastic))
-         state%w = r%w
-         state%plastic = plastic
-         state%slip = slip
-         state%broken = state%broken .or. plastic > bar%ultimate
-         state%weak = state%weak .or. (bar%element > 0 .and. r%t_limit /= 0 .and. bar%residual < 1)
+         do e = 1, bar%n - 1
+            if (r%f_limit(e) == 0) cycle
+            new = r%w(e + 1) - r%w(e) - r%f(e)/bar%steel(e)
+            yielded = yielded + r%f(e)*(new - state%plastic(e))
+            state%plastic(e) = new
+         end do
+         do l = 1, size(bar%node)
+            if (r%t_limit(l) == 0) cycle
+            new = r%at(l) - r%w(bar%node(l)) - r%t(l)/bar%grout(l)
+            slipped = slipped + r%t(l)*(new - state%slip(l))
+            state%slip(l) = new
+            state%weak(l) = state%weak(l) .or. (bar%element(l) > 0 .and. bar%residual < 1)
+         end do
+         state%w(:) = r%w
+         state%broken(:) = state%broken .or. state%plastic > bar%ultimate
       end associate
    end subroutine accept
+
+   !> Copy a state; a variable that is used again keeps its arrays.
+   pure subroutine copy_state(from, to)
+      type(bar_state_type), intent(in) :: from
+      type(bar_state_type), intent(inout) :: to
+      if (.not. allocated(to%w)) then
+         to = from
+         return
+      end if
+      to%w(:) = from%w
+      to%plastic(:) = from%plastic
+      to%broken(:) = from%broken
+      to%slip(:) = from%slip
+      to%weak(:) = from%weak
+      to%held(:) = from%held
+   end subroutine copy_state
 
 end module rockdda_interaction_bar

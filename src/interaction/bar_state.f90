@@ -3,9 +3,9 @@
 module rockdda_interaction_bar_state
    use rockdda_base_kinds, only : wp
    use rockdda_base_state_archive, only : state_archive_type
-   use rockdda_interaction_bar, only : bar_state_type, bar_response_type, respond, condense, accept, node_forces
-   use rockdda_interaction_bar_bolt, only : bolt_type, outcome_type, points_with, chain_forces, dowel_response, &
-      energy_of, place_at
+   use rockdda_interaction_bar, only : bar_state_type, respond, accept, copy_state, node_forces
+   use rockdda_interaction_bar_bolt, only : bolt_type, find_points, find_forces, dowel_response, energy_of, &
+      place_at
    implicit none
    private
    public :: node_state, show_nodes_of, show_forces_of, finish_bolt, exchange_bolts
@@ -27,11 +27,10 @@ contains
 
    !> Place, axial force, slip, largest share of a strength, and state of the nodes of a bolt.
    pure subroutine show_nodes_of(bolt, place, force, slip, use, state)
-      type(bolt_type), intent(in) :: bolt                     !! measured at the present places
+      type(bolt_type), intent(in) :: bolt                     !! measured between steps
       real(wp), intent(out) :: place(:, :)                    !! (2, nodes) [length]
       real(wp), intent(out) :: force(:), slip(:), use(:)      !! (nodes)
       integer, intent(out) :: state(:)                        !! (nodes) node_state%...
-      type(bar_response_type) :: response
       integer :: e, i, t
       do i = 1, bolt%bar%n
          place(:, i) = place_at(bolt, bolt%bar%place(i))
@@ -41,24 +40,25 @@ contains
       use = 0
       state = node_state%absent
       if (size(bolt%acting) == 0) return
-      call respond(bolt%bar, bolt%state, bolt%start, response)
-      force = node_forces(bolt%bar, response)
+      force = node_forces(bolt%bar, bolt%response)
       state = node_state%elastic
-      do t = 1, size(bolt%bar%node)
-         if (bolt%bar%element(t) == 0 .or. .not. bolt%state%held(t)) cycle
-         i = bolt%bar%node(t)
-         slip(i) = response%w(i) - response%at(t)
-         use(i) = max(use(i), abs(response%t(t))/slip_limit(bolt, t))
-         if (abs(response%t(t)) >= at_limit*slip_limit(bolt, t)) state(i) = node_state%slipping
-      end do
-      do i = 1, bolt%bar%n
-         e = min(i, bolt%bar%n - 1)
-         use(i) = min(1.0_wp, max(use(i), maxval(abs(response%f(max(1, i - 1):e))/bolt%bar%yield(max(1, i - 1):e))))
-         if (abs(response%f(e)) >= at_limit*bolt%bar%yield(e)) state(i) = node_state%yielding
-         if (.not. bolt%state%broken(e)) cycle
-         state(i) = node_state%ruptured
-         use(i) = 1
-      end do
+      associate (response => bolt%response)
+         do t = 1, size(bolt%bar%node)
+            if (bolt%bar%element(t) == 0 .or. .not. bolt%state%held(t)) cycle
+            i = bolt%bar%node(t)
+            slip(i) = response%w(i) - response%at(t)
+            use(i) = max(use(i), abs(response%t(t))/slip_limit(bolt, t))
+            if (abs(response%t(t)) >= at_limit*slip_limit(bolt, t)) state(i) = node_state%slipping
+         end do
+         do i = 1, bolt%bar%n
+            e = min(i, bolt%bar%n - 1)
+            use(i) = min(1.0_wp, max(use(i), maxval(abs(response%f(max(1, i - 1):e))/bolt%bar%yield(max(1, i - 1):e))))
+            if (abs(response%f(e)) >= at_limit*bolt%bar%yield(e)) state(i) = node_state%yielding
+            if (.not. bolt%state%broken(e)) cycle
+            state(i) = node_state%ruptured
+            use(i) = 1
+         end do
+      end associate
    end subroutine show_nodes_of
 
    !> Force at which a tie slips.
@@ -71,9 +71,8 @@ contains
 
    !> Largest axial force along a bolt, force at its head, largest force of a dowel; and the stored energy.
    pure subroutine show_forces_of(bolt, largest, head, dowel, stored)
-      type(bolt_type), intent(in) :: bolt                     !! measured at the present places
+      type(bolt_type), intent(in) :: bolt                     !! measured between steps
       real(wp), intent(out) :: largest, head, dowel, stored
-      type(bar_response_type) :: response
       real(wp) :: force, forces(bolt%bar%n)
       logical :: shears
       integer :: c
@@ -82,8 +81,7 @@ contains
       dowel = 0
       stored = 0
       if (size(bolt%acting) == 0) return
-      call respond(bolt%bar, bolt%state, bolt%start, response)
-      forces = node_forces(bolt%bar, response)
+      forces = node_forces(bolt%bar, bolt%response)
       largest = forces(maxloc(abs(forces), 1))
       head = forces(1)
       do c = 1, size(bolt%crossing)
@@ -91,60 +89,60 @@ contains
          call dowel_response(bolt, bolt%across(c) - bolt%dowel_slip(c), force, shears)
          if (abs(force) > abs(dowel)) dowel = force
       end do
-      stored = energy_of(bolt, response)
+      stored = bolt%stored
    end subroutine show_forces_of
 
-   !> What a bolt does in a step.
+   !> What a bolt does in a step: its outcome.
    pure subroutine finish_bolt(level, bolt)
       real(wp), intent(in) :: level
-      type(bolt_type), intent(inout) :: bolt           !! its outcome is set, nothing else
-      type(bolt_type) :: new                           !! at the end of the step
-      real(wp) :: work, slipped, yielded, stored(2), freed
-      type(bar_response_type) :: response
+      type(bolt_type), intent(inout) :: bolt           !! what lasts of it stays
       type(bar_state_type) :: old
-      real(wp) :: force(size(bolt%block)), dowel, before, more(2)
+      real(wp) :: end(size(bolt%block)), across(size(bolt%crossing)), slip(size(bolt%crossing))
+      real(wp) :: work, slipped, yielded, stored(2), freed, dowel, before, more(2)
       logical :: changes, shears
       integer :: c
-      new = bolt
-      call respond(bolt%bar, bolt%state, bolt%start, response)
-      stored(1) = energy_of(bolt, response)
-      call respond(bolt%bar, bolt%state, points_with(bolt, bolt%e), response)
-      call condense(bolt%bar, response, force)
-      associate (chain => chain_forces(bolt, force))
-         work = dot_product(chain, bolt%e(1:size(chain)))/level
-      end associate
-      new%start = points_with(bolt, bolt%e/level)
-      new%across = bolt%across + bolt%shift/level
-      call respond(bolt%bar, bolt%state, new%start, response)
-      call accept(bolt%bar, response, new%state, slipped, yielded)
+      if (.not. bolt%is_found) call find_forces(bolt)
+      work = dot_product(bolt%chain, bolt%e)/level
+      stored(1) = bolt%stored
+      across = bolt%across + bolt%shift/level
+      slip = bolt%dowel_slip
+      call find_points(bolt, bolt%e/level, end)
+      call respond(bolt%bar, bolt%state, end, bolt%response, near=.true.)
+      bolt%is_found = .false.
+      call copy_state(bolt%state, bolt%outcome%state)
+      call accept(bolt%bar, bolt%response, bolt%outcome%state, slipped, yielded)
       do c = 1, size(bolt%crossing)
          if (.not. bolt%holds(c)) cycle
          call dowel_response(bolt, bolt%across(c) + bolt%shift(c) - bolt%dowel_slip(c), dowel, shears)
          work = work + dowel*bolt%shift(c)/level
-         call dowel_response(bolt, new%across(c) - bolt%dowel_slip(c), dowel, shears)
+         call dowel_response(bolt, across(c) - bolt%dowel_slip(c), dowel, shears)
          if (.not. shears) cycle
-         new%dowel_slip(c) = new%across(c) - dowel/bolt%dowel_stiffness
-         yielded = yielded + dowel*(new%dowel_slip(c) - bolt%dowel_slip(c))
+         slip(c) = across(c) - dowel/bolt%dowel_stiffness
+         yielded = yielded + dowel*(slip(c) - bolt%dowel_slip(c))
       end do
       work = work/bolt%spacing
       freed = 0
-      stored(2) = energy_of(new, response)
-      changes = .not. same_state(bolt%state, new%state)
-      do
+      stored(2) = energy_of(bolt, bolt%response, across, slip)
+      changes = .not. same_state(bolt%state, bolt%outcome%state)
+      do while (changes .or. any(bolt%response%f_limit /= 0) .or. any(bolt%response%t_limit /= 0))
          ! what has broken or weakened lets the rest of the bolt move at once
-         call respond(bolt%bar, new%state, new%start, response)
+         call respond(bolt%bar, bolt%outcome%state, end, bolt%response)
          before = stored(2)
-         stored(2) = energy_of(new, response)
+         stored(2) = energy_of(bolt, bolt%response, across, slip)
          if (.not. changes) exit
-         old = new%state
-         call accept(bolt%bar, response, new%state, more(1), more(2))
+         call copy_state(bolt%outcome%state, old)
+         call accept(bolt%bar, bolt%response, bolt%outcome%state, more(1), more(2))
          slipped = slipped + more(1)
          yielded = yielded + more(2)
          freed = freed + (before - stored(2)) - sum(more)/bolt%spacing
-         changes = .not. same_state(old, new%state)
+         changes = .not. same_state(old, bolt%outcome%state)
       end do
-      bolt%outcome = outcome_type(new%state, new%dowel_slip, work, slipped/bolt%spacing, yielded/bolt%spacing, stored, &
-                                  freed)
+      bolt%outcome%dowel_slip = slip
+      bolt%outcome%work = work
+      bolt%outcome%slipped = slipped/bolt%spacing
+      bolt%outcome%yielded = yielded/bolt%spacing
+      bolt%outcome%stored = stored
+      bolt%outcome%freed = freed
 
    contains
 

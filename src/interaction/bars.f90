@@ -12,11 +12,11 @@ module rockdda_interaction_bars
    use rockdda_model_geometry_input, only : is_spring
    use rockdda_model_state, only : energy
    use rockdda_interaction_balance, only : energy_balance_type
-   use rockdda_interaction_bar, only : bar_response_type, respond, condense
-   use rockdda_interaction_bar_bolt, only : bolt_type, draw_bolt, install, measure_bolt, direction, chain_forces, &
-      dowel_response, energy_of
+   use rockdda_interaction_bar, only : bar_response_type, copy_state
+   use rockdda_interaction_bar_bolt, only : bolt_type, draw_bolt, install, forget_step, measure_bolt, measure_between, &
+      direction, find_forces, dowel_response
    use rockdda_interaction_bar_links, only : links_of, join_bolt, find_tension, place_bolt, add_to_links_of, &
-      predict_bolt, forces_of_links, measure_placement_of, judge_bolt, across_bolt
+      predict_bolt, forces_of_links, measure_placement_of, judge_bolt, force_across
    use rockdda_interaction_bar_state, only : show_nodes_of, show_forces_of, finish_bolt, exchange_bolts
    use rockdda_interaction_block_forces, only : block_forces_type
    use rockdda_interaction_context, only : step_context_type
@@ -67,7 +67,8 @@ contains
       type(step_context_type), intent(inout) :: context
       type(bolt_line_type), allocatable :: lines(:)
       type(block_system_type) :: blocks
-      integer :: l
+      logical, allocatable :: rock(:)
+      integer :: l, last
       if (allocated(self%bolts)) deallocate (self%bolts)
       allocate (self%bolts(0))
       associate (p => context%parameters)
@@ -79,14 +80,18 @@ contains
          allocate (self%bolts(size(lines)))
          if (allocated(context%bolted)) deallocate (context%bolted)
          allocate (context%bolted(blocks%n_blocks), source=.false.)
+         last = 0
          do l = 1, size(lines)
             associate (bolt => self%bolts(l))
                bolt%name = lines(l)%name
                bolt%installs = stage_with(p%stages, p%bolts(lines(l)%group)%name, installs=.true.)
                bolt%removes = stage_with(p%stages, p%bolts(lines(l)%group)%name, installs=.false.)
+               ! bolts of a group are installed together
+               if (lines(l)%group /= last) rock = rock_at(blocks, p%regions, p%stages, bolt%installs)
+               last = lines(l)%group
                call draw_bolt(lines(l)%head - context%state%datum, lines(l)%toe - context%state%datum, &
                               numbers_of_bolt(p%bolts(lines(l)%group), norm2(lines(l)%toe - lines(l)%head)), &
-                              context%blocks, rock_at(blocks, p%regions, p%stages, bolt%installs), bolt)
+                              context%blocks, rock, bolt)
                if (bolt%installs == 0) call install(context, bolt)
                context%bolted(pack(bolt%block, bolt%block > 0)) = .true.
             end associate
@@ -115,16 +120,14 @@ contains
    pure real(wp) function start_energy(self, context) result(stored)
       class(bars_type), intent(in) :: self
       type(step_context_type), intent(in) :: context
-      type(bar_response_type) :: response
       type(bolt_type) :: bolt
       integer :: l
       stored = 0
       do l = 1, n_bolts(self)
          bolt = self%bolts(l)
          if (.not. bolt%is_there) cycle
-         call measure_bolt(context%state%active, bolt)
-         call respond(bolt%bar, bolt%state, bolt%start, response)
-         stored = stored + energy_of(bolt, response)
+         call measure_between(context%state%active, bolt)
+         stored = stored + bolt%stored
       end do
    end function start_energy
 
@@ -146,7 +149,10 @@ contains
       do l = 1, n_bolts(self)
          if (self%bolts(l)%installs == stage) call install(context, self%bolts(l))
       end do
-      now = self%start_energy(context)
+      do l = 1, n_bolts(self)
+         call measure_between(context%state%active, self%bolts(l))
+      end do
+      now = sum(self%bolts%stored)
       call balance%add(energy%external, now - left)
       balance%bar_energy = now
    end subroutine begin_stage
@@ -160,6 +166,7 @@ contains
          associate (bolt => self%bolts(l))
             bolt%place = bolt%place - spread(datum, 2, size(bolt%block))
             bolt%origin = bolt%origin - spread(datum, 2, size(bolt%block))
+            call forget_step(bolt)
          end associate
       end do
    end subroutine subtract_datum
@@ -171,16 +178,18 @@ contains
       real(wp), intent(out) :: place(:, :)                 !! (2, nodes) [length]
       real(wp), intent(out) :: force(:), slip(:), use(:)   !! (nodes)
       integer, intent(out) :: state(:)                     !! (nodes) node_state%...
-      type(bolt_type) :: bolt
       integer :: first, last, l
       last = 0
       do l = 1, n_bolts(self)
-         bolt = self%bolts(l)
-         call measure_bolt(context%state%active, bolt)
          first = last + 1
-         last = last + bolt%bar%n
-         call show_nodes_of(bolt, place(:, first:last), force(first:last), slip(first:last), use(first:last), &
-                            state(first:last))
+         last = last + self%bolts(l)%bar%n
+         if (self%bolts(l)%is_measured) then
+            call show_nodes_of(self%bolts(l), place(:, first:last), force(first:last), slip(first:last), &
+                               use(first:last), state(first:last))
+         else
+            call show_nodes_of(measured(self%bolts(l), context), place(:, first:last), force(first:last), &
+                               slip(first:last), use(first:last), state(first:last))
+         end if
       end do
    end subroutine show_nodes
 
@@ -190,17 +199,26 @@ contains
       type(step_context_type), intent(in) :: context
       real(wp), intent(out) :: largest(:), head(:), dowel(:)   !! (bolts)
       real(wp), intent(out) :: stored                          !! [energy]
-      type(bolt_type) :: bolt
       real(wp) :: of_one
       integer :: l
       stored = 0
       do l = 1, n_bolts(self)
-         bolt = self%bolts(l)
-         call measure_bolt(context%state%active, bolt)
-         call show_forces_of(bolt, largest(l), head(l), dowel(l), of_one)
+         if (self%bolts(l)%is_measured) then
+            call show_forces_of(self%bolts(l), largest(l), head(l), dowel(l), of_one)
+         else
+            call show_forces_of(measured(self%bolts(l), context), largest(l), head(l), dowel(l), of_one)
+         end if
          stored = stored + of_one
       end do
    end subroutine show_bolts
+
+   !> A bolt that is not measured: before the first step, and after a checkpoint has been loaded.
+   pure type(bolt_type) function measured(bolt, context)
+      type(bolt_type), intent(in) :: bolt
+      type(step_context_type), intent(in) :: context
+      measured = bolt
+      call measure_between(context%state%active, measured)
+   end function measured
 
    !> Links of all bolts.
    pure integer function count_links(self, context) result(n)
@@ -224,7 +242,7 @@ contains
       n = self%first_link
       do l = 1, n_bolts(self)
          self%bolts(l)%first_link = n
-         call measure_bolt(context%state%active, self%bolts(l))
+         if (.not. self%bolts(l)%is_measured) call measure_bolt(context%state%active, self%bolts(l))
          call join_bolt(self%bolts(l), context%state%active, equations)
          n = n + links_of(self%bolts(l))
       end do
@@ -237,14 +255,19 @@ contains
       integer :: changes, unsettled, l
       self%level = context%scheme%level
       do l = 1, n_bolts(self)
-         self%bolts(l)%e = 0
-         self%bolts(l)%shift = 0
-         self%bolts(l)%sway = 0
+         associate (bolt => self%bolts(l))
+            if (.not. bolt%is_measured) call measure_between(context%state%active, bolt)
+            bolt%is_measured = .false.
+            bolt%shift = 0
+            bolt%sway = 0
+         end associate
       end do
       call self%judge(changes, unsettled)
       do l = 1, n_bolts(self)
-         self%bolts(l)%tense = 0
-         if (.not. context%scheme%is_dynamic) call find_tension(self%bolts(l))
+         associate (bolt => self%bolts(l))
+            bolt%tense = 0
+            if (.not. context%scheme%is_dynamic) call find_tension(bolt)
+         end associate
       end do
    end subroutine begin
 
@@ -255,7 +278,10 @@ contains
       type(equations_type), intent(inout) :: equations
       integer :: l
       do l = 1, n_bolts(self)
-         if (size(self%bolts(l)%acting) > 0) call place_bolt(self%bolts(l), context, equations)
+         associate (bolt => self%bolts(l))
+            if (size(bolt%acting) == 0) cycle
+            if (any(context%renewed(bolt%crossed))) call place_bolt(bolt, context, equations)
+         end associate
       end do
    end subroutine place
 
@@ -282,11 +308,19 @@ contains
    !> Keep the present motion.
    subroutine keep(self)
       class(bars_type), intent(inout) :: self
-      integer :: l
+      integer :: l, n
       do l = 1, n_bolts(self)
-         self%bolts(l)%kept_e = self%bolts(l)%e
-         self%bolts(l)%kept_shift = self%bolts(l)%shift
-         self%bolts(l)%kept_sway = self%bolts(l)%sway
+         associate (bolt => self%bolts(l))
+            if (size(bolt%acting) == 0) cycle
+            if (.not. bolt%is_found) call find_forces(bolt, near=.true.)
+            bolt%kept_e(:) = bolt%e
+            bolt%kept_shift(:) = bolt%shift
+            bolt%kept_sway(:) = bolt%sway
+            bolt%kept_chain(:) = bolt%chain
+            n = size(bolt%response%f_limit)
+            bolt%kept_limits(:n) = bolt%response%f_limit
+            bolt%kept_limits(n + 1:) = bolt%response%t_limit
+         end associate
       end do
    end subroutine keep
 
@@ -300,6 +334,7 @@ contains
             bolt%e = bolt%kept_e + fraction*(bolt%e - bolt%kept_e)
             bolt%shift = bolt%kept_shift + fraction*(bolt%shift - bolt%kept_shift)
             bolt%sway = bolt%kept_sway + fraction*(bolt%sway - bolt%kept_sway)
+            bolt%is_found = .false.
          end associate
       end do
    end subroutine shorten
@@ -309,9 +344,10 @@ contains
       class(bars_type), intent(in) :: self
       real(wp), intent(in) :: fraction
       real(wp), intent(inout), contiguous :: force(:, :)
+      type(bar_response_type) :: response
       integer :: l
       do l = 1, n_bolts(self)
-         call forces_of_links(self%bolts(l), fraction, force)
+         call forces_of_links(self%bolts(l), fraction, response, force)
       end do
    end subroutine lawful_forces
 
@@ -354,7 +390,7 @@ contains
       real(wp), intent(in), contiguous :: d(:, :)
       class(energy_balance_type), intent(inout) :: balance
       real(wp) :: work, start, end
-      integer :: l
+      integer :: k, l
       associate (unused => context%dt, not_used => d)
       end associate
       start = 0
@@ -363,7 +399,10 @@ contains
          associate (bolt => self%bolts(l), outcome => self%bolts(l)%outcome)
             if (size(bolt%acting) == 0) cycle
             call balance%add(energy%friction, outcome%slipped)
-            work = outcome%work + dot_product(across_bolt(bolt, bolt%sway), bolt%sway(:size(bolt%acting) - 1))
+            work = outcome%work
+            do k = 1, size(bolt%sway)
+               work = work + force_across(bolt, k, bolt%sway(k))*bolt%sway(k)
+            end do
             call balance%add(energy%dissipated, work - (outcome%stored(2) - outcome%stored(1)) - outcome%slipped - &
                              outcome%freed)
             call balance%add(energy%discarded, outcome%freed)
@@ -385,16 +424,16 @@ contains
       do l = 1, n_bolts(self)
          associate (bolt => self%bolts(l))
             if (size(bolt%acting) > 0) then
-               bolt%state = bolt%outcome%state
+               call copy_state(bolt%outcome%state, bolt%state)
                bolt%dowel_slip = bolt%outcome%dowel_slip
                self%work = self%work + [bolt%outcome%slipped, bolt%outcome%yielded, bolt%outcome%freed]
             end if
-            if (.not. bolt%is_there) cycle
-            do p = 1, size(bolt%block)
+            do p = 1, merge(size(bolt%block), 0, bolt%is_there)
                b = bolt%block(p)
                if (b > 0) call move_point(d(:, b), context%state%centroid(:, b), context%parameters%exact_rotation, &
                                           bolt%place(:, p))
             end do
+            call measure_between(context%state%active, bolt)
          end associate
       end do
    end subroutine commit
@@ -404,38 +443,40 @@ contains
       class(bars_type), intent(in) :: self
       type(step_context_type), intent(in) :: context
       type(block_forces_type), intent(inout) :: forces
-      type(bar_response_type) :: response
-      type(bolt_type) :: bolt
-      real(wp), allocatable :: on_bar(:), chain(:)
-      real(wp) :: dowel, n(2)
-      logical :: shears
-      integer :: c, k, l
+      integer :: l
       do l = 1, n_bolts(self)
-         bolt = self%bolts(l)
-         call measure_bolt(context%state%active, bolt)
-         if (size(bolt%acting) == 0) cycle
-         call respond(bolt%bar, bolt%state, bolt%start, response)
-         on_bar = bolt%start
-         call condense(bolt%bar, response, on_bar)
-         chain = chain_forces(bolt, on_bar)
-         do k = 1, size(chain)
-            n = direction(bolt, bolt%place, bolt%acting(k), bolt%acting(k + 1))
-            call add(bolt%acting(k), chain(k)*n)
-            call add(bolt%acting(k + 1), -chain(k)*n)
-         end do
-         do c = 1, size(bolt%crossing)
-            if (.not. bolt%holds(c)) cycle
-            call dowel_response(bolt, bolt%across(c) - bolt%dowel_slip(c), dowel, shears)
-            n = direction(bolt, bolt%place, bolt%crossing(c), bolt%crossing(c) + 1)
-            call add(bolt%crossing(c), dowel*[-n(2), n(1)])
-            call add(bolt%crossing(c) + 1, -dowel*[-n(2), n(1)])
-         end do
+         if (self%bolts(l)%is_measured) then
+            call add_forces_of(self%bolts(l))
+         else
+            call add_forces_of(measured(self%bolts(l), context))
+         end if
       end do
 
    contains
 
+      !> Of one bolt.
+      subroutine add_forces_of(bolt)
+         type(bolt_type), intent(in) :: bolt
+         real(wp) :: dowel, n(2)
+         logical :: shears
+         integer :: c, k
+         do k = 1, size(bolt%acting) - 1
+            n = direction(bolt, bolt%place, bolt%parts, bolt%acting(k), bolt%acting(k + 1))
+            call add(bolt, bolt%acting(k), bolt%chain(k)*n)
+            call add(bolt, bolt%acting(k + 1), -bolt%chain(k)*n)
+         end do
+         do c = 1, size(bolt%crossing)
+            if (.not. bolt%holds(c)) cycle
+            call dowel_response(bolt, bolt%across(c) - bolt%dowel_slip(c), dowel, shears)
+            n = direction(bolt, bolt%place, bolt%parts, bolt%crossing(c), bolt%crossing(c) + 1)
+            call add(bolt, bolt%crossing(c), dowel*[-n(2), n(1)])
+            call add(bolt, bolt%crossing(c) + 1, -dowel*[-n(2), n(1)])
+         end do
+      end subroutine add_forces_of
+
       !> A force on the block of a point.
-      subroutine add(p, force)
+      subroutine add(bolt, p, force)
+         type(bolt_type), intent(in) :: bolt
          integer, intent(in) :: p
          real(wp), intent(in) :: force(2)
          if (bolt%block(p) == 0) return
@@ -450,6 +491,7 @@ contains
       class(bars_type), intent(inout) :: self
       class(state_archive_type), intent(inout) :: archive
       real(wp), allocatable :: work(:)
+      integer :: l
       logical :: fits
       if (.not. allocated(self%bolts)) allocate (self%bolts(0))
       call archive%section('bars')
@@ -457,6 +499,9 @@ contains
       call archive%item('work', work)
       call exchange_bolts(archive, self%bolts, fits)
       if (archive%saving) return
+      do l = 1, size(self%bolts)
+         call forget_step(self%bolts(l))
+      end do
       if (fits) fits = allocated(work)
       if (fits) fits = size(work) == 3
       if (fits) self%work = work

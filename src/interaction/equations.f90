@@ -57,6 +57,7 @@ module rockdda_interaction_equations
       integer, private :: n_matrices = 0
       integer, allocatable, private :: matrix_link(:)       !! (>= n_matrices) links with a matrix
       real(wp), allocatable, private :: matrices(:, :, :)   !! (6, 6, >= n_matrices) set by set_matrix
+      integer, allocatable, private :: matrix_version(:)    !! (>= n_matrices) given with them
       real(wp), allocatable :: link_off(:)           !! (links) share of force by wrong lengths (measure_placement)
       real(wp), allocatable :: block_off(:)          !! (nb) the same for terms of single blocks
       real(wp), allocatable :: block_force(:)        !! (nb) size of the force of block_load (clear_placement)
@@ -80,6 +81,7 @@ module rockdda_interaction_equations
       procedure :: join
       procedure :: join_matrix
       procedure :: set_matrix
+      procedure :: has_matrix
       procedure :: set_graph
       procedure :: set_vectors
       procedure :: vectors_of
@@ -188,37 +190,50 @@ contains
       class(equations_type), intent(inout) :: self
       integer, intent(in) :: c, blocks(2)
       integer, intent(out) :: at
-      integer, allocatable :: links(:)
+      integer, allocatable :: links(:), versions(:)
       real(wp), allocatable :: matrices(:, :, :)
       integer :: room
       call self%join(c, blocks)
       self%vectors(:, c) = 0
       self%stiffness(:, c) = 0
       self%force(:, c) = 0
-      if (.not. allocated(self%matrix_link)) allocate (self%matrix_link(0), self%matrices(6, 6, 0))
+      if (.not. allocated(self%matrix_link)) allocate (self%matrix_link(0), self%matrices(6, 6, 0), &
+                                                       self%matrix_version(0))
       at = self%n_matrices + 1
       if (at > size(self%matrix_link)) then
          room = 2*at
-         allocate (links(room), matrices(6, 6, room))
+         allocate (links(room), matrices(6, 6, room), versions(room))
          links(:at - 1) = self%matrix_link(:at - 1)
          matrices(:, :, :at - 1) = self%matrices(:, :, :at - 1)
+         versions(:at - 1) = self%matrix_version(:at - 1)
          call move_alloc(links, self%matrix_link)
+         call move_alloc(versions, self%matrix_version)
          call move_alloc(matrices, self%matrices)
       end if
       self%n_matrices = at
       self%matrix_link(at) = c
       self%matrices(:, :, at) = 0
+      self%matrix_version(at) = 0
    end subroutine join_matrix
 
    !> The matrix of a link: rows are those of the first block of its pair, columns those of the second, or of the first.
-   pure subroutine set_matrix(self, at, values)
+   pure subroutine set_matrix(self, at, values, version)
       class(equations_type), intent(inout) :: self
       integer, intent(in) :: at
       real(wp), intent(in) :: values(6, 6)
+      integer, intent(in), optional :: version       !! > 0, of its owner: see has_matrix
+      if (present(version)) self%matrix_version(at) = version
       if (all(abs(values - self%matrices(:, :, at)) <= 0)) return
       self%matrices(:, :, at) = values
       self%changed(self%matrix_link(at)) = int(change%stiffness, i1)
    end subroutine set_matrix
+
+   !> Has a matrix been set in this step, in this version?
+   pure logical function has_matrix(self, at, version)
+      class(equations_type), intent(in) :: self
+      integer, intent(in) :: at, version
+      has_matrix = self%matrix_version(at) == version
+   end function has_matrix
 
    !> Pattern of K and the links of each block, from `pair`. Nothing to do when the links join the same blocks, in the
    !> same order, as before.
