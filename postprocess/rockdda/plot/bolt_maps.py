@@ -9,9 +9,9 @@ import numpy as np
 
 from ..errors import InputError
 from ..units import Units
-from .block_maps import add_fixed_points, add_plain_blocks, frame_axes
+from .block_maps import add_fixed_points, add_lines, add_plain_blocks, frame_axes
 from .boundary_marks import add_boundaries
-from .style import USE_MAP, style
+from .style import LINER, USE_MAP, style
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -59,6 +59,7 @@ def bolts(
         axes = frame_axes(results, now, now.shown_vertices, axes, units, title)
         add_plain_blocks(axes, results, now.shown_vertices)
         colours = colormaps["viridis" if field == "force" else USE_MAP].with_extremes(bad="#999999")
+        add_lines(axes, now.moved_pieces("liner"), LINER, 2.2)
         lines = LineCollection(list(parts), array=shown, cmap=colours, linewidths=2.4 * size, zorder=3.5)
         lines.set_clim(low, high if high > low else 1.0)
         axes.add_collection(lines, autolim=False)
