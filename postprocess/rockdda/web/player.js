@@ -626,6 +626,8 @@ function wrapped(ink, words, most) { // lines of a text that are not wider than 
   return lines;
 }
 
+const labelWidth = () => (canvas.clientWidth < 600 ? 84 : 150); // beside a small picture labels have more lines
+
 function scaleLayout() { // the colour scale: its ticks and how wide it is with all that is written on it
   const [low, high] = limits;
   pen.font = SCALE_FONT;
@@ -634,15 +636,17 @@ function scaleLayout() { // the colour scale: its ticks and how wide it is with 
     : (high > low ? ticks(low, high, 5) : [low]);
   const little = 0.02 * (high - low);
   const ends = field.map ? [] : [beyond[1] > high + little ? `▲ to ${text(beyond[1])}` : "", beyond[0] < low - little ? `▼ to ${text(beyond[0])}` : ""];
-  const label = wrapped(pen, field.label, 150);
-  const widths = [...label, ...supportBars().flatMap((bar) => wrapped(pen, bar.label, 150)), ...ends.filter(Boolean)].map((line) => pen.measureText(line).width);
+  const label = wrapped(pen, field.label, labelWidth());
+  const widths = [...label, ...supportBars().flatMap((bar) => wrapped(pen, bar.label, labelWidth())), ...ends.filter(Boolean)].map((line) => pen.measureText(line).width);
   widths.push(...marks.map((v) => 22 + pen.measureText(typeof v === "string" ? v : text(v)).width));
   return { marks, ends, label, width: Math.ceil(Math.max(...widths)) + 20 };
 }
 
 function drawScale(width, height, colours) {
   const [low, high] = limits, { marks, ends, label, width: wide } = scaleLayout();
-  const x = width - wide + 6, top = 16 + 15 * (label.length + (ends[0] ? 1 : 0)), tall = Math.max(40, Math.min(height - top - 60, 320));
+  const x = width - wide + 6, top = 16 + 15 * (label.length + (ends[0] ? 1 : 0)), further = supportBars()
+    .map((bar) => 15 * wrapped(pen, bar.label, labelWidth()).length + 110);
+  const tall = Math.max(40, Math.min(height - top - 60 - further.reduce((a, b) => a + b, 0), 320));
   pen.fillStyle = "#ffffffd8";
   pen.fillRect(x - 8, 6, wide, top + tall + 24);
   pen.font = SCALE_FONT;
@@ -663,7 +667,7 @@ function drawScale(width, height, colours) {
   document.body.dataset.scale = [x, x - 8 + wide, width].join(" ");
   let below = top + tall + 54;
   for (const bar of supportBars()) {
-    const lines = wrapped(pen, bar.label, 150);
+    const lines = wrapped(pen, bar.label, labelWidth());
     if (below + 15 * lines.length + 60 > height) break;
     pen.fillStyle = "#ffffffd8"; pen.fillRect(x - 8, below - 14, wide, 15 * lines.length + 100);
     pen.fillStyle = "#1d232a";
