@@ -79,6 +79,7 @@ module rockdda_interaction_bar_bolt
       real(wp), allocatable :: start(:)         !! (points) displacements there [length]
       real(wp), allocatable :: across(:)        !! (crossings) displacement of the joint there [length]
       real(wp), allocatable :: parts(:, :)      !! (2, parts) directions there
+      real(wp), allocatable :: along(:, :)      !! (2, neighbours that act) directions there
       real(wp), allocatable :: tense(:)         !! (neighbours) N/L across those that sway [force/length]
       ! of the attempt
       real(wp), allocatable :: e(:), kept_e(:)  !! (neighbours) elongations of the step where forces act [length]
@@ -94,6 +95,7 @@ module rockdda_interaction_bar_bolt
       type(bar_response_type) :: response
       real(wp), allocatable :: response_u(:), response_force(:)   !! (points)
       real(wp) :: share = 0                     !! largest share of a strength in it
+      logical :: is_judged = .false.            !! `tangent` belongs to it
       real(wp), allocatable :: chain(:), kept_chain(:)   !! (neighbours) forces of links, there and at `kept_e`
       integer, allocatable :: kept_limits(:)    !! (elements, ties) what was at its limit at `kept_e`
       real(wp) :: stored = 0                    !! at the start of the step [energy]
@@ -176,7 +178,7 @@ contains
          allocate (bolt%start(n), bolt%u(n), bolt%force(n), bolt%response_u(n), bolt%response_force(n), source=0.0_wp)
       end associate
       allocate (bolt%kept_limits(bolt%bar%n - 1 + size(bolt%bar%node)), source=0)
-      allocate (bolt%parts(2, size(bolt%block)/2))
+      allocate (bolt%parts(2, size(bolt%block)/2), bolt%along(2, max(0, size(bolt%used) - 1)))
       call find_directions(bolt%place, bolt%parts)
       bolt%origin = bolt%place
       bolt%state = tension(bolt%bar, spread(.false., 1, size(bolt%bar%node)), 0.0_wp)
@@ -220,9 +222,8 @@ contains
    pure subroutine find_acting(active, bolt)
       logical, intent(in) :: active(:)     !! (blocks)
       type(bolt_type), intent(inout) :: bolt
-      real(wp) :: parts(2, size(bolt%block)/2)
       logical :: is_there, is_new
-      integer :: c, k, p
+      integer :: c, p
       is_new = .not. allocated(bolt%there)
       if (is_new) allocate (bolt%there(size(bolt%block)), source=.false.)
       do p = 1, size(bolt%block)
@@ -237,10 +238,18 @@ contains
          bolt%holds(c) = bolt%there(bolt%crossing(c)) .and. bolt%there(bolt%crossing(c) + 1)
       end do
       bolt%state%held = is_held(bolt, active)
+      call measure_origin(bolt)
+   end subroutine find_acting
+
+   !> Distances of neighbours when the bolt was installed.
+   pure subroutine measure_origin(bolt)
+      type(bolt_type), intent(inout) :: bolt
+      real(wp) :: parts(2, size(bolt%block)/2)
+      integer :: k
       call find_directions(bolt%origin, parts)
       bolt%apart = [(separation(bolt, bolt%origin, parts, bolt%acting(k), bolt%acting(k + 1)), &
                      k=1, size(bolt%acting) - 1)]
-   end subroutine find_acting
+   end subroutine measure_origin
 
    !> Forget what follows from places and state: they are new.
    pure subroutine forget_step(bolt)
@@ -271,8 +280,8 @@ contains
       type(bolt_type), intent(inout) :: bolt
       call find_acting(active, bolt)
       call find_directions(bolt%place, bolt%parts)
-      bolt%start = points_along(bolt)
-      bolt%across = joint_motion(bolt)
+      call find_start(bolt)
+      bolt%across(:) = joint_motion(bolt)
    end subroutine measure_bolt
 
    !> Directions of the parts of a bolt, for some places of its points.
@@ -280,8 +289,10 @@ contains
       real(wp), intent(in) :: place(:, :)      !! (2, points)
       real(wp), intent(out) :: parts(:, :)     !! (2, parts)
       integer :: j
+      real(wp) :: d(2)
       do j = 1, size(parts, 2)
-         parts(:, j) = unit(place(:, 2*j) - place(:, 2*j - 1))
+         d = place(:, 2*j) - place(:, 2*j - 1)
+         parts(:, j) = unit(d)
       end do
    end subroutine find_directions
 
@@ -292,12 +303,13 @@ contains
       real(wp), intent(in) :: place(:, :)      !! (2, points)
       real(wp), intent(in) :: parts(:, :)      !! (2, parts) directions there
       integer, intent(in) :: p, q
-      real(wp) :: along(2)
+      real(wp) :: along(2), d(2)
       if (is_joint(bolt, p, q)) then
-         along = unit(parts(:, (p + 1)/2) + parts(:, (q + 1)/2))
+         d = parts(:, (p + 1)/2) + parts(:, (q + 1)/2)
       else
-         along = unit(place(:, q) - place(:, p))
+         d = place(:, q) - place(:, p)
       end if
+      along = unit(d)
    end function direction
 
    !> A vector of the length 1 along another one; 0 where that has no length.
@@ -322,27 +334,25 @@ contains
       real(wp), intent(in) :: place(:, :)      !! (2, points)
       real(wp), intent(in) :: parts(:, :)      !! (2, parts) directions there
       integer, intent(in) :: p, q
-      real(wp) :: apart(2)
-      apart = place(:, q) - place(:, p)
-      if (is_joint(bolt, p, q)) then
-         separation = dot_product(unit(parts(:, (p + 1)/2) + parts(:, (q + 1)/2)), apart)
-      else
-         separation = sqrt(apart(1)**2 + apart(2)**2)
-      end if
+      real(wp) :: along(2)
+      along = direction(bolt, place, parts, p, q)
+      separation = along(1)*(place(1, q) - place(1, p)) + along(2)*(place(2, q) - place(2, p))
    end function separation
 
-   !> Displacements along the bolt since it was installed, from its first point that acts, of all points that do.
-   pure function points_along(bolt) result(u)
-      type(bolt_type), intent(in) :: bolt
-      real(wp) :: u(size(bolt%block))
+   !> Directions from neighbour to neighbour, and displacements along the bolt since it was installed, from its first
+   !> point that acts, of all points that do.
+   pure subroutine find_start(bolt)
+      type(bolt_type), intent(inout) :: bolt
       integer :: k
-      u = 0
+      bolt%start = 0
       do k = 2, size(bolt%acting)
          associate (p => bolt%acting(k - 1), q => bolt%acting(k))
-            u(q) = u(p) + (separation(bolt, bolt%place, bolt%parts, p, q) - bolt%apart(k - 1))
+            bolt%along(:, k - 1) = direction(bolt, bolt%place, bolt%parts, p, q)
+            bolt%start(q) = bolt%start(p) + &
+               (dot_product(bolt%along(:, k - 1), bolt%place(:, q) - bolt%place(:, p)) - bolt%apart(k - 1))
          end associate
       end do
-   end function points_along
+   end subroutine find_start
 
    !> Displacements across the bolt, of the second part against the first one, at the joints with a dowel.
    pure function joint_motion(bolt) result(across)
@@ -402,6 +412,7 @@ contains
       bolt%response_u(:) = bolt%u
       bolt%response_force(:) = bolt%force
       bolt%share = largest_share(bolt%bar, bolt%response)
+      bolt%is_judged = .false.
    end subroutine find_forces
 
    !> Forces by the tangents at another motion.

@@ -120,7 +120,8 @@ contains
             associate (block => bolt%block(points(side, k)), x => bolt%place(:, points(side, k)))
                if (block == 0) cycle
                v(:, 1, side) = mean_load(merge(-n, n, side == 1), x, context%moving(block))
-               v(:, 2, side) = mean_load(merge(-1, 1, side == 1)*[-n(2), n(1)], x, context%moving(block))
+               if (acts_across(bolt, k)) &
+                  v(:, 2, side) = mean_load(merge(-1, 1, side == 1)*[-n(2), n(1)], x, context%moving(block))
             end associate
          end do
          a = v(:, :, 1)
@@ -138,6 +139,14 @@ contains
          end associate
       end do
    end subroutine place_bolt
+
+   !> Does a link act across the bolt?
+   pure logical function acts_across(bolt, k)
+      type(bolt_type), intent(in) :: bolt
+      integer, intent(in) :: k                 !! link of neighbours, then of dowels
+      acts_across = .true.
+      if (k <= axial_links(bolt)) acts_across = bolt%tense(k) > 0
+   end function acts_across
 
    !> Mean of the directions between two points at the start and the end of the step; between points that have a
    !> distance weighed so that its change is exact.
@@ -190,7 +199,7 @@ contains
       type(bolt_type), intent(in) :: bolt
       real(wp), intent(in) :: level
       type(equations_type), intent(inout) :: equations
-      real(wp) :: loads(axial_links(bolt)), no_motion(axial_links(bolt)), k, f, force
+      real(wp) :: k, f, force
       logical :: shears
       integer :: c, i
       if (size(bolt%acting) == 0) then
@@ -199,12 +208,11 @@ contains
          end do
          return
       end if
-      no_motion = 0
       if (size(bolt%acting) > 1) call add_matrices(bolt, level/bolt%spacing, equations)
-      call continue_forces(axial_links(bolt), -bolt%tangent%chain, bolt%tangent%links, no_motion, bolt%tangent%e, loads)
       do i = 1, axial_links(bolt)
+         f = product_of(axial_links(bolt), bolt%tangent%links(:, i), bolt%tangent%e) - bolt%tangent%chain(i)
          call equations%set_link(bolt%first_link + i, [level*bolt%tangent%links(i, i), bolt%tense(i)]/bolt%spacing, &
-                                 [loads(i), bolt%tense(i)*bolt%turned(i)]/bolt%spacing)
+                                 [f, bolt%tense(i)*bolt%turned(i)]/bolt%spacing)
       end do
       do c = 1, size(bolt%crossing)
          k = 0
@@ -222,6 +230,17 @@ contains
                                  [0.0_wp, f]/bolt%spacing)
       end do
    end subroutine add_to_links_of
+
+   !> a . b, in one order.
+   pure real(wp) function product_of(n, a, b)
+      integer, intent(in) :: n
+      real(wp), intent(in) :: a(n), b(n)
+      integer :: i
+      product_of = 0
+      do i = 1, n
+         product_of = product_of + a(i)*b(i)
+      end do
+   end function product_of
 
    !> What the elongation of one link between neighbours does to the force of another one: of the blocks a and b the sum
    !> of D(i, j) v(i) v(j)^T, v(i) the vector of the link i at block a, v(j) that of j at b. Few links end at a block.
@@ -418,8 +437,8 @@ contains
    pure logical function has_tangents(bolt)
       type(bolt_type), intent(in) :: bolt
       integer :: i
-      has_tangents = allocated(bolt%tangent%acting)
-      if (.not. has_tangents) return
+      has_tangents = bolt%is_judged
+      if (has_tangents .or. .not. allocated(bolt%tangent%acting)) return
       associate (known => bolt%tangent, response => bolt%response)
          has_tangents = size(known%acting) == size(bolt%acting)
          if (.not. has_tangents) return
@@ -433,11 +452,28 @@ contains
       end associate
    end function has_tangents
 
+   !> Stiffness by the present response.
+   subroutine take_tangents(bolt)
+      type(bolt_type), intent(inout) :: bolt
+      real(wp) :: force(size(bolt%block))
+      associate (t => bolt%tangent)
+         call condense(bolt%bar, bolt%response, force, t%stiffness, t%share)
+         t%is_elastic = all(bolt%response%f_limit == 0) .and. all(bolt%response%t_limit == 0)
+         t%largest = maxval(abs(t%stiffness))
+         t%of_steel = bolt%response%f_tangent
+         t%of_ties = bolt%response%t_tangent
+         t%holder = bolt%response%holder
+         t%acting = bolt%acting
+         call chain_stiffness(bolt, t%stiffness, t%links)
+         bolt%version = bolt%version + 1
+      end associate
+   end subroutine take_tangents
+
    !> Linearise at the present motion; the last round holds where its forces follow the laws there.
    subroutine judge_bolt(bolt, n_changes)
       type(bolt_type), intent(inout) :: bolt
       integer, intent(inout) :: n_changes
-      real(wp) :: expected(size(bolt%block)), of_response(size(bolt%block)), force, missing, most(2)
+      real(wp) :: expected(size(bolt%block)), force, missing, most(2)
       logical :: shears
       integer :: c, i, n
       if (size(bolt%acting) == 0) return
@@ -452,17 +488,7 @@ contains
                       t%share(n), source=0.0_wp)
          end if
          call continue_forces(n, t%force, t%stiffness, t%u, bolt%u, expected)
-         if (.not. has_tangents(bolt)) then
-            call condense(bolt%bar, bolt%response, of_response, t%stiffness, t%share)
-            t%is_elastic = all(bolt%response%f_limit == 0) .and. all(bolt%response%t_limit == 0)
-            t%largest = maxval(abs(t%stiffness))
-            t%of_steel = bolt%response%f_tangent
-            t%of_ties = bolt%response%t_tangent
-            t%holder = bolt%response%holder
-            t%acting = bolt%acting
-            call chain_stiffness(bolt, t%stiffness, t%links)
-            bolt%version = bolt%version + 1
-         end if
+         if (.not. has_tangents(bolt)) call take_tangents(bolt)
          missing = 0
          most = 0
          do i = 1, n
@@ -470,6 +496,7 @@ contains
             most = max(most, abs([bolt%force(i), bolt%u(i)]))
          end do
          if (missing > agreement*most(1) + rounding*t%largest*most(2)) n_changes = n_changes + 1
+         bolt%is_judged = .true.
          t%u(:) = bolt%u
          t%force(:) = bolt%force
          t%e(:) = bolt%e

@@ -457,20 +457,23 @@ contains
       !> Of one bolt.
       subroutine add_forces_of(bolt)
          type(bolt_type), intent(in) :: bolt
-         real(wp) :: dowel, n(2)
+         real(wp) :: dowel, force(2), n(2)
          logical :: shears
          integer :: c, k
          do k = 1, size(bolt%acting) - 1
-            n = direction(bolt, bolt%place, bolt%parts, bolt%acting(k), bolt%acting(k + 1))
-            call add(bolt, bolt%acting(k), bolt%chain(k)*n)
-            call add(bolt, bolt%acting(k + 1), -bolt%chain(k)*n)
+            force = bolt%chain(k)*bolt%along(:, k)
+            call add(bolt, bolt%acting(k), force)
+            force = -force
+            call add(bolt, bolt%acting(k + 1), force)
          end do
          do c = 1, size(bolt%crossing)
             if (.not. bolt%holds(c)) cycle
             call dowel_response(bolt, bolt%across(c) - bolt%dowel_slip(c), dowel, shears)
             n = direction(bolt, bolt%place, bolt%parts, bolt%crossing(c), bolt%crossing(c) + 1)
-            call add(bolt, bolt%crossing(c), dowel*[-n(2), n(1)])
-            call add(bolt, bolt%crossing(c) + 1, -dowel*[-n(2), n(1)])
+            force = dowel*[-n(2), n(1)]
+            call add(bolt, bolt%crossing(c), force)
+            force = -force
+            call add(bolt, bolt%crossing(c) + 1, force)
          end do
       end subroutine add_forces_of
 
@@ -479,9 +482,11 @@ contains
          type(bolt_type), intent(in) :: bolt
          integer, intent(in) :: p
          real(wp), intent(in) :: force(2)
+         real(wp) :: of_section(2), arm(2)
          if (bolt%block(p) == 0) return
-         call forces%add_force(bolt%block(p), force/bolt%spacing, bolt%place(:, p) - &
-                               context%state%centroid(:, bolt%block(p)))
+         of_section = force/bolt%spacing
+         arm = bolt%place(:, p) - context%state%centroid(:, bolt%block(p))
+         call forces%add_force(bolt%block(p), of_section, arm)
       end subroutine add
 
    end subroutine add_forces
