@@ -331,6 +331,7 @@ contains
       integer :: i
       logical :: ok
       call self%bars%reach_end()
+      call self%liners%reach_end()
       if (.not. context%scheme%second_order) return
       context%jump = 0
       call self%contacts%add_impulses(equations, context%dt, context%jump)

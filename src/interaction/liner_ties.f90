@@ -11,10 +11,7 @@ module rockdda_interaction_liner_ties
    use rockdda_interaction_contact_law, only : contact_law_type, shear_strength, tension_at
    implicit none
    private
-   public :: tie_type, tie_response_type, tie_numbers, tie_state, respond_tie, pack_tie, unpack_tie
-
-   !> Numbers that last of a tie.
-   integer, parameter :: tie_numbers = 21
+   public :: tie_type, tie_after_type, tie_response_type, tie_state, respond_tie
 
    type :: tie_state_enum
       integer :: open = 0
@@ -24,6 +21,14 @@ module rockdda_interaction_liner_ties
       integer :: parts = 4      !! at the tensile and the shear strength
    end type tie_state_enum
    type(tie_state_enum), parameter :: tie_state = tie_state_enum()
+
+   !> What of a tie changes at the end of a step.
+   type :: tie_after_type
+      real(wp) :: free(2) = 0
+      real(wp) :: slip = 0
+      logical :: bonded = .true.
+      logical :: sliding = .false.
+   end type tie_after_type
 
    type :: tie_type
       integer :: a = 0                 !! block of the rock, or segment of the lower lining; 0: it has gone for good
@@ -52,6 +57,7 @@ module rockdda_interaction_liner_ties
       real(wp) :: force(2) = 0         !! of the last round
       real(wp) :: at(2) = 0            !! its change there [length]
       real(wp) :: tangent(2) = 0       !! [force/length]
+      type(tie_after_type) :: after    !! of the end of the step
    end type tie_type
 
    type :: tie_response_type
@@ -120,33 +126,5 @@ contains
          response%energy = 0.5_wp*dot_product(response%force, e)
       end if
    end subroutine respond_tie
-
-   !> What lasts of a tie, as numbers.
-   pure function pack_tie(tie) result(numbers)
-      type(tie_type), intent(in) :: tie
-      real(wp) :: numbers(tie_numbers)
-      numbers = [real(tie%a, wp), real(tie%b, wp), merge(1.0_wp, 0.0_wp, tie%on_rock), tie%at_a, tie%arm, tie%angle, &
-                 tie%length, tie%free, tie%slip, merge(1.0_wp, 0.0_wp, tie%bonded), &
-                 merge(1.0_wp, 0.0_wp, tie%sliding), tie%shape, tie%motion, tie%bent]
-   end function pack_tie
-
-   !> A tie of its numbers.
-   pure type(tie_type) function unpack_tie(numbers) result(tie)
-      real(wp), intent(in) :: numbers(tie_numbers)
-      tie%a = nint(numbers(1))
-      tie%b = nint(numbers(2))
-      tie%on_rock = numbers(3) > 0.5_wp
-      tie%at_a = numbers(4:5)
-      tie%arm = numbers(6:7)
-      tie%angle = numbers(8)
-      tie%length = numbers(9)
-      tie%free = numbers(10:11)
-      tie%slip = numbers(12)
-      tie%bonded = numbers(13) > 0.5_wp
-      tie%sliding = numbers(14) > 0.5_wp
-      tie%shape = numbers(15:17)
-      tie%motion = numbers(18:19)
-      tie%bent = numbers(20:21)
-   end function unpack_tie
 
 end module rockdda_interaction_liner_ties

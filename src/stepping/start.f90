@@ -8,7 +8,7 @@ module rockdda_stepping_start
    use rockdda_model_datum, only : find_datum, move_model
    use rockdda_model_parameters, only : parameters_type
    use rockdda_interaction_context, only : step_context_type
-   use rockdda_interaction_liners, only : add_liner_materials
+   use rockdda_interaction_liner_placing, only : add_liner_materials
    use rockdda_linear_factory, only : new_solver, default_solver, has_cholmod
    use rockdda_stepping_construction, only : construction_type
    use rockdda_stepping_control, only : new_step_control
@@ -50,7 +50,7 @@ contains
       call new_step_control(parameters, blocks%fixed%n, step%control)
       step%water = step%control%water(parameters)
       call step%families%init(step%step_context_type)
-      call step%families%liners%append_segments(step%step_context_type)
+      call step%families%liners%add_segments(step%step_context_type)
       call step%families%loads%make_room(step%blocks%n_blocks)
       call construction%make_room(step%blocks%n_blocks)
       call subtract_datum(step%step_context_type)
