@@ -34,17 +34,22 @@ MULTIPLES: dict[str, tuple[tuple[str, float, float], ...]] = {
     "stress": (("MPa", 1e6, 1e6), ("kPa", 1e3, 0.0)),
     "stiffness": (("MPa/m", 1e6, 1e6), ("kPa/m", 1e3, 0.0)),
     "force": (("MN", 1e6, 1e6), ("kN", 1e3, 0.0)),
+    "single_force": (("MN", 1e6, 1e6), ("kN", 1e3, 0.0)),
+    "section_force": (("MN/m", 1e6, 1e6), ("kN/m", 1e3, 0.0)),
+    "moment": (("MNm/m", 1e6, 1e6), ("kNm/m", 1e3, 0.0)),
     "energy": (("MJ", 1e6, 1e6), ("kJ", 1e3, 1.0), ("J", 1.0, 0.0)),
     "speed": (("m/s", 1.0, 0.1), ("mm/s", 1e-3, 0.0)),
     "acceleration": (("m/s²", 1.0, 0.0),),
     "line_load": (("MN/m", 1e6, 1e6), ("kN/m", 1e3, 0.0)),
     "frequency": (("1/s", 1.0, 0.0),),
 }
-#: Powers of length, time and force of these quantities; forces and energies are shown for a metre of thickness.
+#: Powers of length, time and force of these quantities; forces and energies are shown for a metre of thickness, but for
+#: the force of one bolt.
 DIMENSIONS = {
     "length": (1, 0, 0), "area": (2, 0, 0), "time": (0, 1, 0), "density": (-4, 2, 1), "weight": (-3, 0, 1),
     "stress": (-2, 0, 1), "stiffness": (-3, 0, 1), "force": (-1, 0, 1), "energy": (0, 0, 1), "speed": (1, -1, 0),
-    "acceleration": (1, -2, 0), "line_load": (-2, 0, 1), "frequency": (0, -1, 0),
+    "acceleration": (1, -2, 0), "line_load": (-2, 0, 1), "frequency": (0, -1, 0), "single_force": (0, 0, 1),
+    "section_force": (-1, 0, 1), "moment": (0, 0, 1),
 }  # fmt: skip
 
 LENGTHS = {"mm": 1e-3, "cm": 1e-2, "dm": 0.1, "m": 1.0, "km": 1e3, "in": 0.0254, "ft": 0.3048}
@@ -177,6 +182,8 @@ class Units:
             "speed": f"{length}/{time}",
             "acceleration": f"{length}/{time}²",
             "line_load": f"{force}/{length}",
+            "single_force": force,
+            "section_force": f"{force}/{length}",
             "moment": f"{force}{length}/{length}" if known else "force × length/length",
             "frequency": f"1/{time}",
             "spin": f"rad/{time}",
@@ -202,9 +209,15 @@ class Units:
         name, size, _ = (chosen or known[-1:])[0]
         return _ratio(in_si, size), name
 
-    def per_metre(self, unit: str, *, moment: bool = False) -> str:
-        """The unit of a force, or of a moment, per metre of thickness, 'kN/m' or 'kNm/m'; '' where none is known."""
-        return f"{unit}{self.length if moment else ''}/{self.length}" if unit and self.length else ""
+    def of_section(self, name: str, largest: float) -> tuple[float, str]:
+        """The factor and the unit in which N, M or Q of a lining are shown, per metre of thickness: 'kN/m', 'kNm/m'; ''
+        where no unit is known."""
+        factor, unit = self.multiple("moment" if name == "M" else "section_force", largest)
+        return factor, unit if self.length else ""
+
+    def of_bolt(self, has_spacing: bool, largest: float) -> tuple[float, str]:
+        """The factor and the unit of forces of bolts: per bolt where rows have a spacing, else per metre."""
+        return self.multiple("single_force" if has_spacing else "force", largest)
 
     def text(self, value: float, dimension: str, digits: int = 4) -> str:
         """'5.3 mm'."""

@@ -47,6 +47,23 @@ def number(text):
     return float(text.replace("_wp", ""))
 
 
+@pytest.mark.parametrize(
+    ("system", "bolt", "normal", "moment"),
+    [("SI", 43.63e3, 8.476e3, 6.208e3), ("kN", 43.63, 8.476, 6.208), ("mm", 43.63e3, 8.476, 6.208e3)],
+)
+def test_forces_of_bolts_and_linings_in_each_system(system, bolt, normal, moment):
+    """A bolt of 43.63 kN; 8.476 kN and 6.208 kNm per metre of thickness, in the file's units for a unit of it."""
+    units = tables.Units(*tables.SYSTEMS[system], multiples=True)
+    shown = (
+        (bolt, units.of_bolt(True, bolt), 43.63, "kN"),
+        (normal, units.of_section("N", normal), 8.476, "kN/m"),
+        (moment, units.of_section("M", moment), 6.208, "kNm/m"),
+    )
+    for value, (factor, unit), expected, name in shown:
+        assert unit == name
+        assert factor * value == pytest.approx(expected, rel=1e-12)
+
+
 def test_the_program_and_the_package_have_the_same_units():
     """The rows of both tables, and the powers of length, mass and time of each quantity."""
     text = (ROOT / "src/model/units.f90").read_text()
@@ -57,11 +74,12 @@ def test_the_program_and_the_package_have_the_same_units():
     ):
         row = (name + characters.get(more, ""), number(size), number(least))
         multiples[dimension] = (*multiples.get(dimension, ()), row)
-    assert {name: multiples[NAMES[name]] for name in tables.MULTIPLES} == tables.MULTIPLES
+    assert {name: multiples[NAMES[name]] for name in NAMES} == {name: tables.MULTIPLES[name] for name in NAMES}
     powers = {}
     for names, row in re.findall(r"case \(([^)]+)\); powers = \[([^]]+)\]", text):
         powers |= dict.fromkeys(re.findall(r"'([^']+)'", names), tuple(map(int, row.split(","))))
-    for name, (length, time, force) in tables.DIMENSIONS.items():
+    for name in NAMES:
+        length, time, force = tables.DIMENSIONS[name]
         assert powers[NAMES[name]] == (length + force, force, time - 2 * force), name
     systems = re.findall(r"unit_system_type\('(\w+)', (\S+), (\S+), (\S+), '(\w+)', '(\w+)', '(\w+)', '(\w+)'\)", text)
     assert {row[0] for row in systems} == set(tables.SYSTEMS)

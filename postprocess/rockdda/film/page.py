@@ -71,10 +71,10 @@ def shown_fields(results: Results, fields: Sequence[str], units: Units, *, joint
     for name in fields:
         values = np.abs(now.field(name)[now.active])
         found[name] = units.multiple(field_words(name)[1], float(values.max(initial=0.0)))
-    found["bolts"] = units.multiple("force", float(np.abs(now.bolt_pieces["force"]).max(initial=0.0)))
+    found["bolts"] = units.of_bolt(bool(results.bolt_names), float(np.abs(now.bolt_pieces["force"]).max(initial=0.0)))
     pieces = now.liner_pieces
     for name in "NMQ":
-        found[name] = units.multiple("force", float(np.abs(pieces[name]).max(initial=0.0)))
+        found[name] = units.of_section(name, float(np.abs(pieces[name]).max(initial=0.0)))
     found["length"] = units.multiple("length", float(np.abs(results.vertices).max()))
     return found
 
@@ -106,7 +106,7 @@ def describe(
         "boltLabel": _with_unit("axial force", shown["bolts"][1]),
         "liners": results.frames[0].liner_pieces.stack("x1", "y1", "x2", "y2").tolist(),
         "linerNames": [results.liner_names[k] for k in results.frames[0].liner_pieces["liner"].tolist()],
-        "linerUnits": [units.per_metre(shown[name][1], moment=name == "M") for name in "NMQ"],
+        "linerUnits": [shown[name][1] for name in "NMQ"],
         "linerRanges": liner_ranges(results, shown),
         "maps": colour_maps(),
         "unit": f" {units.time}" if units.time else "",

@@ -37,11 +37,9 @@ class Support:
         self.bars: list[tuple[str, float, float, str]] = []
         if liner != "use" and self.start.liner_pieces.n_rows:
             self.most = max(float(np.abs(one.moved_pieces("liner")[liner]).max(initial=0.0)) for one in now)
-            factor, unit = units.multiple("force", self.most)
-            per = units.per_metre(unit, moment=liner == "M")
-            self.bars.append((DIVERGING, -factor * self.most, factor * self.most, f"linings: {liner} [{per}]"))
-            if not per:
-                self.bars[0] = (*self.bars[0][:3], f"linings: {liner}")
+            factor, unit = units.of_section(liner, self.most)
+            words = f"linings: {liner} [{unit}]" if unit else f"linings: {liner}"
+            self.bars.append((DIVERGING, -factor * self.most, factor * self.most, words))
         coloured = {"bolts": "bolt"} | ({"linings": "liner"} if liner == "use" else {})
         used = [
             name

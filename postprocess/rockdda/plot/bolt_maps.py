@@ -49,7 +49,7 @@ def bolts(
     parts, force = pieces.stack("x1", "y1", "x2", "y2").reshape(-1, 2, 2), pieces["force"]
     if not len(parts):
         raise InputError(f"{results.path} has no bolts in this frame")
-    factor, unit = units.multiple("force", float(np.abs(force).max()))
+    factor, unit = units.of_bolt(bool(results.bolt_names), float(np.abs(force).max()))
     # the colours begin or end at zero: equal forces differ by rounding alone
     low, high = factor * min(0.0, float(force.min())), factor * max(0.0, float(force.max()))
     shown, label = factor * force, f"axial force per bolt{f' [{unit}]' if unit else ''}"

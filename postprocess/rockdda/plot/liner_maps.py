@@ -72,8 +72,8 @@ def capacity(
 
     now, units = results.frames[frame], Units.parse(units, results)
     nodes = _nodes(results, now)
-    factor, unit = units.multiple("force", float(np.abs(nodes["N"]).max(initial=0.0)))
-    moment, unit_m = units.multiple("force", float(np.abs(nodes["M"]).max(initial=0.0)))
+    factor, unit = units.of_section("N", float(np.abs(nodes["N"]).max(initial=0.0)))
+    moment, unit_m = units.of_section("M", float(np.abs(nodes["M"]).max(initial=0.0)))
     with style():
         _, axes = new_axes(axes, (PAPER_WIDTH, 0.7 * PAPER_WIDTH))
         for k, name in enumerate(results.liner_names):
@@ -90,8 +90,8 @@ def capacity(
                     label = f"{name}: {words}" if len(results.liner_names) > 1 else words
                     axes.plot(n, m, line, color=colour, linewidth=0.9, label=label)
         axes.axhline(0, color="#999999", linewidth=0.5)
-        axes.set_xlabel(_label("compression", units.per_metre(unit)))
-        axes.set_ylabel(_label("moment", units.per_metre(unit_m, moment=True)))
+        axes.set_xlabel(_label("compression", unit))
+        axes.set_ylabel(_label("moment", unit_m))
         parts = [title_of(results), moment_of(now, units)]
         axes.set_title(", ".join(part for part in parts if part) if title is None else title)
         axes.legend()
@@ -117,7 +117,7 @@ def _draw(
 
     nodes = _nodes(results, now)
     largest = float(np.abs(nodes[name]).max(initial=0.0))
-    factor, unit = units.multiple("force", largest)
+    factor, unit = units.of_section(name, largest)
     axes = frame_axes(results, now, now.shown_vertices, axes, units, title)
     add_plain_blocks(axes, results, now.shown_vertices)
     for k in range(len(results.liner_names)):
@@ -150,7 +150,7 @@ def _draw(
             if at.any():
                 axes.plot(chosen["x"][at], chosen["y"][at], mark, color="black", markersize=3.5, zorder=4, label=words)
     values = factor * nodes[name]
-    words = _label(f"{FIELDS[name]} {name}", units.per_metre(unit, moment=name == "M"))
+    words = _label(f"{FIELDS[name]} {name}", unit)
     axes.set_xlabel(f"{words}: {values.min():.4g} … {values.max():.4g}")
     add_fixed_points(axes, results)
     place = nodes.stack("x", "y")

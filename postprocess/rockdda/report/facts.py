@@ -347,7 +347,8 @@ def in_short(results: Results, units: Units) -> list[tuple[str, str]]:
             )
     forces = now.bolt_pieces["force"]
     if len(forces):
-        facts.append(("largest force of a bolt", units.text(float(forces.max()), "force")))
+        factor, unit = units.of_bolt(bool(results.bolt_names), float(forces.max()))
+        facts.append(("largest force of a bolt", f"{factor * float(forces.max()):.4g} {unit}".rstrip()))
     if now.moved_pieces("liner").n_rows:
         facts.append(("largest forces in linings", liner_forces(now, units)))
     for name, value in search_table(results):

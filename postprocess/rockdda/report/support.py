@@ -27,7 +27,9 @@ def bolt_table(results: Results, units: Units) -> tuple[str, Table]:
     pieces, first = results.frames[-1].bolt_pieces, results.frames[0].bolt_pieces
     names = results.bolt_names or [str(k + 1) for k in range(len(results.bolt_ends))]
     spacing = results.bolt_spacing if results.bolt_names else np.ones(len(names))
-    factor, unit = units.multiple("force", float(np.abs(pieces["force"]).max()))
+    largest = float(np.abs(pieces["force"]).max())
+    factor, unit = units.of_bolt(bool(results.bolt_names), largest)
+    per_metre, unit_metre = units.of_section("N", largest / float(np.min(spacing)))
     rows = []
     for k in range(len(names)):
         own = pieces.rows(first["bolt"] == k)
@@ -37,12 +39,12 @@ def bolt_table(results: Results, units: Units) -> tuple[str, Table]:
         use = float(np.nanmax(own["use"])) if np.isfinite(own["use"]).any() else math.nan
         rows.append((names[k], force, force / spacing[k], use))
     rows.sort(key=lambda row: (-(row[3] if math.isfinite(row[3]) else 0.0), -abs(row[1])))
-    head = ["bolt", f"largest axial force per bolt [{unit}]", f"per metre [{unit}/m]", "share of a strength"]
+    head = ["bolt", f"largest axial force per bolt [{unit}]", f"per metre [{unit_metre}]", "share of a strength"]
     if not unit:
         head[1:3] = ["largest axial force per bolt", "per unit of thickness"]
     lead = f"{len(rows)} bolts, the first {MOST_BOLTS}:" if len(rows) > MOST_BOLTS else ""
     shown = [
-        [name, number(factor * force), number(factor * metre), f"{100 * use:.0f} %" if use == use else "unlimited"]
+        [name, number(factor * force), number(per_metre * metre), f"{100 * use:.0f} %" if use == use else "unlimited"]
         for name, force, metre, use in rows[:MOST_BOLTS]
     ]
     return lead, (head, shown)
@@ -63,11 +65,12 @@ def window(results: Results) -> list[float] | None:
 
 def liner_forces(frame: Frame, units: Units) -> str:
     """'N -860 kN/m, M -8.94 kNm/m': the largest values of a frame without regard to their sign."""
-    pieces, parts = frame.moved_pieces("liner"), []
+    nodes, parts = frame.liner_node_columns, []
+    nodes = nodes.rows(nodes["state"] > 0)
     for name in "NM":
-        value = float(pieces[name][int(np.argmax(np.abs(pieces[name])))])
-        factor, unit = units.multiple("force", value)
-        parts.append(f"{name} {number(factor * value)} {units.per_metre(unit, moment=name == 'M')}".rstrip())
+        value = float(nodes[name][int(np.argmax(np.abs(nodes[name])))])
+        factor, unit = units.of_section(name, value)
+        parts.append(f"{name} {number(factor * value)} {unit}".rstrip())
     return ", ".join(parts)
 
 
@@ -77,10 +80,10 @@ def liner_table(results: Results, units: Units) -> Table:
     frames = [results.frames[index] for index in range(results.n_frames)]
     nodes = [frame.liner_node_columns for frame in frames]
     largest = {name: max(float(np.abs(one[name]).max(initial=0.0)) for one in nodes) for name in "NMQ"}
-    shown = {name: units.multiple("force", value) for name, value in largest.items()}
+    shown = {name: units.of_section(name, value) for name, value in largest.items()}
     head = ["lining"]
     for name, words in (("N", "N, compression"), ("N", "N, tension"), ("M", "M"), ("Q", "Q")):
-        unit = units.per_metre(shown[name][1], moment=name == "M")
+        unit = shown[name][1]
         head.append(f"{words} [{unit}]" if unit else words)
     head += ["largest share of the strength", "where, in which stage", "nodes cracked, crushed"]
     rows = []
