@@ -328,12 +328,13 @@ contains
    !> The first stage that installs, or removes, what has a name; 0: none.
    pure integer function stage_with(stages, name, installs) result(stage)
       type(stage_type), intent(in) :: stages(:)
-      character(len=:), allocatable, intent(in) :: name
+      character(len=*), optional, intent(in) :: name     !! absent where it is not allocated
       logical, intent(in) :: installs
       character(len=:), allocatable :: list
       integer :: k
       stage = 0
-      if (.not. is_given(name)) return
+      if (.not. present(name)) return
+      if (len_trim(name) == 0) return
       do stage = 1, size(stages)
          list = ''
          if (installs) then
