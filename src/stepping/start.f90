@@ -40,7 +40,7 @@ contains
       call problems%to_error(error)
       if (allocated(error)) return
       if (len_trim(parameters%solver_method) == 0) step%parameters%solver_method = default_solver()
-      call new_solver(solver_for(step%parameters), parameters%solver_tolerance, parameters%sor_factor, &
+      call new_solver(solver_for(step%parameters, blocks%n_blocks), parameters%solver_tolerance, parameters%sor_factor, &
                       parameters%preconditioner, step%solver, error)
       if (allocated(error)) return
       call add_liner_materials(step%parameters)
@@ -63,14 +63,16 @@ contains
    end subroutine start_step
 
    !> The solver of the options; for linings, whose bending is far softer than their stretching, the direct one where
-   !> the program may choose.
-   pure function solver_for(parameters) result(name)
+   !> the program may choose and blocks are few. Among many it would cost twice as much as the solver that learns.
+   pure function solver_for(parameters, n_blocks) result(name)
       type(parameters_type), intent(in) :: parameters
+      integer, intent(in) :: n_blocks          !! of the model, without segments
+      integer, parameter :: few_blocks = 500
       character(len=:), allocatable :: name
       name = parameters%solver_method
       if (.not. allocated(parameters%liners)) return
       if (size(parameters%liners) > 0 .and. name == default_solver() .and. has_cholmod() .and. &
-          len_trim(parameters%preconditioner) == 0) name = 'cholmod'
+          len_trim(parameters%preconditioner) == 0 .and. n_blocks <= few_blocks) name = 'cholmod'
    end function solver_for
 
    !> Make all positions relative to a datum, for digits (rockdda_model_datum). What has been found with them stays.
