@@ -99,24 +99,36 @@ contains
       end associate
    end subroutine draw_liner
 
-   !> Put nodes where the rock along a line begins or ends when the lining is installed.
+   !> Put nodes where the rock along a line begins or ends, when the lining is installed or once a later stage has
+   !> excavated or placed blocks: the largest moment of a lining over a gap is that at the end of the rock.
    pure subroutine break_at_rock(context, line, element, liner)
       type(step_context_type), intent(in) :: context
       real(wp), intent(in) :: line(:), element
       type(liner_type), intent(inout) :: liner
       type(stretch_type), allocatable :: stretches(:)
-      real(wp), allocatable :: ends(:)
-      integer :: side
+      real(wp), allocatable :: ends(:), seams(:)
+      logical :: rock(context%blocks%n_blocks), before(context%blocks%n_blocks)
+      integer :: side, stage
       if (liner%layout%n == 0) return
-      associate (p => context%parameters, blocks => context%blocks, t => liner%section%thickness)
-         call find_stretches(liner%layout%path, reach_over_thickness*t, blocks, blocks%vertices, &
-                             rock_at(blocks, p%regions, p%stages, liner%installs), &
-                             stretches, side)
-         ends = liner%layout%start + rock_ends(liner%layout%path, stretches, 0.1_wp*t)
-         liner%side = merge(side, opening_side(liner%layout%path, liner%layout%closed), side /= 0)
-         if (size(stretches) > 0) liner%layout = new_liner_layout(line, t, element, ends, liner%layout%start + &
-                                                                  block_ends(liner%layout%path, stretches))
+      allocate (ends(0), seams(0))
+      associate (p => context%parameters, blocks => context%blocks, layout => liner%layout, &
+                 t => liner%section%thickness)
+         do stage = liner%installs, max(liner%installs, size(p%stages))
+            rock = rock_at(blocks, p%regions, p%stages, stage)
+            if (stage > liner%installs) then
+               if (all(rock .eqv. before)) cycle
+            end if
+            before = rock
+            call find_stretches(layout%path, reach_over_thickness*t, blocks, blocks%vertices, rock, stretches, side)
+            if (stage == liner%installs) then
+               liner%side = merge(side, opening_side(layout%path, layout%closed), side /= 0)
+               if (size(stretches) == 0) return
+               seams = layout%start + block_ends(layout%path, stretches)
+            end if
+            ends = [ends, layout%start + rock_ends(layout%path, stretches, 0.1_wp*t)]
+         end do
       end associate
+      liner%layout = new_liner_layout(line, liner%section%thickness, element, ends, seams)
    end subroutine break_at_rock
 
    !> Stiffness of the back, by the modulus or that of its joint material, and that material.

@@ -116,6 +116,28 @@ class Liners(ProgramTest):
                     self.near(abs(force[end, 2]), weight * 4 / 2, 0.01)
                 self.near(place[0, middle, 1] - place[-1, middle, 1], sag, 0.05)
 
+    def test_clamped_where_rock_is_excavated_later(self):
+        """The rock below 1.9 and 3.3 m of a lining goes in the next stage: w l^2/12 at both ends with elements as the
+        program chooses them. The end of the rock was no node before, and the moment 69 % too small."""
+        weight = 2400 * 10 * 0.2
+        for span in (1.9, 3.3):
+            groups = f"&region name = 'mid', box = 1, -1, {1 + span}, 0 /\n" + FIXED.format(0, -1, 2 + span, -1)
+            groups += (
+                f"&liner name = 'l', along = {2 + span}, 0, 0, 0, thickness = 0.2, young = 30e9, density = 2400 /\n"
+            )
+            groups += (
+                "&stage until = 'equilibrium', install = 'l' /\n&stage until = 'equilibrium', excavate = 'mid' /\n"
+            )
+            boxes = [(0, -1, 1, 0), (1, -1, 1 + span, 0), (1 + span, -1, 2 + span, 0)]
+            self.boxes("gap", boxes, groups + "\n", young=1e13, gravity=10)
+            with self.solve("gap") as file:
+                place, force = file["frames/liner_point"][-1, :, 0], file["frames/liner_force"][-1]
+                for x in (1, 1 + span):
+                    end = abs(place - x).argmin()
+                    self.assertLess(abs(place[end] - x), 1e-3)
+                    self.near(abs(force[end, 1]), weight * span**2 / 12, 0.03)
+                    self.near(abs(force[end, 2]), weight * span / 2, 0.01)
+
     def ground(self, name, liner, stages, stress="-5e6, -10e6", n=64, rings=24):
         """L1: a hole of 5 m in tied cells; the edge of the ground is 100 m away."""
         radii = [5 * 20 ** (k / rings) for k in range(rings + 1)]
