@@ -353,6 +353,14 @@ class Liners(ProgramTest):
             "&change: there is no lining 'x'",
         ):
             self.assertIn(words, text)
+        for given in (
+            "thickness = 0,2, young = 3e10, along = 0, 0, 1, 0",
+            "thickness = 0.2, young = 3e10, along = 0, x",
+        ):
+            self.boxes("bad", [(0, 0, 1, 1)], f"&liner {given} /\n" + REST)
+            text = self.run_program("check", "bad.nml").err
+            self.assertIn("1 error", text.splitlines()[-1] + self.run_program("check", "bad.nml").out)
+            self.assertNotIn("missing", text)
         far = "&liner name = 'far', along = 0, -0.05, 1, -0.05, thickness = 0.2, young = 3e10 /\n" + REST
         self.boxes("bad", [(0, 0, 1, 1)], far)
         self.assertIn("liner 'far': the line lies up to 0.05 beside the rock", self.run_program("check", "bad.nml").err)
