@@ -2,6 +2,7 @@
 """Linings against closed forms: free ring, clamped ends, a lined hole, its section; by stage, and resumed."""
 
 import itertools
+import json
 import math
 import unittest
 
@@ -285,6 +286,24 @@ class Liners(ProgramTest):
                 for distance in moved:
                     self.assertAlmostEqual(distance, max(0, slid), delta=0.2e-3)
                 self.assertLess(abs(energy[-1]), 1e-6 * abs(energy).max())
+
+    def test_factor_of_safety(self):
+        """A lining that slides: its joint is reduced as others are, tan 35 over tan 25 degrees."""
+        cosine, sine = math.cos(math.radians(25)), math.sin(math.radians(25))
+        corners = [(u * cosine - v * sine, u * sine + v * cosine) for u, v in ((-4, -1), (4, -1), (4, 0), (-4, 0))]
+        lines = [(*a, *b) for a, b in zip(corners, corners[1:] + corners[:1], strict=True)]
+        groups = "&joint_material number = 3, name = 'j', friction = 35 /\n" + REST
+        groups += f"&liner along = {2 * cosine}, {2 * sine}, {-2 * cosine}, {-2 * sine}, thickness = 0.2, "
+        groups += "young = 30e9, density = 2400, joint_material = 'j' /\n" + FIXED.format(*corners[0], *corners[1])
+        self.make("factor", lines, 4, groups, young=2e10, gravity=9.81)
+        outcome = self.run_program(
+            "fos", "factor.nml", "--search", "strength", "--tolerance", "0.02", "--force", "--json", "-o", "factor.h5"
+        )
+        self.assertEqual(outcome.code, 0, outcome.err)
+        found, truth = json.loads(outcome.out), math.tan(math.radians(35)) / math.tan(math.radians(25))
+        self.assertLessEqual(found["low"], truth)
+        self.assertGreaterEqual(found["high"], truth)
+        self.near(found["factor"], truth, 0.01)
 
     def test_opened_bond_in_a_static_stage(self):
         """A lining across a gap that opens peels off from a joint with cohesion alone: forces jumped where it came off,
