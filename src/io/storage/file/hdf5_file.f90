@@ -8,6 +8,7 @@ module rockdda_io_hdf5_file
       H5F_CLOSE_STRONG_F, H5P_FILE_ACCESS_F, H5P_DEFAULT_F, H5S_SCALAR_F, H5T_CSET_UTF8_F, H5T_STRING, &
       h5eset_auto_f, h5fclose_f, h5fcreate_f, h5fflush_f, h5fopen_f, h5gclose_f, h5gcreate_f, h5get_libversion_f, &
       h5lexists_f, h5open_f, h5pclose_f, h5pcreate_f, h5pset_cache_f, h5pset_fclose_degree_f, &
+      h5pset_libver_bounds_f, H5F_LIBVER_EARLIEST_F, H5F_LIBVER_LATEST_F, &
       h5screate_f, h5screate_simple_f, h5tcopy_f, h5tset_cset_f
    use rockdda_base_kinds, only : i8
    use rockdda_base_error, only : error_type, error_code, make_error
@@ -270,6 +271,8 @@ contains
       call h5open_f(status)
       if (status == 0) call h5eset_auto_f(0, status)
       if (status == 0) call h5pcreate_f(H5P_FILE_ACCESS_F, access, status)
+      ! the oldest layout that serves, by default in HDF5 1: the driver and the reader of the package know no other
+      if (status == 0) call h5pset_libver_bounds_f(access, H5F_LIBVER_EARLIEST_F, H5F_LIBVER_LATEST_F, status)
       if (status == 0) call h5pset_fclose_degree_f(access, H5F_CLOSE_STRONG_F, status)
       if (status == 0) call h5pset_cache_f(access, 0, cached_chunks, cached_bytes, 0.75, status)
       if (status == 0 .and. in_commits) then
