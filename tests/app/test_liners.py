@@ -384,6 +384,26 @@ class Liners(ProgramTest):
         self.boxes("bad", [(0, 0, 1, 1)], far)
         self.assertIn("liner 'far': the line lies up to 0.05 beside the rock", self.run_program("check", "bad.nml").err)
 
+    def test_what_would_be_ignored_is_named(self):
+        """A line beside `on`, a removal before the installation; and a bond that cannot come back."""
+        line = "along = 0, 0, 1, 0"
+        layers = f"&liner name = 'a', {line}, thickness = 0.2, young = 3e10 /\n"
+        layers += "&liner name = 'b', on = 'a', {}, thickness = 0.2, young = 3e10 /\n"
+        self.boxes("bad", [(0, 0, 1, 1)], layers.format("along = 0.2, 0, 1, 0") + REST)
+        self.assertIn("a layer lies on all of the lining that on names", self.run_program("check", "bad.nml").err)
+        self.boxes("bad", [(0, 0, 1, 1)], layers.format(line) + REST)
+        self.assertNotIn("a layer lies", self.run_program("check", "bad.nml").err)
+        groups = f"&liner name = 'a', {line}, thickness = 0.2, young = 3e10 /\n"
+        self.boxes("bad", [(0, 0, 1, 1)], groups + "&stage until = 'equilibrium', remove = 'a' /\n")
+        self.assertIn("'a' is removed in stage 1, before", self.run_program("check", "bad.nml").err)
+        for cohesion, warns in ((0, False), (1e4, True)):
+            groups = f"&joint_material number = 2, name = 'j', friction = 30, cohesion = {cohesion} /\n"
+            groups += f"&liner name = 'a', {line}, thickness = 0.2, young = 3e10, joint_material = 'j' /\n" + REST
+            self.boxes("bad", [(0, 0, 1, 1)], groups)
+            found = self.run_program("check", "bad.nml")
+            self.assertEqual("it has friction alone from then on" in found.err, warns)
+            self.assertEqual(found.code, 0, found.err)
+
     def test_numbers_in_another_unit(self):
         """What cannot be in SI is an error that names the unit; ratios that steel and shotcrete do not have are told,
         and linings in one place. Usual numbers give neither."""
