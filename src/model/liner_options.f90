@@ -70,7 +70,7 @@ contains
       else if (.not. is_set(liner%young)) then
          problem = 'young is missing'
       else if (.not. (is_given(liner%on) .or. allocated(liner%along) .or. is_given(liner%outline))) then
-         problem = 'the line is missing: give along = x1,y1, x2,y2, ... or outline = the name of a region'
+         problem = 'along is missing, its line: give along = x1,y1, x2,y2, ... or outline = the name of a region'
       end if
    end function liner_problem
 

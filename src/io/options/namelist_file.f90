@@ -69,8 +69,7 @@ contains
       do i = 1, size(options%liners)
          problem = liner_problem(options%liners(i))
          ! what was given, but could not be read, is not missing
-         if (found%has_error_about(problem(:max(0, index(problem, ' ') - 1)), options%liners(i)%origin) .or. &
-             (index(problem, 'the line') == 1 .and. found%has_error_about('along', options%liners(i)%origin))) cycle
+         if (found%has_error_about(problem(:max(0, index(problem, ' ') - 1)), options%liners(i)%origin)) cycle
          if (len(problem) > 0) call found%add(severity%error, '&liner: '//problem, options%liners(i)%origin)
       end do
       call check_stages(options%stages, options%changes, found)
