@@ -1,5 +1,6 @@
 ! SPDX-License-Identifier: MIT
-!> Warnings about blocks at the end of a step: those that stand inside each other, and large strains.
+!> Warnings about blocks at the end of a step: those that stand inside each other, large strains, and linings that have
+!> slid far.
 module rockdda_run_block_warnings
    use rockdda_base_kinds, only : wp
    use rockdda_base_strings, only : counted, to_string
@@ -7,10 +8,12 @@ module rockdda_run_block_warnings
    use rockdda_stepping_simulation, only : simulation_type
    implicit none
    private
-   public :: lodged_warning, strain_warning
+   public :: lodged_warning, strain_warning, slid_lining_warning
 
    !> Largest strain that linear elasticity is meant for.
    real(wp), parameter :: much_strain = 0.05_wp
+   !> Slip over the length of an element at which a lining is no longer beside the rock that it was installed on.
+   real(wp), parameter :: far_slid = 0.5_wp
    !> Largest number of pairs named in one message.
    integer, parameter :: most_named = 3
 
@@ -37,6 +40,32 @@ contains
                 '(dt_max, displacement_ratio) or stiffer joints, and look at blocks that are placed or struck'
       end associate
    end function lodged_warning
+
+   !> Warning about the lining that has slid farthest along its rock, where that is more than half of the length of its
+   !> elements; '' for none. Its back is held where it was installed: beyond that its ends carry moments that are not
+   !> there, and rock that it comes beside does not meet it.
+   function slid_lining_warning(sim) result(text)
+      type(simulation_type), intent(in) :: sim
+      character(len=:), allocatable :: text
+      real(wp) :: slid, element, worst
+      integer :: i, k
+      text = ''
+      worst = far_slid
+      associate (liners => sim%families%liners%liners)
+         do k = 1, size(liners)
+            if (.not. (liners(k)%is_there .and. liners(k)%joint > 0)) cycle
+            if (size(liners(k)%ties) == 0) cycle
+            element = sum(liners(k)%ties%length)/max(1, liners(k)%layout%n)
+            slid = maxval(abs([(liners(k)%ties(i)%free(2), i=1, size(liners(k)%ties))]), &
+                          mask=liners(k)%ties%a > 0)
+            if (.not. slid > worst*element) cycle
+            worst = slid/element
+            text = "lining '"//liners(k)%name//"' has slid by "//sim%parameters%shown(slid, 'length', 3)// &
+                   ' along its rock, more than half of an element ('//sim%parameters%shown(element, 'length', 3)// &
+                   '): its N, M and Q are not to be trusted, and rock that it has come beside does not meet it'
+         end do
+      end associate
+   end function slid_lining_warning
 
    !> Warning about the block of largest strain; '' when linear elasticity holds.
    function strain_warning(sim) result(text)

@@ -286,6 +286,12 @@ class Liners(ProgramTest):
                 for distance in moved:
                     self.assertAlmostEqual(distance, max(0, slid), delta=0.2e-3)
                 self.assertLess(abs(energy[-1]), 1e-6 * abs(energy).max())
+        # 0.083 m without friction: less than half of an element of 0.4 m, more than half of one of 0.1 m
+        for element, warns in ((0.4, False), (0.1, True)):
+            short = groups.replace("friction = 45", "friction = 0").replace(", joint", f", element = {element}, joint")
+            self.make("slope", lines, 4, short, young=2e10, gravity=9.81)
+            outcome = self.run_program("run", "slope.nml", "--force")
+            self.assertEqual("'liner 1' has slid by 0.0829 along its rock" in outcome.err, warns, outcome.err)
 
     def test_factor_of_safety(self):
         """A lining that slides: its joint is reduced as others are, tan 35 over tan 25 degrees."""
