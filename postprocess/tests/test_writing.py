@@ -17,6 +17,7 @@ from rockdda.cli.command import app
 from rockdda.errors import OutputError
 from rockdda.writing import complete_file, write_file
 from synthetic import write_wall
+from test_reaction import hole
 
 PACKAGE = ROOT / "postprocess/rockdda"
 STUDY = """\
@@ -46,6 +47,7 @@ WRITERS = {
     "convert": ["convert", "traces.txt", "-o", "out", "--template", "--force"],
     "record": ["record", "quake.csv", "-o", "out.png", "--dpi", "30", "--write", "written.csv"],
     "calibrate-bolt": ["calibrate-bolt", "pull.csv", "--length", "1", "--diameter", "0.025", "-o", "out.png"],
+    "ground-reaction": ["ground-reaction", "hole/hole.nml", "--releases", "2", "-o", "out.png", "--dpi", "30"],
     "study": ["study", "grid.toml", "--workers", "1"],
     "study slurm": ["study", "grid.toml", "--slurm"],
     "convergence": ["convergence", "template", "--jobs", "1"],
@@ -68,6 +70,8 @@ def prepare(folder):
     (folder / "quake.csv").write_text(RECORD)
     (folder / "traces.txt").write_text("0 0 10 0\n10 0 10 8\n10 8 0 8\n0 8 0 0\n0 3 10 3\n4 0 4 8\n")
     (folder / "pull.csv").write_text(PULL_TEST)
+    (folder / "hole").mkdir()
+    hole(12, 4).write(folder / "hole")
     shutil.copy(INPUTS / "incline/incline.dc", folder / "model.dc")
     shutil.copytree(INPUTS / "incline", folder / "template")
     options = next((folder / "template").glob("*.df"))
@@ -89,7 +93,7 @@ def files(folder):
 def chosen(name, program, monkeypatch):
     """The name of a writer whose packages are installed."""
     monkeypatch.setenv("ROCKDDA_PROGRAM", program)
-    if name in ("validate", "convergence") or name.startswith("reliability"):
+    if name in ("validate", "convergence", "ground-reaction") or name.startswith("reliability"):
         pytest.importorskip("rockdda._rockdda")
     if name in ("export vtu", "export pvd"):
         pytest.importorskip("vtkmodules.vtkIOXML")
