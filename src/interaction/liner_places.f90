@@ -11,7 +11,7 @@ module rockdda_interaction_liner_places
    implicit none
    private
    public :: stretch_type, find_stretches, follow_rock, faces_of_path, segment_outline, opening_side, &
-      reach_over_thickness, rock_ends, block_ends
+      reach_over_thickness, rock_ends, block_ends, distances_along
 
    !> Rock meets a lining that lies closer to its line than this share of the thickness.
    real(wp), parameter :: reach_over_thickness = 0.5_wp

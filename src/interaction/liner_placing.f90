@@ -17,7 +17,7 @@ module rockdda_interaction_liner_placing
    use rockdda_interaction_liner_beam, only : liner_section_type, beam_response_type, new_beam, respond_beam, &
       deformation_of
    use rockdda_interaction_liner_places, only : stretch_type, find_stretches, follow_rock, faces_of_path, &
-      segment_outline, opening_side, reach_over_thickness, rock_ends, block_ends
+      segment_outline, opening_side, reach_over_thickness, rock_ends, block_ends, distances_along
    use rockdda_interaction_liner_ties, only : tie_type, tie_response_type, tie_state
    implicit none
    private
@@ -380,10 +380,7 @@ contains
       do i = 1, liner%layout%n
          piece(liner%layout%first(i):liner%layout%last(i) - 1) = i
       end do
-      s(1) = 0
-      do i = 2, size(s)
-         s(i) = s(i - 1) + norm2(liner%path(:, i) - liner%path(:, i - 1))
-      end do
+      s = distances_along(liner%path)
       usual = s(size(s))/size(liner%joints)
       ! one part for each block and segment
       n = 0

@@ -48,7 +48,7 @@ contains
       type(simulation_type), intent(in) :: sim
       character(len=:), allocatable :: text
       real(wp) :: slid, element, worst
-      integer :: i, k
+      integer :: k
       text = ''
       worst = far_slid
       associate (liners => sim%families%liners%liners)
@@ -56,8 +56,7 @@ contains
             if (.not. (liners(k)%is_there .and. liners(k)%joint > 0)) cycle
             if (size(liners(k)%ties) == 0) cycle
             element = sum(liners(k)%ties%length)/max(1, liners(k)%layout%n)
-            slid = maxval(abs([(liners(k)%ties(i)%free(2), i=1, size(liners(k)%ties))]), &
-                          mask=liners(k)%ties%a > 0)
+            slid = maxval(abs(liners(k)%ties%free(2)), mask=liners(k)%ties%a > 0)
             if (.not. slid > worst*element) cycle
             worst = slid/element
             text = "lining '"//liners(k)%name//"' has slid by "//sim%parameters%shown(slid, 'length', 3)// &
