@@ -15,7 +15,7 @@ module rockdda_run_checkpointing
    use rockdda_io_checkpoint_model_check, only : parameters_problem, blocks_problem
    use rockdda_io_checkpoint_state_check, only : facts_problem, state_problem
    use rockdda_io_digest, only : digest_length
-   use rockdda_io_guard, only : run_in_child, end_child, begin_reading, end_reading, guard
+   use rockdda_io_guard, only : run_in_child, end_child, explain, begin_reading, end_reading, guard
    use rockdda_io_posix, only : get_file_size, get_path_kind, path_kind, remove_file
    implicit none
    private
@@ -56,26 +56,17 @@ contains
       type(checkpoint_facts_type), intent(inout) :: facts
       character(len=digest_length), intent(out) :: digest
       type(error_type), allocatable, intent(out) :: error
-      type(error_type), allocatable :: of_child
       integer :: outcome
-      call run_in_child(least_seconds + real(max(0_i8, get_file_size(path)), wp)/slowest_reading, outcome, of_child)
-      select case (outcome)
-      case (guard%in_child)
+      call run_in_child(least_seconds + real(max(0_i8, get_file_size(path)), wp)/slowest_reading, outcome, error)
+      if (outcome == guard%in_child) then
          call load_values(path, sim, facts, digest, error)
          call end_child(error)
-      case (guard%crashed)
-         call make_error(error, error_code%input, path//': the checkpoint is damaged: HDF5 cannot read it')
-         return
-      case (guard%no_memory)
-         call move_alloc(of_child, error)
-         error%message = path//': '//error%message//' while it is read'
-      case (guard%refused)
-         call move_alloc(of_child, error)
-      case default
-         call begin_reading(path)
-         call load_values(path, sim, facts, digest, error)
-         call end_reading()
-      end select
+      end if
+      call explain(outcome, path, 'the checkpoint', error)
+      if (allocated(error)) return
+      call begin_reading(path)
+      call load_values(path, sim, facts, digest, error)
+      call end_reading()
    end subroutine load_checkpoint
 
    !> Remove the checkpoint of older results.

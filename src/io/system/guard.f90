@@ -4,13 +4,12 @@
 !> HDF5 does not survive every damaged file: a wrong byte in the heap of its texts makes it read for ever. Usage:
 !>
 !>     call run_in_child(0.5_wp, outcome, error)
-!>     select case (outcome)
-!>     case (guard%in_child)
+!>     if (outcome == guard%in_child) then
 !>        ... the work, whose results are discarded ...
 !>        call end_child(error)
-!>     case (guard%crashed, guard%refused)
-!>        ... refuse, with the error of the child: what is refused is not read again ...
-!>     end select
+!>     end if
+!>     call explain(outcome, path, 'the file', error)
+!>     if (allocated(error)) return      ! what the child refused is not read again
 !>     call begin_reading(path)
 !>     ... the work ...
 !>     call end_reading()
@@ -24,7 +23,7 @@ module rockdda_io_guard
    use rockdda_base_error, only : error_type, error_code, make_error
    implicit none
    private
-   public :: run_in_child, end_child, begin_reading, end_reading, guard
+   public :: run_in_child, end_child, explain, begin_reading, end_reading, guard
 
    type :: guard_enum
       integer :: in_child = 0
@@ -73,6 +72,20 @@ contains
       if (outcome == guard%refused) call make_error(error, error_code%input, trim(message))
       if (outcome == guard%no_memory) call make_error(error, error_code%computation, 'out of memory', is_fatal=.true.)
    end subroutine run_in_child
+
+   !> Why a file is not to be read, by how its trial in a child ended; `error` holds that of the child.
+   subroutine explain(outcome, path, what, error)
+      integer, intent(in) :: outcome                             !! one of guard%...
+      character(len=*), intent(in) :: path
+      character(len=*), intent(in) :: what                       !! 'the file'
+      type(error_type), allocatable, intent(inout) :: error      !! unallocated: the file can be read
+      select case (outcome)
+      case (guard%crashed)
+         call make_error(error, error_code%input, path//': '//what//' is damaged: HDF5 cannot read it')
+      case (guard%no_memory)
+         error%message = path//': '//error%message//' while it is read'
+      end select
+   end subroutine explain
 
    !> The file that the library reads from now on.
    subroutine begin_reading(path)

@@ -9,7 +9,7 @@ module rockdda_io_results_check
    use rockdda_base_strings, only : to_string
    use rockdda_model_state, only : step_record_type, energy_names, n_energies
    use rockdda_io_digest, only : digest_length, fold
-   use rockdda_io_guard, only : run_in_child, end_child, guard
+   use rockdda_io_guard, only : run_in_child, end_child, explain, guard
    use rockdda_io_hdf5_adapter, only : hdf5_file_type
    use rockdda_io_output_lock, only : output_lock_type
    use rockdda_io_posix, only : get_file_size
@@ -51,11 +51,8 @@ contains
          call end_child(error)
       case (guard%no_process)
          call run_trial(path, digest, header, rows, length, record, series, error)
-      case (guard%crashed)
-         call make_error(error, error_code%input, path//': the file is damaged: HDF5 cannot read it')
-      case (guard%no_memory)
-         error%message = path//': '//error%message//' while it is read'
       end select
+      call explain(outcome, path, 'the file', error)
    end subroutine check_results
 
    !> Perform in memory all operations of the run on the file, then verify its content.

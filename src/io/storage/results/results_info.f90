@@ -5,7 +5,7 @@ module rockdda_io_results_info
    use rockdda_base_error, only : error_type, error_code, make_error
    use rockdda_base_strings, only : to_string
    use rockdda_base_value_check, only : value_check_type
-   use rockdda_io_guard, only : run_in_child, end_child, begin_reading, end_reading, guard
+   use rockdda_io_guard, only : run_in_child, end_child, explain, begin_reading, end_reading, guard
    use rockdda_io_hdf5_adapter, only : hdf5_file_type
    use rockdda_io_posix, only : get_file_size
    use rockdda_io_results_header, only : results_format_version, oldest_format_version
@@ -49,22 +49,14 @@ contains
       type(hdf5_file_type) :: file
       type(error_type), allocatable :: ignored
       integer :: outcome
-      call run_in_child(seconds_to_read + real(max(0_i8, get_file_size(path)), wp)/slowest_reading, outcome, ignored)
-      select case (outcome)
-      case (guard%in_child)
+      call run_in_child(seconds_to_read + real(max(0_i8, get_file_size(path)), wp)/slowest_reading, outcome, error)
+      if (outcome == guard%in_child) then
          call file%open(path, .false., error)
          if (.not. allocated(error)) call read_all(file, info, error)
          call end_child(error)
-      case (guard%crashed)
-         call make_error(error, error_code%input, path//': error: the file is damaged: HDF5 cannot read it')
-         return
-      case (guard%no_memory)
-         call move_alloc(ignored, error)
-         error%message = path//': error: '//error%message//' while it is read'
-         return
-      case (guard%refused)
-         call move_alloc(ignored, error)
-      case default
+      end if
+      call explain(outcome, path, 'the file', error)
+      if (.not. allocated(error)) then
          call begin_reading(path)
          call file%open(path, .false., error)
          if (.not. allocated(error)) then
@@ -72,7 +64,7 @@ contains
             call file%close(ignored)
          end if
          call end_reading()
-      end select
+      end if
       if (allocated(error)) then
          if (index(error%message, ': error: ') == 0) error%message = path//': error: '//error%message(len(path) + 3:)
       end if
