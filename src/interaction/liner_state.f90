@@ -61,6 +61,7 @@ contains
             motion = tie%motion + tie%move/tie%level
             call respond(laws, liner, after, motion, last)
             after%sliding = last%state == tie_state%slides
+            after%parted = .not. any(last%state == [tie_state%held, tie_state%slides])
             change = 0
             if (last%state == tie_state%slides .or. last%state == tie_state%parts) then
                change = (motion(2) - last%force(2)/(liner%stiffness(2)*tie%length)) - tie%free(2)
@@ -75,7 +76,7 @@ contains
             call respond(laws, liner, after, motion, last)
             liner%freed = liner%freed + (change - last%energy)
             liner%stored(2) = liner%stored(2) + last%energy
-            tie%after = tie_after_type(after%free, after%slip, after%bonded, after%sliding)
+            tie%after = tie_after_type(after%free, after%slip, after%bonded, after%parted, after%sliding)
          end associate
       end do
    end subroutine finish_liner
@@ -99,6 +100,7 @@ contains
                tie%free = tie%after%free
                tie%slip = tie%after%slip
                tie%bonded = tie%after%bonded
+               tie%parted = tie%after%parted
                tie%sliding = tie%after%sliding
             end if
             if (tie%a > 0 .and. tie%on_rock) call move_point(d(:, tie%a), context%state%centroid(:, tie%a), &
@@ -158,7 +160,7 @@ contains
       class(state_archive_type), intent(inout) :: archive
       type(liner_type), intent(inout) :: liners(:)
       logical, intent(out) :: fits
-      logical, allocatable :: there(:), on_rock(:), bonded(:), sliding(:), cracked(:), crushed(:)
+      logical, allocatable :: there(:), on_rock(:), bonded(:), parted(:), sliding(:), cracked(:), crushed(:)
       integer, allocatable :: side(:), n_ties(:), behind(:), segment(:)
       real(wp), allocatable :: modulus(:), path(:, :), place(:, :), arm(:, :), angle(:), length(:), shape(:, :)
       real(wp), allocatable :: motion(:, :), bent(:, :), free(:, :), slip(:), deformation(:, :), free_beam(:, :)
@@ -182,6 +184,7 @@ contains
       call archive%item('free', free)
       call archive%item('slip', slip)
       call archive%item('bonded', bonded)
+      call archive%item('parted', parted)
       call archive%item('sliding', sliding)
       call archive%item('deformation', deformation)
       call archive%item('free_deformation', free_beam)
@@ -193,8 +196,8 @@ contains
          allocated(n_ties) .and. allocated(behind) .and. allocated(segment) .and. allocated(on_rock) .and. &
          allocated(place) .and. allocated(arm) .and. allocated(angle) .and. allocated(length) .and. allocated(shape) &
          .and. allocated(motion) .and. allocated(bent) .and. allocated(free) .and. allocated(slip) .and. &
-         allocated(bonded) .and. allocated(sliding) .and. allocated(deformation) .and. allocated(free_beam) .and. &
-         allocated(cracked) .and. allocated(crushed)
+         allocated(bonded) .and. allocated(parted) .and. allocated(sliding) .and. allocated(deformation) .and. &
+         allocated(free_beam) .and. allocated(cracked) .and. allocated(crushed)
       if (.not. fits) return
       fits = all([size(there), size(side), size(modulus), size(n_ties)] == size(liners))
       if (.not. fits) return
@@ -203,7 +206,8 @@ contains
       n = [sum([(size(liners(k)%path, 2), k=1, size(liners))]), 0, sum(n_ties)]
       fits = n(1) == size(path, 2) .and. size(path, 1) == 2 .and. all([size(behind), size(segment), size(on_rock), &
          size(place, 2), size(arm, 2), size(angle), size(length), size(shape, 2), size(motion, 2), size(bent, 2), &
-         size(free, 2), size(slip), size(bonded), size(sliding)] == n(3)) .and. all([size(place, 1), size(arm, 1), &
+         size(free, 2), size(slip), size(bonded), size(parted), size(sliding)] == n(3)) .and. &
+         all([size(place, 1), size(arm, 1), &
          size(motion, 1), size(bent, 1), size(free, 1)] == 2) .and. size(shape, 1) == 3
       if (.not. fits) return
       n = 0
@@ -231,6 +235,7 @@ contains
                   tie%free = free(:, j)
                   tie%slip = slip(j)
                   tie%bonded = bonded(j)
+                  tie%parted = parted(j)
                   tie%sliding = sliding(j)
                end associate
             end do
@@ -267,7 +272,7 @@ contains
          end do
          allocate (path(2, n(1)), behind(n(3)), segment(n(3)), on_rock(n(3)), place(2, n(3)), arm(2, n(3)), &
                    angle(n(3)), length(n(3)), shape(3, n(3)), motion(2, n(3)), bent(2, n(3)), free(2, n(3)), &
-                   slip(n(3)), bonded(n(3)), sliding(n(3)), deformation(3, n(2)), free_beam(3, n(2)), &
+                   slip(n(3)), bonded(n(3)), parted(n(3)), sliding(n(3)), deformation(3, n(2)), free_beam(3, n(2)), &
                    cracked(n_sections*n(2)), crushed(n_sections*n(2)))
          there = liners%is_there
          side = liners%side
@@ -294,6 +299,7 @@ contains
                      free(:, j) = tie%free
                      slip(j) = tie%slip
                      bonded(j) = tie%bonded
+                     parted(j) = tie%parted
                      sliding(j) = tie%sliding
                   end associate
                end do

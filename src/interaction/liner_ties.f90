@@ -4,14 +4,17 @@
 !> A point stands for a length of the back. Its gap, positive open, and its shear displacement count from its
 !> installation, when it is closed and free of stress. A bond is elastic in both directions. With a joint material it
 !> opens at the tensile strength of the joint, none unless given, and slides at its shear strength
-!> (rockdda_interaction_contact_law); within a step an open bond keeps its strength, and is broken for the next one:
-!> what has come off has friction alone, so that forces are continuous where it opens.
+!> (rockdda_interaction_contact_law). Forces are continuous where it opens and closes: within a step a point that opens
+!> keeps its strength, and has come off for the next one; in the step in which it closes it has no tensile strength, and
+!> of its cohesion no more than `closing` times the normal force. From then on it is a contact that has closed again.
 module rockdda_interaction_liner_ties
    use rockdda_base_kinds, only : wp
-   use rockdda_interaction_contact_law, only : contact_law_type, shear_strength, tension_at
+   use rockdda_interaction_contact_law, only : contact_law_type, cohesion_at, shear_strength, tension_at
    implicit none
    private
    public :: tie_type, tie_after_type, tie_response_type, tie_state, respond_tie
+
+   real(wp), parameter :: closing = 3
 
    type :: tie_state_enum
       integer :: open = 0
@@ -27,6 +30,7 @@ module rockdda_interaction_liner_ties
       real(wp) :: free(2) = 0
       real(wp) :: slip = 0
       logical :: bonded = .true.
+      logical :: parted = .false.
       logical :: sliding = .false.
    end type tie_after_type
 
@@ -44,7 +48,8 @@ module rockdda_interaction_liner_ties
       real(wp) :: free(2) = 0          !! gap and shear displacement without force: of slip, and of a change of the
                                        !! stiffness under force [length]
       real(wp) :: slip = 0             !! |slip| summed up [length]
-      logical :: bonded = .true.
+      logical :: bonded = .true.       !! it has never opened, nor, if the joint is brittle, slid
+      logical :: parted = .false.      !! it has come off, and was open at the end of the last step
       logical :: sliding = .false.     !! it slid in the last step
       ! of the step
       real(wp) :: drag(2) = 0          !! dashpots over the time of the motion [force/length]
@@ -87,15 +92,15 @@ contains
       response%force = k*e
       response%stiffness = k
       if (present(law)) then
-         limit = tension_at(law, tie%slip, tie%bonded)*tie%length
+         limit = 0
+         if (.not. tie%parted) limit = tension_at(law, tie%slip, tie%bonded)*tie%length
          if (response%force(1) > limit) then
             response%energy = 0.5_wp*limit**2/k(1) + limit*(e(1) - limit/k(1))
             response%force(1) = limit
             response%stiffness(1) = 0
             response%state = tie_state%at_tension
             response%breaks = tie%bonded
-            ! a bond keeps its shear strength to the end of the step: else forces would jump where it opens
-            if (.not. (limit > 0 .or. tie%bonded)) then
+            if (tie%parted .or. .not. (tie%bonded .or. limit > 0 .or. cohesion_at(law, tie%slip, .false.) > 0)) then
                response%state = tie_state%open
                response%force = 0
                response%stiffness = 0
@@ -106,7 +111,8 @@ contains
          end if
          spring = response%force(2)
          limit = shear_strength(law, -response%force(1), tie%length, tie%bonded, 0.0_wp, tie%slip)
-         if (.not. tie%bonded) limit = limit - shear_strength(law, 0.0_wp, tie%length, .false., 0.0_wp, tie%slip)
+         if (tie%parted) limit = limit - max(0.0_wp, shear_strength(law, 0.0_wp, tie%length, tie%bonded, 0.0_wp, &
+                                                                    tie%slip) + closing*response%force(1))
          response%limit = limit
          response%trial = spring + dashpot(2)
          if (abs(spring + dashpot(2)) > limit) then

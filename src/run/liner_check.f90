@@ -7,12 +7,10 @@ module rockdda_run_liner_check
    use rockdda_base_strings, only : is_given, to_string
    use rockdda_geometry_polygons, only : point_in_polygon, polygon_area
    use rockdda_model_blocks, only : block_system_type
-   use rockdda_model_analysis_input, only : joint_material_type
    use rockdda_model_bolt_layout, only : rock_at, stage_with
    use rockdda_model_liner_layout, only : liner_layout_type, new_liner_layout, line_of_liner, title_of_liner, &
       lower_liner, liner_number, layout_problem
    use rockdda_model_liner_options, only : liner_problem
-   use rockdda_model_material_names, only : number_of_material
    use rockdda_model_options, only : run_options_type, liner_type, is_set
    use rockdda_model_regions, only : has_region, same_name
    use rockdda_interaction_liner_places, only : stretch_type, find_stretches, faces_of_path, segment_outline, &
@@ -83,7 +81,6 @@ contains
             end if
             if (is_given(liner%joint_material)) call check_joint_material('&liner', trim(adjustl( &
                liner%joint_material)), n_joints, [options%joint_materials, options%joint_laws], liner%origin, messages)
-            if (is_given(liner%joint_material)) call check_cohesion([options%joint_materials, options%joint_laws])
             call check_times()
             if (.not. sound(k)) cycle
             if (lower_liner(options%liners, k) == 0) call check_line(k, options, blocks, messages, lines(k)%xy)
@@ -122,23 +119,6 @@ contains
             if (is_given(lower%outline)) has_line_of = same_name(lower%outline, layer%outline)
          end if
       end function has_line_of
-
-      !> The bond of a lining is lost where it opens, whatever `brittle` says.
-      subroutine check_cohesion(materials)
-         type(joint_material_type), intent(in) :: materials(:)
-         integer :: joint, m
-         associate (liner => options%liners(k))
-            joint = number_of_material(trim(adjustl(liner%joint_material)), materials)
-            do m = 1, size(materials)
-               if (materials(m)%number /= joint .or. .not. is_set(materials(m)%cohesion)) cycle
-               if (.not. materials(m)%cohesion > 0) cycle
-               call messages%add(severity%warning, "liner '"//title_of_liner(liner, k)//"': its joint has "// &
-                  'cohesion: where it opens once, by a vibration, too, it has friction alone from then on, whatever '// &
-                  'brittle says; let the lining come to rest in a static stage first', liner%origin)
-               return
-            end do
-         end associate
-      end subroutine check_cohesion
 
       !> What is removed must have been installed.
       subroutine check_times()
