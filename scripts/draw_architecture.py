@@ -88,7 +88,7 @@ LANDMARKS: list[tuple[str, list[tuple[str, str]]]] = [
         "an open contact closes",
         [("judge_contact", "new = response%state")],
     ),
-    ("shear strength of a joint", [("shear_strength", "shear_strength = ")]),
+    ("shear strength of a joint", [("shear_strength", "strength = friction")]),
     ("friction coefficient of a joint", [("friction_coefficient", "friction_coefficient = law%friction")]),
     (
         "a bolt yields",

@@ -1,9 +1,8 @@
 ! SPDX-License-Identifier: MIT
 !> Contacts at the end of an accepted step: energies of the step, and the table for the next one.
 module rockdda_interaction_contact_end
-   use rockdda_base_kinds, only : wp, i1, l1
+   use rockdda_base_kinds, only : wp
    use rockdda_base_parallel, only : parallel_contacts, n_pieces
-   use rockdda_base_runs, only : run_length
    use rockdda_model_state, only : energy
    use rockdda_contact_interval_law, only : end_gaps
    use rockdda_contact_table, only : contact_table_type, contact_state, is_of_interval
@@ -14,8 +13,8 @@ module rockdda_interaction_contact_end
    use rockdda_interaction_context, only : step_context_type
    use rockdda_interaction_intervals, only : find_extremes, interval_response_type, respond, bond_after
    use rockdda_interaction_interval_forces, only : interval_forces, drag_force
-   use rockdda_interaction_joint_end, only : joint_end_type, end_locked, spring_energy, spring_energies
-   use rockdda_interaction_joint_law, only : joint_settings_type, joint_state_type, joint_type, opening_gap
+   use rockdda_interaction_joint_end, only : joint_end_type
+   use rockdda_interaction_joint_law, only : joint_settings_type, joint_type, opening_gap, spring_energy
    use rockdda_interaction_open_close, only : open_close_type
    use rockdda_interaction_ties, only : break_ties
    use rockdda_interaction_trial_states, only : piece_of_rows, widest_piece
@@ -76,108 +75,24 @@ contains
       !> carried, friction, dissipated, discarded, geometry, stored; what the contact that gives most by a change of
       !> state gives and its number, the same by geometry
       real(wp), intent(out) :: sums(10)
-      logical(l1) :: are_held(widest_piece)
-      real(wp) :: lowest(widest_piece), widest(widest_piece), at_start(widest_piece), mean(widest_piece)
-      integer :: c, first, last, n
-      logical :: are_springs
-      sums = 0
-      call piece_of_rows(table, p, first, last)
-      call find_extremes(table, first, last, table%gap(first:last), lowest, at_start, mean)
-      call find_extremes(table, first, last, trial%gap(first:last), lowest, widest, mean)
-      are_springs = .not. (any(laws%dilation > 0) .or. allocated(trial%extra))
-      do c = first, last
-         ! most contacts: locked before and in the step, and pressed together
-         are_held(c - first + 1) = are_springs .and. trial%state_used(c) == contact_state%locked .and. &
-                                   table%state(c) /= contact_state%open .and. at_start(c - first + 1) <= 0
-         ! of an interval: on all its length, at the start, in the solve and at the end
-         if (is_of_interval(table, c) .and. .not. table%tied(c)) &
-            are_held(c - first + 1) = are_held(c - first + 1) .and. widest(c - first + 1) <= 0 .and. .not. &
-                                      trial%partly_used(c)
-      end do
-      c = first
-      do while (c <= last)
-         n = run_length(last - c + 1, are_held(c - first + 1:last - first + 1))
-         associate (e => c + n - 1)
-            if (are_held(c - first + 1)) then
-               call measure_held(n, c, trial%joint(c:e), table%k_n(c:e), table%k_s(c:e), table%gap(c:e), &
-                                 table%shear(c:e), table%energy(c:e), trial%gap(c:e), trial%slip(c:e), &
-                                 trial%opened(c:e), trial%level(1), sums)
-            else
-               call measure_others(c, e, trial, laws, table, is_peer, sums)
-            end if
-         end associate
-         c = c + n
-      end do
-   end subroutine measure_some
-
-   !> `measure_some` for contacts that were locked and pressed together at the start of the step, and locked in the last
-   !> solve, without dilation and dashpots: what `measure_others` does for them, array by array.
-   pure subroutine measure_held(n, first, joint, k_n, k_s, gap_before, shear_before, energy, gap, slip, opened, level, &
-                                sums)
-      integer, intent(in) :: n                    !! at most a piece
-      integer, intent(in) :: first                !! row
-      type(joint_state_type), intent(in) :: joint(n)
-      real(wp), intent(in) :: k_n(n), k_s(n)
-      real(wp), intent(in) :: gap_before(n), shear_before(n), energy(n)   !! at the start of the step
-      real(wp), intent(in) :: gap(n), slip(n)     !! at the end of the step, of the step
-      logical(l1), intent(in) :: opened(n)
-      real(wp), intent(in) :: level               !! share of the step's motion after which forces act
-      real(wp), intent(inout) :: sums(10)
-      real(wp) :: shear(widest_piece), next_shear(widest_piece), before(widest_piece), after(widest_piece), half, given
-      real(wp) :: carried, dissipated, discarded, geometry, stored
-      integer :: k
-      do k = 1, n
-         shear(k) = shear_before(k)
-         if (joint(k)%worn) shear(k) = 0
-         next_shear(k) = shear(k) + slip(k)
-      end do
-      call spring_energies(n, k_n, k_s, gap_before, shear, before)
-      call spring_energies(n, k_n, k_s, gap, next_shear, after)
-      carried = sums(1)
-      dissipated = sums(3)
-      discarded = sums(4)
-      geometry = sums(5)
-      stored = sums(6)
-      half = level - 0.5_wp
-      do k = 1, n
-         given = before(k) - energy(k)
-         carried = carried + energy(k)
-         geometry = geometry + given
-         if (given > sums(9)) sums(9:10) = [given, real(first - 1 + k, wp)]
-         dissipated = dissipated + half*k_n(k)*(gap(k) - gap_before(k))**2
-         dissipated = dissipated + half*k_s(k)*(next_shear(k) - shear(k))**2
-         if (opened(k)) then
-            discarded = discarded + after(k)
-         else
-            stored = stored + after(k)
-         end if
-      end do
-      sums(1) = carried
-      sums(3:6) = [dissipated, discarded, geometry, stored]
-   end subroutine measure_held
-
-   !> `measure_some` for any contacts.
-   pure subroutine measure_others(first, last, trial, laws, table, is_peer, sums)
-      integer, intent(in) :: first, last
-      type(open_close_type), intent(in) :: trial
-      type(contact_law_type), intent(in) :: laws(:)
-      type(contact_table_type), intent(in) :: table
-      logical, intent(in) :: is_peer
-      real(wp), intent(inout) :: sums(10)
       type(joint_end_type) :: ends(widest_piece)
+      real(wp) :: lowest(widest_piece), at_start(widest_piece), widest(widest_piece), mean(widest_piece)
       real(wp) :: s0, x1, s1, half, start, before, carried, friction, dissipated, discarded, geometry, stored, worst(4)
       real(wp) :: gained, level, where_acts, moved, opens
       real(wp) :: used(2), forces(2, 2)
-      integer :: c, r
+      integer :: c, first, k, last, r
       logical :: was_held, dilates, is_interval
-      carried = sums(1)
-      friction = sums(2)
-      dissipated = sums(3)
-      discarded = sums(4)
-      geometry = sums(5)
-      stored = sums(6)
-      worst = sums(7:10)
+      carried = 0
+      friction = 0
+      dissipated = 0
+      discarded = 0
+      geometry = 0
+      stored = 0
+      worst = 0
       dilates = any(laws%dilation > 0)
+      call piece_of_rows(table, p, first, last)
+      call find_extremes(table, first, last, table%gap(first:last), lowest, at_start, mean)
+      call find_extremes(table, first, last, trial%gap(first:last), lowest, widest, mean)
       call find_ends(trial, laws, table, first, last, ends)
       do c = first, last
          s0 = table%shear(c)
@@ -191,6 +106,11 @@ contains
             before = 0
             is_interval = is_of_interval(table, c) .and. .not. table%tied(c)
             was_held = was_held .or. (was_closed .and. is_interval)
+            ! locked and closed on all its length, at the start, in the solve and at the end: two springs like any others
+            k = c - first + 1
+            if (trial%state_used(c) == contact_state%locked .and. was_closed .and. at_start(k) <= 0 .and. &
+                widest(k) <= 0 .and. .not. (trial%partly_used(c) .or. dilates .or. allocated(trial%extra))) &
+               is_interval = .false.
             if (was_closed) before = spring_energy(kn, ks, merge(x0, 0.0_wp, was_held), s0)
             if (is_interval .and. (was_closed .or. trial%state_used(c) /= contact_state%open)) then
                ! forces of its springs at the start, and where they act in the step
@@ -267,7 +187,7 @@ contains
          end associate
       end do
       sums = [carried, friction, dissipated, discarded, geometry, stored, worst]
-   end subroutine measure_others
+   end subroutine measure_some
 
    !> Energy that the normal spring gains when a slip opens the joint, further than was expected of the step: what it
    !> presses apart. Dilation takes it from the shear work, so that friction dissipates the less.
@@ -365,39 +285,6 @@ contains
       end do
    end subroutine commit_bonds
 
-   !> `commit` for some of the rows.
-   pure subroutine commit_rows(p, trial, laws, table)
-      integer, intent(in) :: p                        !! piece
-      type(open_close_type), intent(in) :: trial
-      type(contact_law_type), intent(in) :: laws(:)
-      type(contact_table_type), intent(inout) :: table
-      logical(l1) :: are_held(widest_piece)
-      real(wp) :: lowest(widest_piece), widest(widest_piece), mean(widest_piece)
-      integer :: c, first, last, n
-      call piece_of_rows(table, p, first, last)
-      call find_extremes(table, first, last, trial%gap(first:last), lowest, widest, mean)
-      do c = first, last
-         are_held(c - first + 1) = trial%state_used(c) == contact_state%locked .and. .not. trial%opened(c)
-         if (is_of_interval(table, c) .and. .not. table%tied(c)) &
-            are_held(c - first + 1) = are_held(c - first + 1) .and. widest(c - first + 1) <= 0
-      end do
-      c = first
-      do while (c <= last)
-         n = run_length(last - c + 1, are_held(c - first + 1:last - first + 1))
-         associate (e => c + n - 1)
-            if (are_held(c - first + 1)) then
-               call commit_held(n, trial%joint(c:e), table%state(c:e), table%slip_sign(c:e), table%bonded(c:e), &
-                                table%shear(c:e))
-               call end_locked(n, table%k_n(c:e), table%k_s(c:e), trial%gap(c:e), trial%slip(c:e), table%shear(c:e), &
-                               table%normal_force(c:e), table%shear_force(c:e), table%energy(c:e))
-            else
-               call commit_others(c, e, trial, laws, table)
-            end if
-         end associate
-         c = c + n
-      end do
-   end subroutine commit_rows
-
    !> Contacts of some rows at the end of the step, those of intervals with what is closed there.
    pure subroutine find_ends(trial, laws, table, first, last, ends)
       type(open_close_type), intent(in) :: trial
@@ -422,31 +309,16 @@ contains
       end do
    end subroutine find_ends
 
-   !> States and bonds of contacts that were locked in the last solve; elongation of worn ones at the start of the step.
-   pure subroutine commit_held(n, joint, state, slip_sign, bonded, shear)
-      integer, intent(in) :: n
-      type(joint_state_type), intent(in) :: joint(n)
-      integer(i1), intent(inout) :: state(n), slip_sign(n)
-      logical(l1), intent(inout) :: bonded(n)
-      real(wp), intent(inout) :: shear(n)         !! [length]
-      integer :: k
-      do k = 1, n
-         state(k) = joint(k)%state
-         slip_sign(k) = joint(k)%slip_sign
-         bonded(k) = joint(k)%bonded
-         if (joint(k)%worn) shear(k) = 0
-      end do
-   end subroutine commit_held
-
-   !> `commit_rows` for any contacts.
-   pure subroutine commit_others(first, last, trial, laws, table)
-      integer, intent(in) :: first, last
+   !> `commit` for some of the rows.
+   pure subroutine commit_rows(p, trial, laws, table)
+      integer, intent(in) :: p                        !! piece
       type(open_close_type), intent(in) :: trial
       type(contact_law_type), intent(in) :: laws(:)
       type(contact_table_type), intent(inout) :: table
       type(joint_end_type) :: ends(widest_piece)
       real(wp) :: slip
-      integer :: c
+      integer :: c, first, last
+      call piece_of_rows(table, p, first, last)
       call find_ends(trial, laws, table, first, last, ends)
       do c = first, last
          table%bonded(c) = trial%joint(c)%bonded
@@ -470,6 +342,6 @@ contains
             table%energy(c) = joint_end%energy
          end associate
       end do
-   end subroutine commit_others
+   end subroutine commit_rows
 
 end module rockdda_interaction_contact_end

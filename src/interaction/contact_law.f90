@@ -385,23 +385,32 @@ contains
    end function opened_last
 
    !> Largest shear force of a contact. Without a bond it is the friction force of a sliding contact.
-   elemental real(wp) function shear_strength(law, normal_force, length, bonded, slip_rate, slip)
+   elemental real(wp) function shear_strength(law, normal_force, length, bonded, slip_rate, slip, broken, worn) &
+      result(strength)
       type(contact_law_type), intent(in) :: law
       real(wp), intent(in) :: normal_force  !! compression positive [force]
       real(wp), intent(in) :: length        !! contact length [length]
       logical, intent(in) :: bonded         !! has neither opened nor, if it is brittle, slipped yet
       real(wp), intent(in) :: slip_rate     !! [length/time]
       real(wp), intent(in) :: slip          !! [length]
-      real(wp) :: friction, cohesion, stress
+      real(wp), intent(in), optional :: broken   !! part of the length that has lost its bond; absent: none [length]
+      logical, intent(in), optional :: worn      !! it has friction alone; absent: no
+      real(wp) :: friction, stress
       ! a point on an edge has no area: its stress is beyond every strength of walls
       stress = huge(1.0_wp)
       if (length > 0) stress = max(normal_force, 0.0_wp)/length
       friction = friction_coefficient(law, slip_rate, slip, stress, bonded)
-      cohesion = cohesion_at(law, slip, bonded)
-      shear_strength = friction*max(normal_force, 0.0_wp)
-      if (cohesion > 0) shear_strength = shear_strength + cohesion*length
+      strength = friction*max(normal_force, 0.0_wp)
+      if (present(worn)) then
+         if (worn) return
+      end if
+      strength = strength + cohesion_at(law, slip, bonded)*length
+      if (present(broken)) then
+         if (bonded .and. broken > 0) &
+            strength = strength - (cohesion_at(law, slip, .true.) - cohesion_at(law, slip, .false.))*broken
+      end if
       ! the cap of a bond in tension; without tensile strength a contact in tension is only round-off away from 0
-      if (normal_force < 0 .and. law%tension > 0) shear_strength = max(0.0_wp, shear_strength + friction*normal_force)
+      if (normal_force < 0 .and. law%tension > 0) strength = max(0.0_wp, strength + friction*normal_force)
    end function shear_strength
 
 end module rockdda_interaction_contact_law

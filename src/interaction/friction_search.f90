@@ -13,9 +13,8 @@ module rockdda_interaction_friction_search
    use rockdda_contact_table, only : contact_table_type, contact_state
    use rockdda_linear_anderson, only : anderson_type
    use rockdda_interaction_contact_law, only : contact_law_type
-   use rockdda_interaction_intervals, only : mean_gap
    use rockdda_interaction_open_close, only : open_close_type
-   use rockdda_interaction_joint_law, only : joint_settings_type, have_friction_alone
+   use rockdda_interaction_joint_law, only : joint_settings_type
    implicit none
    private
    public :: friction_search_type
@@ -103,7 +102,7 @@ contains
          if (trial%joint(c)%partly) then
             deepest = max(deepest, trial%spring_force(table, c))
          else
-            deepest = max(deepest, abs(table%k_n(c)*trial%gap(c)))
+            deepest = max(deepest, abs(trial%spring_force(table, c)))
          end if
       end do
    end subroutine look_through
@@ -131,23 +130,14 @@ contains
       type(joint_settings_type), intent(in) :: settings
       type(open_close_type), intent(inout) :: trial
       real(wp), intent(out) :: worst                  !! [force]
-      real(wp) :: limit
-      logical :: is_simple
       integer :: c, i, n
       n = self%n
       worst = 0
-      is_simple = have_friction_alone(laws)
       do i = 1, n
          c = self%rows(i)
          self%value(i) = trial%joint(c)%friction
          self%used(i) = self%value(i)
-         if (is_simple .and. .not. trial%joint(c)%partly) then
-            ! what `friction_limit` finds, without a call
-            limit = laws(table%joint(c))%friction*max(-table%k_n(c)*mean_gap(table, trial%gap, c), 0.0_wp)
-         else
-            limit = trial%friction_limit(table, laws, settings, c)
-         end if
-         self%miss(i) = limit - self%value(i)
+         self%miss(i) = trial%friction_limit(table, laws, settings, c) - self%value(i)
          worst = max(worst, abs(self%miss(i)))
       end do
       if (.not. worst > 0) return

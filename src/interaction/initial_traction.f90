@@ -13,7 +13,7 @@ module rockdda_interaction_initial_traction
    use rockdda_contact_table, only : contact_table_type, contact_state
    use rockdda_interaction_contact_law, only : contact_law_type, shear_strength
    use rockdda_interaction_context, only : step_context_type
-   use rockdda_interaction_joint_end, only : spring_energy
+   use rockdda_interaction_joint_law, only : spring_energy
    implicit none
    private
    public :: start_with_stress

@@ -5,6 +5,7 @@ module rockdda_interaction_interval_forces
    use rockdda_contact_table, only : contact_table_type, other_row
    use rockdda_interaction_contact_law, only : contact_law_type
    use rockdda_interaction_intervals, only : interval_response_type, respond
+   use rockdda_interaction_joint_law, only : spring_force
    use rockdda_interaction_open_close, only : open_close_type
    implicit none
    private
@@ -32,7 +33,7 @@ contains
       if (trial%partly_used(c)) then
          forces(:, 2) = -(trial%own_used(c:c + 1)*where_acts + trial%cross_used(c)*where_acts([2, 1]))
       else
-         forces(:, 2) = -table%k_n(c:c + 1)*where_acts
+         forces(:, 2) = spring_force(table%k_n(c:c + 1), where_acts)
       end if
    end function interval_forces
 

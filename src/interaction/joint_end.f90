@@ -4,10 +4,10 @@
 module rockdda_interaction_joint_end
    use rockdda_base_kinds, only : wp, i1
    use rockdda_contact_table, only : contact_state
-   use rockdda_interaction_joint_law, only : joint_type, joint_state_type
+   use rockdda_interaction_joint_law, only : joint_type, joint_state_type, spring_force, spring_energy
    implicit none
    private
-   public :: joint_end_type, end_joint, end_joints, end_locked, spring_energy, spring_energies
+   public :: joint_end_type, end_joint, end_joints
 
    !> A closed contact at the end of an accepted step.
    type :: joint_end_type
@@ -30,7 +30,7 @@ contains
       type(joint_end_type), intent(out) :: last
       real(wp) :: limit
       last%shear = joint%shear + slip
-      last%normal_force = -joint%k_n*gap
+      last%normal_force = spring_force(joint%k_n, gap)
       if (state == contact_state%locked) then
          last%shear_force = -joint%k_s*last%shear
          last%slipped = 0
@@ -63,41 +63,5 @@ contains
          call end_joint(whole, state(c), slip_sign(c), friction(c), gap(c), slip(c), last(c))
       end do
    end subroutine end_joints
-
-   !> `end_joint` of n contacts that were locked in the last solve, with their elongations at the start of the step (0
-   !> of worn ones), which become those at its end.
-   pure subroutine end_locked(n, k_n, k_s, gap, slip, shear, normal_force, shear_force, energy)
-      integer, intent(in) :: n
-      real(wp), intent(in) :: k_n(n), k_s(n)         !! [force/length]
-      real(wp), intent(in) :: gap(n), slip(n)        !! [length]
-      real(wp), intent(inout) :: shear(n)            !! [length]
-      real(wp), intent(inout) :: normal_force(n), shear_force(n), energy(n)
-      integer :: c
-      do c = 1, n
-         shear(c) = shear(c) + slip(c)
-         normal_force(c) = -k_n(c)*gap(c)
-         shear_force(c) = -k_s(c)*shear(c)
-         energy(c) = spring_energy(k_n(c), k_s(c), gap(c), shear(c))
-      end do
-   end subroutine end_locked
-
-   !> Energy in the two springs of a closed contact.
-   pure real(wp) function spring_energy(k_n, k_s, gap, shear)
-      real(wp), intent(in) :: k_n, k_s     !! [force/length]
-      real(wp), intent(in) :: gap, shear   !! elongations [length]
-      spring_energy = 0.5_wp*k_n*gap**2 + 0.5_wp*k_s*shear**2
-   end function spring_energy
-
-   !> `spring_energy` of n contacts.
-   pure subroutine spring_energies(n, k_n, k_s, gap, shear, energies)
-      integer, intent(in) :: n
-      real(wp), intent(in) :: k_n(n), k_s(n)       !! [force/length]
-      real(wp), intent(in) :: gap(n), shear(n)     !! elongations [length]
-      real(wp), intent(inout) :: energies(n)
-      integer :: c
-      do c = 1, n
-         energies(c) = spring_energy(k_n(c), k_s(c), gap(c), shear(c))
-      end do
-   end subroutine spring_energies
 
 end module rockdda_interaction_joint_end

@@ -41,8 +41,8 @@ module rockdda_interaction_joint_law
    private
    public :: joint_settings_type, new_joint_settings, joint_state_type, joint_extra_type, joint_type, recall_joint
    public :: joint_response_type
-   public :: map_joint, find_held, stay_locked, miss_of_joint, opening_gap
-   public :: sliding_friction, strength, have_friction_alone
+   public :: map_joint, map_steady, keep_steady, miss_of_joint, opening_gap
+   public :: sliding_friction, strength, spring_force, spring_energy
 
    !> Lengths below this share of w0 are round-off.
    real(wp), parameter :: round_off = 1.0e-12_wp
@@ -178,7 +178,9 @@ contains
       real(wp), intent(in), optional :: share
       real(wp) :: trial, limit, slip_tolerance, pressing
       logical :: slides
-      pressing = -joint%k_n*gap
+      response%spring = spring_force(joint%k_n, gap)
+      response%normal = response%spring - joint%normal_drag*(gap - joint%drag_gap)
+      pressing = response%spring
       if (present(share)) pressing = share
       if (joint%tied) then
          limit = huge(limit)
@@ -186,8 +188,6 @@ contains
          limit = strength(law, settings, joint, pressing, logical(joint%bonded), slip)
       end if
       slip_tolerance = joint%k_s*settings%round_off
-      response%spring = -joint%k_n*gap
-      response%normal = pressing_force(joint, gap)
       trial = elastic_shear(joint, slip)
       slides = joint%state == contact_state%sliding
       response%state = contact_state%sliding
@@ -217,10 +217,11 @@ contains
          response%friction = sliding_friction(law, settings, joint, pressing, slip)
    end subroutine map_joint
 
-   !> Which of some contacts stay locked at a motion, as most do at most times: those of Coulomb's law, without a
-   !> partner, for which `map_joint` finds the same at several times the cost; of intervals those that are closed on all
-   !> their length. Forces of these along the lines of their links, if wanted.
-   pure subroutine find_held(laws, table, first, settings, state, extra, widest, mean, gap, slip, held, force)
+   !> The kernel beside `map_joint`: which rows of the table go on as they are, as most do at most times, and their forces
+   !> along the lines of their links, bit by bit those of `map_joint`. Steady are closed rows of Coulomb's law without a
+   !> partner, of intervals those closed on all their length, that stay locked, or slide on without a bond. The forces of
+   !> others are not used.
+   pure subroutine map_steady(laws, table, first, settings, state, extra, widest, mean, gap, slip, steady, force)
       type(contact_law_type), intent(in) :: laws(:)              !! per joint material
       type(contact_table_type), intent(in) :: table
       integer, intent(in) :: first                               !! row that the n contacts begin with
@@ -229,115 +230,85 @@ contains
       type(joint_extra_type), allocatable, intent(in) :: extra(:)
       real(wp), intent(in), contiguous :: widest(:), mean(:)     !! (n) gaps that decide, `find_extremes` [length]
       real(wp), intent(in), contiguous :: gap(:), slip(:)        !! (n) at the end of the step, of the step [length]
-      logical(l1), intent(out), contiguous :: held(:)            !! (n)
-      real(wp), intent(inout), contiguous, optional :: force(:, :)   !! (2, n)
-      type(joint_type) :: joint
-      real(wp) :: limit, trial
+      logical(l1), intent(out), contiguous :: steady(:)          !! (n)
+      real(wp), intent(inout), contiguous :: force(:, :)         !! (2, n)
+      real(wp) :: limit, margin, pressing, trial, drag
       integer :: c, k
-      logical :: has_extra
+      logical :: has_extra, friction_alone
       has_extra = allocated(extra)
-      if (.not. has_extra .and. have_friction_alone(laws)) then
-         c = first - 1 + size(held)
-         ! an absent array with a descriptor may not be passed on as one without
-         if (present(force)) then
-            call find_held_by_friction(size(held), laws, table%joint(first:c), table%k_n(first:c), table%k_s(first:c), &
-                                       table%shear(first:c), state(first:c), settings, widest, mean, gap, slip, held, &
-                                       force)
-         else
-            call find_held_by_friction(size(held), laws, table%joint(first:c), table%k_n(first:c), table%k_s(first:c), &
-                                       table%shear(first:c), state(first:c), settings, widest, mean, gap, slip, held)
-         end if
-         return
-      end if
-      joint%normal_drag = 0
-      joint%drag = 0
-      do k = 1, size(held)
+      friction_alone = all(laws%law == contact_law%coulomb .and. laws%friction > 0 .and. .not. &
+                           (laws%cohesion > 0 .or. laws%residual_cohesion > 0 .or. laws%tension > 0))
+      drag = 0
+      do k = 1, size(steady)
          c = first - 1 + k
-         held(k) = .false.
-         if (state(c)%state /= contact_state%locked .or. state(c)%tied) cycle
-         if (.not. widest(k) <= settings%open_tolerance) cycle
-         associate (law => laws(table%joint(c)))
-            if (law%law /= contact_law%coulomb .or. .not. law%friction > 0) cycle
-            ! what the strength and the springs need of `recall_joint`, without a call
-            joint%worn = state(c)%worn
-            joint%shear = table%shear(c)
-            if (joint%worn) joint%shear = 0
-            joint%length = table%length(c)
-            joint%broken = 0
-            if (state(c)%bonded) joint%broken = broken_length(table, c)
-            joint%k_n = table%k_n(c)
-            joint%k_s = table%k_s(c)
-            if (has_extra) then
-               joint%normal_drag = extra(c)%normal_drag
-               joint%drag = extra(c)%drag
-               joint%drag_gap = extra(c)%drag_gap
+         associate (law => laws(table%joint(c)), k_s => table%k_s(c))
+            trial = table%shear(c)
+            if (state(c)%worn) trial = 0
+            if (has_extra) drag = extra(c)%drag
+            trial = k_s*(trial + slip(k)) + drag*slip(k)
+            force(1, k) = table%k_n(c)*gap(k)
+            if (has_extra) force(1, k) = force(1, k) + extra(c)%normal_drag*(gap(k) - extra(c)%drag_gap)
+            pressing = -table%k_n(c)*mean(k)
+            limit = law%friction*max(pressing, 0.0_wp)
+            if (.not. friction_alone) then
+               if (.not. state(c)%worn) then
+                  if (state(c)%bonded) then
+                     limit = limit + law%cohesion*table%length(c)
+                     if (law%cohesion > law%residual_cohesion) &
+                        limit = limit - (law%cohesion - law%residual_cohesion)*broken_length(table, c)
+                  else
+                     limit = limit + law%residual_cohesion*table%length(c)
+                  end if
+                  if (pressing < 0 .and. law%tension > 0) limit = max(0.0_wp, limit + law%friction*pressing)
+               end if
             end if
-            limit = coulomb_strength(law, joint, -joint%k_n*mean(k), logical(state(c)%bonded))
+            margin = k_s*settings%round_off
+            steady(k) = .not. state(c)%tied .and. widest(k) <= settings%open_tolerance .and. table%partner(c) == 0
+            if (.not. friction_alone) steady(k) = steady(k) .and. law%law == contact_law%coulomb .and. law%friction > 0
+            if (state(c)%state == contact_state%locked) then
+               steady(k) = steady(k) .and. abs(trial) <= limit + margin
+               force(2, k) = trial
+            else
+               steady(k) = steady(k) .and. state(c)%state == contact_state%sliding .and. .not. &
+                           (state(c)%bonded .or. state(c)%strikes .or. trial*state(c)%slip_sign < limit - margin)
+               force(2, k) = state(c)%slip_sign*limit
+            end if
          end associate
-         trial = elastic_shear(joint, slip(k))
-         held(k) = abs(trial) <= limit + joint%k_s*settings%round_off
-         if (present(force)) force(:, k) = [-pressing_force(joint, gap(k)), trial]
       end do
-   end subroutine find_held
+   end subroutine map_steady
 
-   !> Have all joints Coulomb's friction, and nothing else that holds them?
-   pure logical function have_friction_alone(laws)
-      type(contact_law_type), intent(in) :: laws(:)              !! per joint material
-      have_friction_alone = all(laws%law == contact_law%coulomb .and. laws%friction > 0 .and. .not. &
-                                (laws%cohesion > 0 .or. laws%residual_cohesion > 0 .or. laws%tension > 0))
-   end function have_friction_alone
-
-   !> `find_held` for n contacts with friction alone, without dashpots.
-   pure subroutine find_held_by_friction(n, laws, law, k_n, k_s, shear, state, settings, widest, mean, gap, slip, &
-      held, &
-                                         force)
-      integer, intent(in) :: n
-      type(contact_law_type), intent(in) :: laws(:)
-      integer, intent(in) :: law(n)                  !! number of each one's law
-      real(wp), intent(in) :: k_n(n), k_s(n)         !! [force/length]
-      real(wp), intent(in) :: shear(n)               !! elongation at the start of the step [length]
-      type(joint_state_type), intent(in) :: state(n)
-      type(joint_settings_type), intent(in) :: settings
-      real(wp), intent(in) :: widest(n), mean(n), gap(n), slip(n)   !! [length]
-      logical(l1), intent(out) :: held(n)
-      real(wp), intent(inout), contiguous, optional :: force(:, :)   !! (2, n)
-      real(wp) :: trial, elongation
-      integer :: k
-      do k = 1, n
-         elongation = shear(k)
-         if (state(k)%worn) elongation = 0
-         trial = k_s(k)*(elongation + slip(k))
-         held(k) = state(k)%state == contact_state%locked .and. .not. state(k)%tied .and. &
-                   widest(k) <= settings%open_tolerance .and. &
-                   abs(trial) <= laws(law(k))%friction*max(-k_n(k)*mean(k), 0.0_wp) + k_s(k)*settings%round_off
-         if (present(force)) force(:, k) = [k_n(k)*gap(k), trial]
-      end do
-   end subroutine find_held_by_friction
-
-   !> Contacts that `find_held` has found stay what they were in the last solve: what is noted of that, what their
-   !> forces miss of their law, and their normal forces.
-   pure subroutine stay_locked(n, k_n, gap, joint, state_used, sign_used, friction_used, bonded_used, miss, &
-                               normal_force)
+   !> Rows that `map_steady` has found steady, after a solve: what is noted of it, what their forces miss of their law,
+   !> their normal and their new friction forces.
+   pure subroutine keep_steady(n, k_n, gap, force, joint, state_used, sign_used, friction_used, bonded_used, miss, &
+                               normal_force, worst)
       integer, intent(in) :: n
       real(wp), intent(in) :: k_n(n), gap(n)           !! [force/length], [length]
+      real(wp), intent(in) :: force(2, n)
       type(joint_state_type), intent(inout) :: joint(n)
       integer(i1), intent(inout) :: state_used(n), sign_used(n)
       real(wp), intent(inout) :: friction_used(n)      !! [force]
       logical(l1), intent(inout) :: bonded_used(n)
       real(wp), intent(inout) :: miss(n), normal_force(n)   !! [force]
+      real(wp), intent(inout) :: worst                 !! largest miss of a friction force [force]
       integer :: c
+      miss = 0
+      normal_force = spring_force(k_n, gap)
       do c = 1, n
          state_used(c) = joint(c)%state
          sign_used(c) = joint(c)%slip_sign
          friction_used(c) = joint(c)%friction
          bonded_used(c) = joint(c)%bonded
+         if (joint(c)%state == contact_state%sliding) then
+            joint(c)%friction = joint(c)%slip_sign*force(2, c)
+            miss(c) = abs(joint(c)%friction - friction_used(c))
+            worst = max(worst, miss(c))
+            cycle
+         end if
          ! most are what they were: lines of memory that are not written need not be stored
          if (abs(joint(c)%friction) > 0) joint(c)%friction = 0
          if (joint(c)%slip_sign /= 0) joint(c)%slip_sign = 0
       end do
-      miss = 0
-      normal_force = -k_n*gap
-   end subroutine stay_locked
+   end subroutine keep_steady
 
    !> +1 or -1.
    pure integer function direction(shear)
@@ -362,7 +333,7 @@ contains
       if (state == contact_state%sliding) due = slip_sign*friction
       miss = abs(due - used)
       ! the normal spring came or went
-      if (min(state, int(joint%state)) == contact_state%open) miss = miss + joint%k_n*abs(gap)
+      if (min(state, int(joint%state)) == contact_state%open) miss = miss + abs(spring_force(joint%k_n, gap))
    end function miss_of_joint
 
    !> Gap beyond which a closed contact opens: its tensile strength t l holds it together.
@@ -391,12 +362,19 @@ contains
       elastic_shear = joint%k_s*(joint%shear + slip) + joint%drag*slip
    end function elastic_shear
 
-   !> Force of normal spring and dashpot, compression positive.
-   pure real(wp) function pressing_force(joint, gap)
-      type(joint_type), intent(in) :: joint
-      real(wp), intent(in) :: gap            !! at the end of the step [length]
-      pressing_force = -joint%k_n*gap - joint%normal_drag*(gap - joint%drag_gap)
-   end function pressing_force
+   !> Force of a normal spring, compression positive.
+   elemental real(wp) function spring_force(k_n, gap)
+      real(wp), intent(in) :: k_n            !! [force/length]
+      real(wp), intent(in) :: gap            !! [length]
+      spring_force = -k_n*gap
+   end function spring_force
+
+   !> Energy in the two springs of a closed contact.
+   elemental real(wp) function spring_energy(k_n, k_s, gap, shear)
+      real(wp), intent(in) :: k_n, k_s       !! [force/length]
+      real(wp), intent(in) :: gap, shear     !! elongations [length]
+      spring_energy = 0.5_wp*k_n*gap**2 + 0.5_wp*k_s*shear**2
+   end function spring_energy
 
    !> Shear strength with the slip rate of the step.
    pure real(wp) function strength(law, settings, joint, normal_force, bonded, slip)
@@ -405,22 +383,8 @@ contains
       type(joint_type), intent(in) :: joint
       real(wp), intent(in) :: normal_force, slip
       logical, intent(in) :: bonded
-      real(wp) :: rate
-      if (law%law == contact_law%coulomb) then
-         strength = coulomb_strength(law, joint, normal_force, bonded)
-         return
-      end if
-      rate = slip_rate(settings, joint, slip)
-      strength = shear_strength(law, normal_force, joint%length, bonded, rate, joint%total_slip + abs(slip))
-      if (bonded .and. joint%broken > 0) then
-         strength = max(0.0_wp, strength - &
-                        (shear_strength(law, 0.0_wp, joint%broken, .true., rate, joint%total_slip + abs(slip)) - &
-                         shear_strength(law, 0.0_wp, joint%broken, .false., rate, joint%total_slip + abs(slip))))
-      end if
-      if (joint%worn) then
-         strength = max(0.0_wp, strength - shear_strength(law, 0.0_wp, joint%length, bonded, rate, &
-                                                          joint%total_slip + abs(slip)))
-      end if
+      strength = shear_strength(law, normal_force, joint%length, bonded, slip_rate(settings, joint, slip), &
+                                joint%total_slip + abs(slip), joint%broken, logical(joint%worn))
    end function strength
 
    !> Mean speed of the slip in the step, of which the slip where the forces act is a share. Before a step: 0.
@@ -433,22 +397,5 @@ contains
       rate = 0
       if (share > 0) rate = abs(slip)/(share*settings%dt)
    end function slip_rate
-
-   !> Shear strength by Coulomb's law, that of most joints, without a call to another module.
-   pure real(wp) function coulomb_strength(law, joint, normal_force, bonded) result(strength)
-      type(contact_law_type), intent(in) :: law
-      type(joint_type), intent(in) :: joint
-      real(wp), intent(in) :: normal_force
-      logical, intent(in) :: bonded
-      strength = law%friction*max(normal_force, 0.0_wp)
-      if (joint%worn) return
-      if (bonded) then
-         strength = strength + law%cohesion*joint%length
-         if (joint%broken > 0) strength = strength - (law%cohesion - law%residual_cohesion)*joint%broken
-      else if (law%residual_cohesion > 0) then
-         strength = strength + law%residual_cohesion*joint%length
-      end if
-      if (normal_force < 0 .and. law%tension > 0) strength = max(0.0_wp, strength + law%friction*normal_force)
-   end function coulomb_strength
 
 end module rockdda_interaction_joint_law

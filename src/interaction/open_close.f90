@@ -13,9 +13,7 @@ module rockdda_interaction_open_close
    use rockdda_interaction_contact_law, only : contact_law_type
    use rockdda_interaction_intervals, only : find_extremes, mean_gap, interval_response_type, respond
    use rockdda_interaction_joint_law, only : joint_settings_type, joint_state_type, joint_extra_type, joint_type, &
-      joint_response_type, find_held, &
-      stay_locked, map_joint, miss_of_joint, have_friction_alone
-   use rockdda_interaction_sliding, only : friction_of_sliding, judge_steady
+      joint_response_type, map_joint, map_steady, keep_steady, miss_of_joint, spring_force
    use rockdda_interaction_trial_states, only : trial_states_type, no_state, at_level, piece_of_rows, widest_piece
    implicit none
    private
@@ -102,55 +100,50 @@ contains
       logical, intent(in) :: spare_bonds
       integer, intent(inout) :: n_changes, n_partners
       real(wp), intent(inout) :: worst_friction
-      logical(l1) :: stays(widest_piece)
-      real(wp) :: lowest(widest_piece), widest(widest_piece), mean(widest_piece)
-      logical :: simple, is_steady
+      logical(l1) :: steady(widest_piece)
+      real(wp) :: lowest(widest_piece), widest(widest_piece), mean(widest_piece), force(2, widest_piece)
+      logical :: is_apart
       integer :: c, first, i, judged, k, last, n
       judged = 0
-      simple = have_friction_alone(laws) .and. .not. allocated(self%extra)
       call piece_of_rows(table, p, first, last)
+      n = last - first + 1
       call find_extremes(table, first, last, self%gap(first:last), lowest, widest, mean)
-      call find_held(laws, table, first, settings, self%joint, self%extra, widest(1:last - first + 1), &
-                     mean(1:last - first + 1), self%gap(first:last), self%slip(first:last), stays(1:last - first + 1))
+      call map_steady(laws, table, first, settings, self%joint, self%extra, widest(1:n), mean(1:n), &
+                      self%gap(first:last), self%slip(first:last), steady(1:n), force(:, 1:n))
       do c = first, last
          k = c - first + 1
-         stays(k) = stays(k) .and. table%partner(c) == 0 .and. .not. (self%joint(c)%partly .or. &
-                                                                     self%joint(c)%strikes .or. &
-                                                                     self%start(c) == at_level%may_strike)
-         if (spare_bonds) stays(k) = stays(k) .and. .not. self%joint(c)%bonded
+         if (self%joint(c)%partly .or. self%joint(c)%strikes .or. self%start(c) == at_level%may_strike) &
+            steady(k) = .false.
+         if (spare_bonds) steady(k) = steady(k) .and. .not. self%joint(c)%bonded
       end do
       c = first
       do while (c <= last)
-         n = run_length(last - c + 1, stays(c - first + 1:last - first + 1))
+         k = c - first + 1
+         n = run_length(last - c + 1, steady(k:last - first + 1))
          associate (e => c + n - 1)
-            if (stays(c - first + 1)) then
-               call stay_locked(n, table%k_n(c:e), self%gap(c:e), self%joint(c:e), self%state_used(c:e), &
-                                self%sign_used(c:e), self%friction_used(c:e), self%bonded_used(c:e), self%miss(c:e), &
-                                self%normal_force(c:e))
+            if (steady(k)) then
+               call keep_steady(n, table%k_n(c:e), self%gap(c:e), force(:, k:k + n - 1), self%joint(c:e), &
+                                self%state_used(c:e), self%sign_used(c:e), self%friction_used(c:e), &
+                                self%bonded_used(c:e), self%miss(c:e), self%normal_force(c:e), worst_friction)
                if (any(self%partly_used(c:e))) self%partly_used(c:e) = .false.
             else
                do i = c, e
                   if (spare_bonds .and. self%joint(i)%bonded) cycle
                   if (i == judged) cycle
-                  k = i - first + 1
-                  is_steady = .false.
-                  if (.not. (self%joint(i)%partly .or. self%joint(i)%strikes .or. &
-                             self%start(i) == at_level%may_strike) .and. .not. &
-                      (lowest(k) < 0 .and. self%joint(i)%state == contact_state%open .and. table%station(i) > 0)) then
-                     self%partly_used(i) = .false.
-                     call judge_steady(simple, laws, settings, table, i, lowest(k), widest(k), mean(k), self%gap(i), &
-                                       self%slip(i), self%joint(i), self%state_used(i), self%sign_used(i), &
-                                       self%friction_used(i), self%bonded_used(i), self%miss(i), &
-                                       self%normal_force(i), worst_friction, is_steady)
-                  end if
-                  if (is_steady) cycle
-                  if (is_one_contact(widest(k), self%joint(i), table%station(i), self%joint(i)%partly .or. &
+                  ! an interval that is open and apart at both ends stays so as two contacts do
+                  is_apart = self%joint(i)%state == contact_state%open .and. lowest(i - first + 1) >= 0 .and. &
+                             .not. (self%joint(i)%partly .or. self%joint(i)%strikes)
+                  if (.not. is_apart .and. &
+                      is_one_contact(widest(i - first + 1), self%joint(i), table%station(i), self%joint(i)%partly .or. &
                                      self%start(i) == at_level%may_strike)) then
                      ! both rows at a time
                      judged = i + 1
                      if (table%station(i) == 1) &
                         call judge_interval(self, table, laws(table%joint(i)), settings, i, n_changes, worst_friction)
-                  else if (table%partner(i) /= 0) then
+                     cycle
+                  end if
+                  self%partly_used(i) = .false.
+                  if (table%partner(i) /= 0) then
                      n_partners = n_partners + 1
                   else
                      call judge_contact(self, table, laws, settings, i, n_changes, worst_friction)
@@ -317,8 +310,8 @@ contains
             call self%recall(table, c, memory)
          end if
          if (is_closed) call map_joint(laws(table%joint(c)), settings, memory, gap, slip, response, &
-                                       -memory%k_n*mean_gap(table, self%gap, c))
-         if (old /= contact_state%open) self%normal_force(c) = -memory%k_n*gap
+                                       spring_force(memory%k_n, mean_gap(table, self%gap, c)))
+         if (old /= contact_state%open) self%normal_force(c) = spring_force(memory%k_n, gap)
          new = contact_state%open
          new_sign = sign_used
          if (is_closed) then
@@ -399,22 +392,19 @@ contains
       real(wp), intent(inout), contiguous :: force(:, :)
       real(wp) :: gap_there(widest_piece), slip_there(widest_piece), partner_gap
       real(wp) :: lowest(widest_piece), widest(widest_piece), mean(widest_piece)
-      logical(l1) :: held(widest_piece)
-      logical :: simple
-      real(wp) :: friction, of_interval(2, 2)
+      logical(l1) :: steady(widest_piece)
+      real(wp) :: of_interval(2, 2)
       integer :: c, k, n, p
-      simple = have_friction_alone(laws) .and. .not. allocated(self%extra)
       n = last - first + 1
       gap_there(1:n) = gap(first:last) + a*(self%gap(first:last) - gap(first:last))
       slip_there(1:n) = slip(first:last) + a*(self%slip(first:last) - slip(first:last))
       call find_extremes(table, first, last, gap_there(1:n), lowest, widest, mean)
-      call find_held(laws, table, first, settings, self%joint, self%extra, widest(1:n), mean(1:n), gap_there(1:n), &
-                     slip_there(1:n), held(1:n), force(:, first:last))
+      call map_steady(laws, table, first, settings, self%joint, self%extra, widest(1:n), mean(1:n), gap_there(1:n), &
+                      slip_there(1:n), steady(1:n), force(:, first:last))
       associate (joint => self%joint, partner => table%partner, law => table%joint)
          do c = first, last
             k = c - first + 1
-            p = partner(c)
-            if (held(k) .and. p == 0) cycle
+            if (steady(k)) cycle
             if (is_one_contact(widest(k), joint(c), table%station(c), .false.)) then
                force(:, c) = 0
                if (joint(c)%state == contact_state%open .and. lowest(k) >= 0) cycle
@@ -431,14 +421,8 @@ contains
                force(:, c) = 0
                cycle
             end if
-            friction = -1
-            if (simple) friction = friction_of_sliding(laws, settings, table, c, joint(c), widest(k), mean(k), &
-                                                       slip_there(k))
-            if (friction >= 0) then
-               force(:, c) = [table%k_n(c)*gap_there(k), joint(c)%slip_sign*friction]
-               cycle
-            end if
             partner_gap = 0
+            p = partner(c)
             if (p > 0) partner_gap = gap(p) + a*(self%gap(p) - gap(p))
             call lawful_force(self, table, laws(law(c)), settings, c, gap_there(k), mean(k), slip_there(k), &
                partner_gap, &
@@ -461,7 +445,7 @@ contains
       force = 0
       call self%recall(table, c, joint)
       if (.not. stays_closed(joint, self%joint, table, law, settings, c, gap, partner_gap)) return
-      call map_joint(law, settings, joint, gap, slip, response, -joint%k_n*mean)
+      call map_joint(law, settings, joint, gap, slip, response, spring_force(joint%k_n, mean))
       force = [-response%normal, response%shear]
    end subroutine lawful_force
 

@@ -24,7 +24,7 @@ module rockdda_interaction_ties
    use rockdda_contact_table, only : contact_table_type, contact_state
    use rockdda_interaction_contact_law, only : contact_law_type, shear_strength
    use rockdda_interaction_contact_stiffness, only : joint_stiffness_type
-   use rockdda_interaction_joint_end, only : spring_energy
+   use rockdda_interaction_joint_law, only : spring_energy
    implicit none
    private
    public :: tie_stiffness, tie_stresses, break_ties

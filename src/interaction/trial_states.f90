@@ -13,7 +13,7 @@ module rockdda_interaction_trial_states
    use rockdda_interaction_intervals, only : interval_response_type, mean_gap, respond
    use rockdda_interaction_joint_end, only : joint_end_type, end_joints
    use rockdda_interaction_joint_law, only : joint_settings_type, joint_state_type, joint_extra_type, joint_type, &
-      recall_joint, sliding_friction
+      recall_joint, sliding_friction, spring_force_of => spring_force
    implicit none
    private
    public :: trial_states_type, no_state, at_level, piece_of_rows, widest_piece
@@ -197,7 +197,7 @@ contains
       if (self%joint(c)%partly) then
          force = -(self%own(c)*self%gap(c) + self%cross(c)*self%gap(other_row(table, c)))
       else
-         force = -table%k_n(c)*self%gap(c)
+         force = spring_force_of(table%k_n(c), self%gap(c))
       end if
    end function spring_force
 
@@ -216,7 +216,7 @@ contains
       if (self%partly_used(c)) then
          force = -(self%own_used(c)*self%gap(c) + self%cross_used(c)*self%gap(other_row(table, c)))
       else
-         force = -table%k_n(c)*self%gap(c)
+         force = spring_force_of(table%k_n(c), self%gap(c))
       end if
    end function force_used
 
@@ -302,7 +302,7 @@ contains
       real(wp) :: pressing, bond(2)
       integer :: r
       call self%recall(table, c, joint)
-      pressing = -table%k_n(c)*mean_gap(table, self%gap, c)
+      pressing = spring_force_of(table%k_n(c), mean_gap(table, self%gap, c))
       if (self%joint(c)%partly) then
          r = min(c, other_row(table, c))
          pressing = 0.5_wp*(self%spring_force(table, r) + self%spring_force(table, r + 1))
