@@ -26,30 +26,86 @@ FIGURE = Path("docs/images/one_step.svg")
 FOLDERS = {
     "base": "kinds, errors, messages, texts, random numbers, threads, times",
     "geometry": "polygons, segments, grids",
-    "linear": "the block matrix and the solvers: direct (CHOLMOD, a factor by blocks), PCG, SOR, automatic",
-    "model": "what a model is: blocks, materials, options, the numbers of a run, the state of the blocks",
+    "linear/matrix": "the block matrix, its products and norms, what a solver is",
+    "linear/direct": "factors: CHOLMOD, by blocks, dense",
+    "linear/iterative": "PCG with its preconditioner, SOR",
+    "linear": "the solvers by name; the automatic choice",
+    "model/data": "blocks, materials, given options, the numbers of a run, the state of the blocks",
+    "model/support": "where bolts and linings lie, and the columns of bolts",
+    "model/automatic": "numbers that the program chooses: stiffness, time step",
+    "model/option": "one row an option: name, meaning, unit, default, bounds",
+    "model": "initial stress, water levels, names of blocks; the numbers of a run from options and files",
     "lines": "`rockdda lines` (Shi's DL): joints from the statistics of joint sets",
     "cutting": "`rockdda cut` (Shi's DC): blocks from lines",
-    "contact": "which contacts there are: search, identity from step to step",
-    "assembly": "stiffness and load of each term, and their sum",
-    "interaction": "what acts on blocks, one file for each kind: its law, its state, its energy",
-    "stepping": "one step: open-close loop, step control, stages, energy balance",
+    "contact/table": "rows of contacts, their intervals and corners, which block has which edge",
+    "contact/find": "pairs that are close, then edges and corners that meet",
+    "contact/transfer": "history of contacts from one step to the next",
+    "contact": "the search of a step",
+    "interaction/core": "what an interaction is; the equations, motions and arms that all share",
+    "interaction/block": "inertia, elasticity, loads, held forces",
+    "interaction/joint": "contacts: law of a joint, open-close states, friction, ties, dashpots",
+    "interaction/bolt": "bolts: springs, bars with nodes, grout",
+    "interaction/lining": "linings: segments, beams between them, ties to the rock",
+    "interaction/boundary": "held edges, fixed points, tractions, quiet and free-field boundaries",
+    "interaction/water": "pressures in joints and on edges",
+    "interaction": "the families of interactions of a model",
+    "check": "judgement of a model before a run",
+    "stepping/control": "step length, stages, estimates of error; the constants of the method",
+    "stepping/energy": "the energy balance",
+    "stepping/step": "one attempt at a step: open-close rounds, line search, impacts, sleep",
+    "stepping/stage": "excavation and placement, equilibrium at the end of a stage",
+    "stepping": "a simulation: its start and its steps",
     "io/system": "files, locks, signals of the operating system",
     "io/text": "readers and writers of text files, with messages that name file, line and column",
     "io/options": "the options of a run and of joint statistics",
     "io/storage": "results and checkpoints (HDF5)",
     "io": "input files by kind: a model folder, what a file holds",
     "run": "from input files to a model; a run with its results and checkpoints",
+    "run/search": "factors of safety and of loads: trials and their verdicts",
     "python": "the extension module of the Python package",
     "app": "the command line; the only folder that prints or stops",
 }
+# The modules through which a folder is entered; a folder that is not named here is open. What a folder keeps to itself
+# can change without a look at the others.
+FACES = {
+    "linear/direct": "block_cholesky cholmod dense direct",
+    "linear/iterative": "pcg sor",
+    "linear": "factory",
+    "lines": "generate joint_sets outlines report statistics",
+    "cutting": "assignment cell_lattice cut location subdivision",
+    "contact/find": "broad_phase interval_search narrow_search",
+    "contact/transfer": "inheritance merging newborn",
+    "contact": "search",
+    "interaction/block": "elasticity held_forces inertia line_loads loads",
+    "interaction/joint": "closing contact_law contact_stiffness contacts dashpots initial_traction intervals joint_law "
+    "joint_stress open_close ties unsettled",
+    "interaction/bolt": "bars bolts",
+    "interaction/lining": "liner_places liner_placing liners",
+    "interaction/boundary": "boundaries boundary_edges quiet_boundaries supports",
+    "interaction/water": "water water_at_start",
+    "interaction": "families",
+    "check": "bolts boundaries linings material_names material_use materials options plausibility tables",
+    "stepping/control": "control method reach stage_watch trend",
+    "stepping/energy": "ledger",
+    "stepping/step": "motion sleep trial_step",
+    "stepping/stage": "construction equilibrium lodging stage_change stage_rest verdict",
+    "stepping": "simulation",
+    "io/options": "namelist_file option_documents options_writer statistics_file statistics_names",
+    "io/storage/file": "digest hdf5_adapter hdf5_driver",
+    "io/storage/results": "results results_header results_info results_units",
+    "io/storage/checkpoint": "archive checkpoint checkpoint_info checkpoint_model checkpoint_model_check "
+    "checkpoint_state checkpoint_state_check",
+    "io": "file_content model_folder recognise",
+    "run": "checkpointing find_files hdf5_lock input labelled_text model_input model_run outcome output_choice parts "
+    "read_files request step_loop stop_request thread_choice",
+    "run/search": "factor_search mechanism search_group search_options search_results trial",
+}
 # The figure begins here and shows calls of procedures in these folders.
 ROOT_CALL = ("simulation_type", "advance")
-LANES = ("stepping", "contact", "assembly", "interaction", "linear")
+LANES = ("stepping", "contact", "interaction", "linear")
 COLOURS = {
     "stepping": "#dce9f7",
     "contact": "#fde7c8",
-    "assembly": "#dcefdc",
     "interaction": "#dcefdc",
     "linear": "#ead9ee",
 }
@@ -101,12 +157,13 @@ LANDMARKS: list[tuple[str, list[tuple[str, str]]]] = [
         ],
     ),
     (
-        "g0 of each step, for contacts: to let it depend on time, scale `stiffness%given(1, :)` by a function of "
-        "`context%state%time` after this line, with `keep_force` true where springs shall keep their force (k_s is "
-        "`stiffness%given(2, :)`; fixed points and the search radius use the run's own number)",
+        "g0 of each step, for contacts: `stiffness%given(1, :)`, k_s `(2, :)`, could depend on time after this",
         [("prepare", "call self%stiffness%renew(context%blocks, context%parameters, self%stiffness_is_new)")],
     ),
-    ("stiffness of a contact from g0, or from its joint material", [("*", "k_n = parameters%normal_stiffness")]),
+    (
+        "stiffness of a contact from g0, or from its joint material",
+        [("set_stiffness", "k_n = parameters%normal_stiffness")],
+    ),
     ("g0 as the files have it, or 2 E", [("*", "parameters%normal_stiffness = automatic_over_e/springs*e_max")]),
     ("g2 cuts a step", [("*", "= cut_for_displacement(")]),
     ("k01 reduces the velocity", [("accept_step", "step%state%velocity = k01*step%state%velocity")]),
@@ -130,6 +187,11 @@ def folder(path: Path) -> str:
     return next((name.as_posix() for name in (own, *own.parents) if name.as_posix() in FOLDERS), own.as_posix())
 
 
+def lane(path: Path) -> str:
+    """The column of the figure for a source file: the first of its folders."""
+    return folder(path).split("/")[0]
+
+
 def visible_calls(
     source: Source, procedure: Procedure, callers: tuple[int, ...] = ()
 ) -> list[tuple[str, list[Procedure]]]:
@@ -141,7 +203,7 @@ def visible_calls(
     callers = (*callers, id(procedure))
     root_file = source.implementations(*ROOT_CALL)[0].file
     for call in procedure.calls:
-        targets = [p for p in source.resolve(procedure, call) if folder(p.file) in LANES and p.name not in NOT_DRAWN]
+        targets = [p for p in source.resolve(procedure, call) if lane(p.file) in LANES and p.name not in NOT_DRAWN]
         if not targets or id(targets[0]) in found:
             continue
         target = targets[0]
@@ -156,7 +218,7 @@ def walk(source: Source, procedure: Procedure, depth: int, seen: set[int]) -> It
     """Rows of the calls that a procedure makes, in the order of the source."""
     for name, targets in visible_calls(source, procedure):
         target = targets[0]
-        is_open = folder(target.file) in EXPANDED and bool(visible_calls(source, target))
+        is_open = lane(target.file) in EXPANDED and bool(visible_calls(source, target))
         kinds = len(targets) - source.is_default(target)
         yield Row(depth, name, target, kinds, is_open and id(target) in seen)
         if is_open and depth < DEPTH and id(target) not in seen:
@@ -175,9 +237,9 @@ def step_rows(source: Source) -> list[Row]:
 
 def draw(rows: list[Row]) -> str:
     """The figure: one row per call from top to bottom, one lane per folder, indented by depth in the first."""
-    lanes = [lane for lane in LANES if any(folder(row.procedure.file) == lane for row in rows)]
+    lanes = [name for name in LANES if any(lane(row.procedure.file) == name for row in rows)]
     height, indent, top, width, first = 21, 20, 46, 215, 300
-    left = {lane: 12 + (first + 14 + (i - 1) * (width + 14) if i else 0) for i, lane in enumerate(lanes)}
+    left = {name: 12 + (first + 14 + (i - 1) * (width + 14) if i else 0) for i, name in enumerate(lanes)}
     total = left[lanes[-1]] + width + 12
     note_left = total
     total += 640
@@ -188,23 +250,23 @@ def draw(rows: list[Row]) -> str:
         "<title>The calls of one step, from the source</title>",
         f'<rect width="{total}" height="{bottom}" fill="#ffffff"/>',
     ]
-    for lane in lanes:
-        lane_width = first if lane == lanes[0] else width
+    for name in lanes:
+        lane_width = first if name == lanes[0] else width
         parts.append(
-            f'<rect x="{left[lane]}" y="8" width="{lane_width}" height="{bottom - 16}" fill="#f6f6f6"/>'
-            f'<text x="{left[lane] + lane_width / 2:g}" y="28" text-anchor="middle" font-weight="bold" '
-            f'font-size="14">src/{lane}</text>'
+            f'<rect x="{left[name]}" y="8" width="{lane_width}" height="{bottom - 16}" fill="#f6f6f6"/>'
+            f'<text x="{left[name] + lane_width / 2:g}" y="28" text-anchor="middle" font-weight="bold" '
+            f'font-size="14">src/{name}</text>'
         )
     parents: list[tuple[float, float]] = []
     above: list[str] = []  # lanes of the callers of a row
     for i, row in enumerate(rows):
-        lane = folder(row.procedure.file)
+        column = lane(row.procedure.file)
         y = top + i * height
-        is_first = lane == lanes[0]
+        is_first = column == lanes[0]
         del above[row.depth :]
-        x = left[lane] + 6 + indent * above.count(lane)
-        above.append(lane)
-        box = (first if is_first else width) - 12 - (x - left[lane] - 6)
+        x = left[column] + 6 + indent * above.count(column)
+        above.append(column)
+        box = (first if is_first else width) - 12 - (x - left[column] - 6)
         middle = y + height / 2 - 1
         del parents[row.depth :]
         if parents:
@@ -217,7 +279,7 @@ def draw(rows: list[Row]) -> str:
         if row.is_repeated:
             label += " ↑"
         parts.append(
-            f'<rect x="{x:g}" y="{y}" width="{box:g}" height="{height - 3}" rx="3" fill="{COLOURS[lane]}" '
+            f'<rect x="{x:g}" y="{y}" width="{box:g}" height="{height - 3}" rx="3" fill="{COLOURS[column]}" '
             f'stroke="#555555"/><text x="{x + 6:g}" y="{y + 13}">{html.escape(label)}</text>'
         )
         note = shortened(row.procedure.summary, 100)
@@ -232,18 +294,18 @@ def shortened(text: str, length: int) -> str:
     return text if len(text) <= length else text[:length].rsplit(" ", 1)[0] + " …"
 
 
+def faces(path: str) -> set[str] | None:
+    """Files through which others enter a folder of src; none: all of them."""
+    return set(FACES[path].split()) if path in FACES else None
+
+
 def folder_table(source: Source) -> str:
-    """What each folder holds and uses."""
-    uses: dict[str, set[str]] = {folder(module.file): set() for module in source.modules.values()}
-    for module, other in source.uses():
-        uses[folder(module.file)].add(folder(other.file))
-    lines = ["| folder | holds | uses |", "|---|---|---|"]
-    order = list(FOLDERS)
+    """What each folder holds, and by which of its modules it is entered."""
+    used = {folder(module.file) for module in source.modules.values()}
+    lines = ["| folder | holds | entered through |", "|---|---|---|"]
     for name, holds in FOLDERS.items():
-        if name not in uses:
-            continue
-        used = sorted((u for u in uses[name] if u != name), key=order.index)
-        lines.append(f"| `{name}` | {holds} | {', '.join(used) or '–'} |")
+        if name in used:
+            lines.append(f"| `{name}` | {holds} | {', '.join(sorted(faces(name) or ['all']))} |")
     return "\n".join(lines)
 
 
@@ -285,11 +347,15 @@ def landmark_table(source: Source) -> str:
 
 
 def order_violations(source: Source) -> list[str]:
-    """`use` statements against the order of the folders."""
+    """`use` statements against the order of the folders, or past the modules through which a folder is entered."""
     order = list(FOLDERS)
     wrong = []
+    entered: dict[str, set[str]] = {}
     for module, used in source.uses():
         a, b = folder(module.file), folder(used.file)
+        own, other = (item.file.parent.relative_to("src").as_posix() for item in (module, used))
+        if own != other:
+            entered.setdefault(other, set()).add(used.file.stem)
         if a not in order:
             wrong.append(f"{module.file}: folder {a} is not in FOLDERS of scripts/draw_architecture.py")
         elif b not in order:
@@ -298,6 +364,10 @@ def order_violations(source: Source) -> list[str]:
             wrong.append(f"{module.file} uses {used.name} of {b}, a folder after {a}")
         elif a == "app" and b == "python":
             wrong.append(f"{module.file} uses {used.name}: the program does not use the extension module")
+        elif own != other and used.file.stem not in (faces(other) or {used.file.stem}):
+            wrong.append(f"{module.file} uses {used.name}, which {other} keeps to itself (FACES)")
+    for path, files in entered.items():
+        wrong += [f"nobody enters {path} through {name} (FACES)" for name in sorted((faces(path) or files) - files)]
     return wrong
 
 

@@ -128,7 +128,7 @@ def draw_riding() -> Figure:
 
 
 def rounded_gap(x: np.ndarray, y: np.ndarray, normals: np.ndarray, radius: float) -> np.ndarray:
-    """Distance from a wedge with its tip at the origin and a rounded tip, as in src/contact/corners.f90."""
+    """Distance from a wedge with its tip at the origin and a rounded tip, as in src/contact/table/corners.f90."""
     half = normals.sum(axis=0)
     cosine2 = (half @ half) / 4
     px, py = x + half[0] * radius / (2 * cosine2), y + half[1] * radius / (2 * cosine2)

@@ -24,7 +24,7 @@ __all__ = ["ConvertedResults", "Units", "check_units", "description", "in_units"
 
 #: Length, time and force of the systems of `&model units`.
 SYSTEMS = {"SI": ("m", "s", "N"), "kN": ("m", "s", "kN"), "mm": ("mm", "s", "N")}
-#: Multiples that are shown: name, size in SI, smallest value in SI that is shown in it. As in src/model/units.f90.
+#: Multiples that are shown: name, size in SI, smallest value in SI that is shown in it. As in src/model/data/units.f90.
 MULTIPLES: dict[str, tuple[tuple[str, float, float], ...]] = {
     "length": (("m", 1.0, 0.1), ("mm", 1e-3, 0.0)),
     "area": (("m²", 1.0, 1e-2), ("mm²", 1e-6, 0.0)),
@@ -129,7 +129,7 @@ COLUMNS = (
 
 
 def description(system: str) -> str:
-    """'SI (m, kg, s, N, Pa)', as src/model/units.f90 has it; 'none' of any consistent units."""
+    """'SI (m, kg, s, N, Pa)', as src/model/data/units.f90 has it; 'none' of any consistent units."""
     if system not in SYSTEMS:
         return "none"
     length, time, force = SYSTEMS[system]

@@ -143,7 +143,8 @@ end module a
     assert faults("call list%add(list%items(k))", "self%items(1) = item") == 0
 
 
-def test_a_use_of_a_later_folder_and_an_unknown_folder_are_found(architecture, small_source):
+def test_a_use_of_a_later_folder_and_an_unknown_folder_are_found(architecture, small_source, monkeypatch):
+    monkeypatch.setattr(architecture, "FACES", {})
     source = small_source(
         {
             "stepping/a.f90": "module a\n   use c, only : x\nend module a\n",
@@ -156,6 +157,23 @@ def test_a_use_of_a_later_folder_and_an_unknown_folder_are_found(architecture, s
     assert len(architecture.order_violations(source)) == 2
     assert any("src/contact/b.f90 uses a of stepping" in text for text in architecture.order_violations(source))
     assert any("folder attic is not in FOLDERS" in text for text in architecture.order_violations(source))
+
+
+def test_a_folder_is_entered_through_its_faces(architecture, small_source, monkeypatch):
+    monkeypatch.setattr(architecture, "FACES", {"contact/find": "face", "contact/transfer": "face"})
+    source = small_source(
+        {
+            "contact/find/face.f90": "module a\n   use b, only : x\nend module a\n",
+            "contact/find/inner.f90": "module b\nend module b\n",
+            "contact/transfer/inner.f90": "module c\nend module c\n",
+            "contact/search.f90": "module d\n   use a\n   use b, only : x\n   use c, only : y\nend module d\n",
+        }
+    )
+    assert sorted(architecture.order_violations(source)) == [
+        "nobody enters contact/transfer through face (FACES)",
+        "src/contact/search.f90 uses b, which contact/find keeps to itself (FACES)",
+        "src/contact/search.f90 uses c, which contact/transfer keeps to itself (FACES)",
+    ]
 
 
 def test_types_and_files_that_the_page_names_exist(architecture):

@@ -18,7 +18,7 @@ from rockdda.model import Model
 
 PAGE = ROOT / "docs/contact-numbers.md"
 MEASURED = ROOT / "docs/notes/contact-numbers.md"
-RULE = ROOT / "src/model/contact_numbers.f90"
+RULE = ROOT / "src/model/data/contact_numbers.f90"
 #: advice that contradicts the rule
 OLD = re.compile(r"50·E|takes 50|50 times (the )?(largest )?(E\b|Young)|1 to 50 (times|E)|0\.005( to |–)0\.02")
 

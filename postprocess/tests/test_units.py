@@ -66,7 +66,7 @@ def test_forces_of_bolts_and_linings_in_each_system(system, bolt, normal, moment
 
 def test_the_program_and_the_package_have_the_same_units():
     """The rows of both tables, and the powers of length, mass and time of each quantity."""
-    text = (ROOT / "src/model/units.f90").read_text()
+    text = (ROOT / "src/model/data/units.f90").read_text()
     characters = {"squared": "²", "cubed": "³", "degree": "°"}
     multiples = {}
     for dimension, name, more, size, least in re.findall(

@@ -7,8 +7,8 @@ module rockdda_app_arguments
    use rockdda_base_strings, only : to_string
    use rockdda_model_analysis_input, only : dialect
    use rockdda_model_options, only : unset_integer, dda_windows, old_dda_windows, most_threads
-   use rockdda_io_numbers, only : parse_number, number_status, is_whole
-   use rockdda_io_suggest, only : did_you_mean
+   use rockdda_base_numbers, only : parse_number, number_status, is_whole
+   use rockdda_base_suggest, only : did_you_mean
    use rockdda_run_request, only : run_request_type
    use rockdda_run_search_options, only : search_options_type, search_names
    use rockdda_app_command_options, only : command_names, option_kind, options, find_option, is_option_of, shells

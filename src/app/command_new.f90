@@ -4,7 +4,7 @@ module rockdda_app_command_new
    use rockdda_base_diagnostics, only : diagnostics_type
    use rockdda_base_error, only : error_type, error_code, make_error
    use rockdda_io_posix, only : get_path_kind, path_kind
-   use rockdda_io_suggest, only : did_you_mean
+   use rockdda_base_suggest, only : did_you_mean
    use rockdda_io_text_output, only : text_writer_type
    use rockdda_run_output_choice, only : require_folder
    use rockdda_app_arguments, only : command_line_type

@@ -13,8 +13,8 @@ module rockdda_run_cells
                                      material_number
    use rockdda_cutting_cell_lattice, only : cell_kind
    use rockdda_cutting_subdivision, only : cell_choice_type, count_cells, subdivide_blocks
-   use rockdda_io_suggest, only : did_you_mean
-   use rockdda_run_material_names, only : no_material, check_joint_material
+   use rockdda_base_suggest, only : did_you_mean
+   use rockdda_check_material_names, only : no_material, check_joint_material
    implicit none
    private
    public :: number_regions, check_regions, report_cut_blocks, count_regions, check_names, check_cells, make_cells

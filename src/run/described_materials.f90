@@ -5,11 +5,11 @@ module rockdda_run_described_materials
    use rockdda_model_material_names, only : described_materials
    use rockdda_model_parameters, only : parameters_type
    use rockdda_model_given_materials, only : put_materials_together
-   use rockdda_io_material_check, only : check_geometry_materials, check_block_materials
-   use rockdda_io_material_use, only : check_lines_described, check_blocks_described
+   use rockdda_check_materials, only : check_geometry_materials, check_block_materials
+   use rockdda_check_material_use, only : check_lines_described, check_blocks_described
    use rockdda_io_recognise, only : file_kind
    use rockdda_run_input, only : model_input_type
-   use rockdda_stepping_options_check, only : check_joints
+   use rockdda_check_options, only : check_joints
    implicit none
    private
    public :: check_materials, check_laws, find_described

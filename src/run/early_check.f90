@@ -2,7 +2,7 @@
 !> Groups of options that can be judged without a model.
 module rockdda_run_early_check
    use rockdda_base_diagnostics, only : diagnostics_type
-   use rockdda_model_boundary_check, only : check_boundaries
+   use rockdda_check_boundaries, only : check_boundaries
    use rockdda_model_in_situ, only : check_in_situ
    use rockdda_model_options, only : run_options_type
    use rockdda_run_cells, only : check_names

@@ -5,7 +5,7 @@ module rockdda_run_model_input
    use rockdda_base_diagnostics, only : diagnostics_type, severity
    use rockdda_model_options, only : run_options_type
    use rockdda_model_resolve, only : resolve_parameters
-   use rockdda_io_plausibility, only : check_plausibility
+   use rockdda_check_plausibility, only : check_plausibility
    use rockdda_linear_factory, only : default_solver
    use rockdda_run_described_materials, only : check_materials, check_laws
    use rockdda_run_early_check, only : check_without_model
@@ -15,7 +15,7 @@ module rockdda_run_model_input
    use rockdda_run_parts, only : make_parts
    use rockdda_run_read_files, only : read_config, read_blocks, read_analysis
    use rockdda_run_request, only : run_request_type, apply_request
-   use rockdda_stepping_options_check, only : check_options
+   use rockdda_check_options, only : check_options
    implicit none
    private
    public :: model_input_type, run_request_type, read_model

@@ -8,7 +8,7 @@ module rockdda_run_outcome
    use rockdda_model_boundary_options, only : is_quiet
    use rockdda_model_stage_options, only : stage_name, stage_k01, has_base_motion, seeks_equilibrium
    use rockdda_stepping_control, only : step_control_type, n_cut_reasons
-   use rockdda_stepping_table_check, only : unreached_tables_text
+   use rockdda_check_tables, only : unreached_tables_text
    use rockdda_run_block_warnings, only : lodged_warning, strain_warning, slid_lining_warning
    use rockdda_stepping_simulation, only : simulation_type
    implicit none

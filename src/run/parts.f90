@@ -8,10 +8,10 @@ module rockdda_run_parts
    use rockdda_model_options, only : run_options_type
    use rockdda_cutting_assignment, only : assign_bolts
    use rockdda_cutting_location, only : block_locator_type
-   use rockdda_run_bolt_check, only : check_bolts
+   use rockdda_check_bolts, only : check_bolts
    use rockdda_run_cells, only : number_regions, check_regions, report_cut_blocks, count_regions, &
                                  check_cells, make_cells
-   use rockdda_run_liner_check, only : check_liners
+   use rockdda_check_linings, only : check_liners
    use rockdda_run_described_materials, only : find_described
    use rockdda_run_input, only : model_input_type
    use rockdda_run_stage_regions, only : number_changes, check_stage_regions

@@ -9,7 +9,7 @@ module rockdda_run_stage_regions
    use rockdda_model_regions, only : material_number
    use rockdda_model_stage_options, only : is_given
    use rockdda_run_cells, only : check_names
-   use rockdda_run_material_names, only : no_material
+   use rockdda_check_material_names, only : no_material
    implicit none
    private
    public :: number_changes, check_stage_regions

@@ -7,9 +7,9 @@ module rockdda_run_water_names
    use rockdda_model_regions, only : count_words, same_name, word_of
    use rockdda_model_stage_options, only : is_given
    use rockdda_model_water_check, only : title_of
-   use rockdda_io_suggest, only : did_you_mean
+   use rockdda_base_suggest, only : did_you_mean
    use rockdda_run_cells, only : check_names
-   use rockdda_run_material_names, only : check_joint_material
+   use rockdda_check_material_names, only : check_joint_material
    implicit none
    private
    public :: check_water_names, check_stage_water

@@ -13,7 +13,7 @@ module rockdda_stepping_start
    use rockdda_stepping_construction, only : construction_type
    use rockdda_stepping_control, only : new_step_control
    use rockdda_stepping_motion, only : start_state
-   use rockdda_stepping_options_check, only : check_start
+   use rockdda_check_options, only : check_start
    use rockdda_stepping_trial_step, only : trial_step_type
    implicit none
    private

@@ -15,7 +15,7 @@ module rockdda_io_namelist_file
    use rockdda_model_liner_options, only : liner_problem
    use rockdda_io_stage_check, only : check_stages, check_base_stage
    use rockdda_io_source, only : source_type, read_source
-   use rockdda_io_suggest, only : did_you_mean
+   use rockdda_base_suggest, only : did_you_mean
    implicit none
    private
    public :: read_options_file, read_options_source, list_given_options, given_group_type

@@ -9,7 +9,7 @@ module rockdda_io_option_documents
    use rockdda_model_option_table, only : all_options
    use rockdda_model_options, only : dda_windows, is_set
    use rockdda_io_name_hints, only : other_words
-   use rockdda_io_suggest, only : did_you_mean
+   use rockdda_base_suggest, only : did_you_mean
    use rockdda_io_synonyms, only : other_words_for
    implicit none
    private

@@ -6,10 +6,10 @@ module rockdda_io_option_values
    use rockdda_base_diagnostics, only : diagnostics_type, severity
    use rockdda_model_options, only : unset_real, is_set
    use rockdda_io_namelist_parser, only : namelist_type, entry_type, value_kind, beside
-   use rockdda_io_numbers, only : is_whole
+   use rockdda_base_numbers, only : is_whole
    use rockdda_io_record_reader, only : largest_value
    use rockdda_io_source, only : file_text_problem
-   use rockdda_io_suggest, only : did_you_mean
+   use rockdda_base_suggest, only : did_you_mean
    implicit none
    private
    public :: get_real, get_positive, get_integer, get_logical, get_text, get_file, get_choice, get_reals, get_integers

@@ -8,7 +8,7 @@ module rockdda_io_stage_check
    use rockdda_model_regions, only : same_name
    use rockdda_model_stage_options, only : stage_name, seeks_equilibrium, has_end, is_given, stage_number, &
       confirming_steps
-   use rockdda_io_suggest, only : did_you_mean
+   use rockdda_base_suggest, only : did_you_mean
    implicit none
    private
    public :: check_stages, check_base_stage

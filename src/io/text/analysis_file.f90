@@ -13,7 +13,7 @@ module rockdda_io_analysis_file
    use rockdda_io_counting, only : analysis_needs, fits_geometry, find_g0_points, g0_points_fit, plain_numbers
    use rockdda_io_record_reader, only : record_reader_type, append_in_order, note_comment, report_break, &
                                         report_decimal_comma, report_large_count
-   use rockdda_io_numbers, only : is_whole
+   use rockdda_base_numbers, only : is_whole
    use rockdda_io_source, only : source_type, read_source
    use rockdda_io_tokens, only : token_list_type, tokenise
    implicit none

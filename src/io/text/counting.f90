@@ -7,7 +7,7 @@
 module rockdda_io_counting
    use rockdda_base_kinds, only : wp, i8
    use rockdda_io_tokens, only : token_list_type, token_kind
-   use rockdda_io_numbers, only : is_whole
+   use rockdda_base_numbers, only : is_whole
    implicit none
    private
    public :: geometry_needs, analysis_needs, fits_geometry, fits_analysis, plain_numbers, g0_points_fit, find_g0_points

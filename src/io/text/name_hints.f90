@@ -2,7 +2,7 @@
 !> Hints for mistyped groups and names of namelist files.
 module rockdda_io_name_hints
    use rockdda_model_option, only : name_length
-   use rockdda_io_suggest, only : did_you_mean
+   use rockdda_base_suggest, only : did_you_mean
    use rockdda_io_synonyms, only : usual_names
    implicit none
    private

@@ -8,7 +8,7 @@ module rockdda_io_namelist_parser
    use rockdda_base_kinds, only : wp
    use rockdda_base_strings, only : lower_case, to_string
    use rockdda_base_diagnostics, only : diagnostics_type, origin_type, severity
-   use rockdda_io_numbers, only : parse_number, number_status, is_whole
+   use rockdda_base_numbers, only : parse_number, number_status, is_whole
    use rockdda_io_source, only : source_type
    implicit none
    private

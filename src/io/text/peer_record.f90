@@ -6,7 +6,7 @@ module rockdda_io_peer_record
    use rockdda_base_strings, only : counted, lower_case, to_string
    use rockdda_base_diagnostics, only : diagnostics_type, severity
    use rockdda_io_acceleration_units, only : acceleration_unit, time_unit, is_of_other_quantity, known_units
-   use rockdda_io_numbers, only : parse_number, number_status, is_whole
+   use rockdda_base_numbers, only : parse_number, number_status, is_whole
    use rockdda_io_row_reader, only : decimal_comma, take_number
    use rockdda_io_source, only : source_type
    use rockdda_io_tokens, only : token_list_type

@@ -7,12 +7,12 @@ module rockdda_io_record_file
    use rockdda_base_diagnostics, only : diagnostics_type, origin_type, severity
    use rockdda_base_sorting, only : sorted_order
    use rockdda_io_acceleration_units, only : acceleration_unit, time_unit, is_of_other_quantity, known_units
-   use rockdda_io_numbers, only : parse_number, number_status, is_whole
+   use rockdda_base_numbers, only : parse_number, number_status, is_whole
    use rockdda_io_peer_record, only : read_peer
    use rockdda_io_row_reader, only : decimal_comma, take_number
    use rockdda_io_separators, only : settle_separators
    use rockdda_io_source, only : source_type, read_source
-   use rockdda_io_suggest, only : did_you_mean
+   use rockdda_base_suggest, only : did_you_mean
    use rockdda_io_tokens, only : token_list_type, token_kind, tokenise
    implicit none
    private

@@ -10,7 +10,7 @@ module rockdda_io_record_reader
    use rockdda_base_strings, only : to_string
    use rockdda_base_diagnostics, only : diagnostics_type, origin_type, severity
    use rockdda_io_tokens, only : token_list_type, token_kind
-   use rockdda_io_numbers, only : is_whole
+   use rockdda_base_numbers, only : is_whole
    implicit none
    private
    public :: record_reader_type, smallest_length, largest_value

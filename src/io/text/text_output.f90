@@ -4,7 +4,7 @@ module rockdda_io_text_output
    use rockdda_base_kinds, only : wp
    use rockdda_base_error, only : error_type, error_code, make_error
    use rockdda_io_file_sink, only : file_sink_type
-   use rockdda_io_numbers, only : parse_number, number_status
+   use rockdda_base_numbers, only : parse_number, number_status
    use rockdda_io_posix, only : format_real, path_kind, get_path_kind, rename_file, remove_file
    implicit none
    private

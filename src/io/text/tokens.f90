@@ -4,7 +4,7 @@ module rockdda_io_tokens
    use rockdda_base_kinds, only : wp
    use rockdda_base_strings, only : lower_case
    use rockdda_base_diagnostics, only : origin_type
-   use rockdda_io_numbers, only : parse_number, number_status
+   use rockdda_base_numbers, only : parse_number, number_status
    use rockdda_io_source, only : source_type
    implicit none
    private

@@ -15,7 +15,7 @@ module rockdda_io_windows_block_file
    use rockdda_geometry_polygons, only : polygon_area
    use rockdda_model_blocks, only : block_system_type, bolt_set_type, point_set_type
    use rockdda_io_counting, only : plain_numbers
-   use rockdda_io_numbers, only : is_whole
+   use rockdda_base_numbers, only : is_whole
    use rockdda_io_record_reader, only : record_reader_type
    use rockdda_io_tokens, only : token_list_type
    implicit none

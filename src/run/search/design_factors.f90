@@ -7,8 +7,8 @@ module rockdda_run_design_factors
    use rockdda_model_options, only : is_set
    use rockdda_model_parameters, only : parameters_type
    use rockdda_model_regions, only : count_words, word_of
-   use rockdda_io_numbers, only : number_status, parse_number
-   use rockdda_io_suggest, only : did_you_mean
+   use rockdda_base_numbers, only : number_status, parse_number
+   use rockdda_base_suggest, only : did_you_mean
    use rockdda_run_given_loads, only : choose_loads, given_loads_type, multiply_loads, name_length
    implicit none
    private

@@ -7,7 +7,7 @@ module rockdda_run_given_loads
    use rockdda_model_options, only : boundary_type, line_load_type, is_set
    use rockdda_model_parameters, only : parameters_type
    use rockdda_model_regions, only : count_words, same_name, word_of
-   use rockdda_io_suggest, only : did_you_mean
+   use rockdda_base_suggest, only : did_you_mean
    use rockdda_interaction_time_tables, only : load_factor
    implicit none
    private

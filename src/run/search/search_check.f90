@@ -7,7 +7,7 @@ module rockdda_run_search_check
    use rockdda_model_analysis_input, only : joint_material_type
    use rockdda_model_material_names, only : number_of_material
    use rockdda_model_options, only : is_set
-   use rockdda_io_suggest, only : did_you_mean
+   use rockdda_base_suggest, only : did_you_mean
    use rockdda_run_search_options, only : search_options_type, search_kind, search_names
    implicit none
    private

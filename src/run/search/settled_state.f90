@@ -10,7 +10,7 @@ module rockdda_run_settled_state
    use rockdda_model_parameters, only : parameters_type
    use rockdda_model_regions, only : same_name
    use rockdda_model_stage_options, only : has_end, is_given, seeks_equilibrium, stage_name
-   use rockdda_io_suggest, only : did_you_mean
+   use rockdda_base_suggest, only : did_you_mean
    use rockdda_interaction_contact_law, only : contact_law_type
    use rockdda_stepping_control, only : step_control_type
    use rockdda_stepping_simulation, only : simulation_type

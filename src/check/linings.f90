@@ -1,0 +1,252 @@
+! SPDX-License-Identifier: MIT
+!> What is wrong with the linings of a model, and what looks wrong: linings beside the wall, without rock behind them,
+!> or where there is no free face.
+module rockdda_check_linings
+   use rockdda_base_kinds, only : wp
+   use rockdda_base_diagnostics, only : diagnostics_type, severity
+   use rockdda_base_strings, only : is_given, to_string
+   use rockdda_geometry_polygons, only : point_in_polygon, polygon_area
+   use rockdda_model_blocks, only : block_system_type
+   use rockdda_model_bolt_layout, only : rock_at, stage_with
+   use rockdda_model_liner_layout, only : liner_layout_type, new_liner_layout, line_of_liner, title_of_liner, &
+      lower_liner, liner_number, layout_problem
+   use rockdda_model_liner_options, only : liner_problem
+   use rockdda_model_options, only : run_options_type, liner_type, is_set
+   use rockdda_model_regions, only : has_region, same_name
+   use rockdda_interaction_liner_places, only : stretch_type, find_stretches, faces_of_path, segment_outline, &
+      opening_side, reach_over_thickness
+   use rockdda_check_material_names, only : check_joint_material
+   use rockdda_check_support_numbers, only : line_type, check_numbers_of_liner, check_same_place
+   use rockdda_base_suggest, only : did_you_mean
+   implicit none
+   private
+   public :: check_liners, liner_names
+
+   !> Lengths over thickness of elements for which a lining is advised.
+   real(wp), parameter :: shortest = 0.5_wp, longest = 4
+   !> A line that lies closer to the rock than this share of the thickness lies on it.
+   real(wp), parameter :: beside = 0.05_wp
+   !> Shares of the length that matter.
+   real(wp), parameter :: least_share = 0.01_wp
+
+contains
+
+   !> Names of all linings.
+   pure function liner_names(options) result(names)
+      type(run_options_type), intent(in) :: options
+      character(len=80), allocatable :: names(:)
+      integer :: k
+      allocate (names(size(options%liners)))
+      do k = 1, size(names)
+         names(k) = title_of_liner(options%liners(k), k)
+      end do
+   end function liner_names
+
+   !> All linings of the options, and the changes that name one.
+   subroutine check_liners(options, n_joints, blocks, messages)
+      type(run_options_type), intent(in) :: options
+      integer, intent(in) :: n_joints               !! joint materials
+      type(block_system_type), intent(in) :: blocks
+      type(diagnostics_type), intent(inout) :: messages
+      type(line_type) :: lines(size(options%liners))
+      logical :: sound(size(options%liners))
+      integer :: i, k
+      sound = .true.
+      do k = 1, size(options%liners)
+         allocate (lines(k)%xy(0))
+         associate (liner => options%liners(k))
+            sound(k) = len(liner_problem(liner)) == 0   ! else it was told
+            do i = 1, k - 1
+               if (same_name(title_of_liner(liner, k), title_of_liner(options%liners(i), i))) &
+                  call fail("there are two linings of the name '"//title_of_liner(liner, k)//"'")
+            end do
+            if (allocated(liner%along) .and. is_given(liner%outline)) call fail('along and outline both name its line')
+            if (allocated(liner%along)) then
+               if (size(liner%along) < 4 .or. mod(size(liner%along), 2) > 0) &
+                  call fail('along takes x and y of two points or more')
+            end if
+            if (is_given(liner%on)) then
+               if (lower_liner(options%liners, k) == 0) then
+                  call fail("on = '"//trim(adjustl(liner%on))//"' names no lining before this one"// &
+                            did_you_mean(trim(adjustl(liner%on)), liner_names(options)))
+               else
+                  sound(k) = sound(k) .and. sound(lower_liner(options%liners, k))
+                  call check_order()
+                  if (.not. has_line_of(options%liners(lower_liner(options%liners, k)), liner)) &
+                     call fail('a layer lies on all of the lining that on names: give the same line, or none')
+               end if
+            else if (is_given(liner%outline)) then
+               if (.not. has_region(options%regions, liner%outline)) call fail("there is no region '"// &
+                                                                             trim(adjustl(liner%outline))//"'")
+            end if
+            if (is_given(liner%joint_material)) call check_joint_material('&liner', trim(adjustl( &
+               liner%joint_material)), n_joints, [options%joint_materials, options%joint_laws], liner%origin, messages)
+            call check_times()
+            if (.not. sound(k)) cycle
+            if (lower_liner(options%liners, k) == 0) call check_line(k, options, blocks, messages, lines(k)%xy)
+            call check_numbers_of_liner(k, options, lines(k)%xy, messages)
+            call check_same_place(k, lines(:k), options, messages)
+         end associate
+      end do
+      do i = 1, size(options%changes)
+         associate (change => options%changes(i))
+            if (.not. is_given(change%liner)) cycle
+            if (liner_number(options%liners, change%liner) == 0) call messages%add(severity%error, &
+               "&change: there is no lining '"//trim(adjustl(change%liner))//"'"// &
+               did_you_mean(trim(adjustl(change%liner)), liner_names(options)), change%origin)
+         end associate
+      end do
+
+   contains
+
+      !> An error of lining k.
+      subroutine fail(text)
+         character(len=*), intent(in) :: text
+         call messages%add(severity%error, '&liner: '//text, options%liners(k)%origin)
+         sound(k) = .false.
+      end subroutine fail
+
+      !> Does a layer name no line, or that of the lining below?
+      pure logical function has_line_of(lower, layer)
+         type(liner_type), intent(in) :: lower, layer
+         has_line_of = .true.
+         if (allocated(layer%along)) then
+            has_line_of = allocated(lower%along) .or. is_given(lower%on)
+            if (allocated(lower%along)) has_line_of = size(lower%along) == size(layer%along)
+            if (has_line_of .and. allocated(lower%along)) has_line_of = .not. any(abs(layer%along - lower%along) > 0)
+         else if (is_given(layer%outline)) then
+            has_line_of = is_given(lower%on)
+            if (is_given(lower%outline)) has_line_of = same_name(lower%outline, layer%outline)
+         end if
+      end function has_line_of
+
+      !> What is removed must have been installed.
+      subroutine check_times()
+         character(len=:), allocatable :: name
+         integer :: mine, gone
+         name = title_of_liner(options%liners(k), k)
+         mine = stage_with(options%stages, name, installs=.true.)
+         gone = stage_with(options%stages, name, installs=.false.)
+         if (gone > 0 .and. gone <= max(1, mine)) call fail("'"//name//"' is removed in stage "//to_string(gone)// &
+                                                            ', before it has been there in a step')
+      end subroutine check_times
+
+      !> A layer needs the lining below.
+      subroutine check_order()
+         integer :: low, mine, lower, gone
+         low = lower_liner(options%liners, k)
+         mine = stage_with(options%stages, title_of_liner(options%liners(k), k), installs=.true.)
+         lower = stage_with(options%stages, title_of_liner(options%liners(low), low), installs=.true.)
+         gone = stage_with(options%stages, title_of_liner(options%liners(low), low), installs=.false.)
+         if (mine < lower .or. (gone > 0 .and. gone <= mine)) call fail("when it is installed the lining '"// &
+            title_of_liner(options%liners(low), low)//"' on which it lies is not there")
+      end subroutine check_order
+
+   end subroutine check_liners
+
+   !> The line of a lining where it is installed.
+   subroutine check_line(k, options, blocks, messages, line)
+      integer, intent(in) :: k
+      type(run_options_type), intent(in) :: options
+      type(block_system_type), intent(in) :: blocks
+      type(diagnostics_type), intent(inout) :: messages
+      real(wp), allocatable, intent(inout) :: line(:)   !! x y of its points; empty where it is wrong [length]
+      type(liner_layout_type) :: layout
+      type(stretch_type), allocatable :: stretches(:)
+      logical, allocatable :: rock(:)
+      real(wp), allocatable :: faces(:, :, :)
+      character(len=:), allocatable :: problem
+      real(wp) :: total, covered, blocked, far, length, element
+      integer :: i, j, side
+      associate (liner => options%liners(k), t => options%liners(k)%thickness)
+         line = line_of_liner(options%liners, k, blocks, options%regions)
+         problem = layout_problem(line, t, liner%element)
+         if (len(problem) > 0) then
+            call tell(severity%error, problem)
+            line = [real(wp) ::]
+            return
+         end if
+         layout = new_liner_layout(line, t, liner%element)
+         if (layout%n == 0) then
+            if (is_given(liner%outline)) then
+               call tell(severity%error, "region '"//trim(adjustl(liner%outline))//"' has no blocks with an outer line")
+            else
+               call tell(severity%error, 'the line along has no length')
+            end if
+            return
+         end if
+         total = sum([(norm2(layout%path(:, i + 1) - layout%path(:, i)), i=1, size(layout%path, 2) - 1)])
+         element = total/merge(layout%n, layout%n - 1, layout%closed)
+         if (is_set(liner%element)) then
+            if (element < shortest*t*0.999_wp .or. element > longest*t*1.001_wp) call tell(severity%warning, &
+               'nodes are '//to_string(element/t, 3)//' thicknesses apart; bending is right for '// &
+               to_string(shortest, 2)//' to '//to_string(longest, 2))
+         end if
+         rock = rock_at(blocks, options%regions, options%stages, &
+                        stage_with(options%stages, title_of_liner(liner, k), installs=.true.))
+         call find_stretches(layout%path, reach_over_thickness*t, blocks, blocks%vertices, rock, stretches, side)
+         if (side == 0) side = opening_side(layout%path, layout%closed)
+         faces = faces_of_path(layout%path, layout%closed, side, [0.0_wp, t])
+         do i = 1, layout%n
+            if (polygon_area(segment_outline(faces, layout%first(i), layout%last(i), side)) > 0.1_wp*t*element) cycle
+            call tell(severity%error, 'the line turns too sharply for a lining of this thickness at ('// &
+                      to_string(layout%path(1, layout%node(i)), 5)//', '// &
+                      to_string(layout%path(2, layout%node(i)), 5)//')')
+            return
+         end do
+         covered = 0
+         blocked = 0
+         far = 0
+         do j = 1, size(stretches)
+            length = (stretches(j)%ends(2) - stretches(j)%ends(1))* &
+                     norm2(layout%path(:, stretches(j)%piece + 1) - layout%path(:, stretches(j)%piece))
+            covered = covered + length
+            far = max(far, stretches(j)%distance)
+            if (is_in_rock(stretches(j))) blocked = blocked + length
+         end do
+         if (size(stretches) == 0) then
+            call tell(severity%warning, 'no rock lies within half its thickness of the line: nothing holds the lining')
+            return
+         end if
+         if (total - covered > least_share*total) call tell(severity%warning, to_string(100*(1 - covered/total), 2)// &
+            ' % of the line lies beside no rock when it is installed; rock that comes there later does not meet it')
+         if (far > beside*t) call tell(severity%warning, 'the line lies up to '//to_string(far, 3)// &
+                                       ' beside the rock: it is held across')
+         if (blocked > least_share*total) call tell(severity%warning, 'there is no free face along '// &
+            to_string(100*blocked/total, 2)//' % of the line when it is installed: rock lies where the lining is')
+      end associate
+
+   contains
+
+      !> A message on the lining.
+      subroutine tell(level, text)
+         integer, intent(in) :: level
+         character(len=*), intent(in) :: text
+         call messages%add(level, "liner '"//title_of_liner(options%liners(k), k)//"': "//text, &
+                           options%liners(k)%origin)
+      end subroutine tell
+
+      !> Is there rock in the middle of the lining along a stretch?
+      pure logical function is_in_rock(stretch)
+         type(stretch_type), intent(in) :: stretch
+         real(wp) :: along(2), point(2)
+         integer :: b
+         associate (p => layout%path(:, stretch%piece), q => layout%path(:, stretch%piece + 1))
+            along = q - p
+            point = p + 0.5_wp*sum(stretch%ends)*along + side*0.5_wp*options%liners(k)%thickness* &
+                    [-along(2), along(1)]/norm2(along)
+         end associate
+         is_in_rock = .false.
+         do b = 1, blocks%n_blocks
+            if (.not. rock(b)) cycle
+            associate (v => blocks%vertices(:, blocks%vertex_offset(b) + 1:blocks%vertex_offset(b + 1)))
+               if (any(point < minval(v, 2)) .or. any(point > maxval(v, 2))) cycle
+               is_in_rock = point_in_polygon(point, v)
+            end associate
+            if (is_in_rock) return
+         end do
+      end function is_in_rock
+
+   end subroutine check_line
+
+end module rockdda_check_linings

@@ -1,0 +1,48 @@
+! SPDX-License-Identifier: MIT
+!> Materials that groups of options call by number or name.
+module rockdda_check_material_names
+   use rockdda_base_diagnostics, only : diagnostics_type, origin_type, severity
+   use rockdda_base_strings, only : counted, to_string
+   use rockdda_model_analysis_input, only : named_material_type, joint_material_type
+   use rockdda_model_material_names, only : number_of_material
+   use rockdda_base_suggest, only : did_you_mean
+   implicit none
+   private
+   public :: no_material, check_joint_material
+
+contains
+
+   !> "there is no block material 'x', did you mean ..."
+   function no_material(kind, word, materials) result(text)
+      character(len=*), intent(in) :: kind                    !! 'block', 'joint'
+      character(len=*), intent(in) :: word
+      class(named_material_type), intent(in) :: materials(:)  !! groups of the options that may name materials
+      character(len=:), allocatable :: text
+      character(len=80) :: known(size(materials))
+      integer :: i
+      known = ''
+      do i = 1, size(materials)
+         if (allocated(materials(i)%name)) known(i) = adjustl(materials(i)%name)
+      end do
+      text = 'there is no '//kind//" material '"//word//"'"//did_you_mean(word, known)
+   end function no_material
+
+   !> Check that a word stands for a joint material.
+   subroutine check_joint_material(group, word, n_joints, materials, origin, messages)
+      character(len=*), intent(in) :: group                   !! of the options
+      character(len=*), intent(in) :: word                    !! number or name
+      integer, intent(in) :: n_joints                         !! joint materials
+      type(joint_material_type), intent(in) :: materials(:)   !! groups of the options that may name joint materials
+      type(origin_type), intent(in) :: origin
+      type(diagnostics_type), intent(inout) :: messages
+      integer :: joint
+      joint = number_of_material(word, materials)
+      if (joint < 1) then
+         call messages%add(severity%error, group//': '//no_material('joint', trim(adjustl(word)), materials), origin)
+      else if (joint > n_joints) then
+         call messages%add(severity%error, group//': joint material '//to_string(joint)//' is unknown, there '// &
+                           trim(merge('is ', 'are', n_joints == 1))//' '//counted(n_joints, 'joint material'), origin)
+      end if
+   end subroutine check_joint_material
+
+end module rockdda_check_material_names

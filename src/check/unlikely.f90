@@ -1,0 +1,89 @@
+! SPDX-License-Identifier: MIT
+!> What a model has that hardly can be meant: splinters, a surcharge that no traction carries, a reset of nothing.
+module rockdda_check_unlikely
+   use rockdda_base_kinds, only : wp
+   use rockdda_base_diagnostics, only : diagnostics_type, severity
+   use rockdda_base_strings, only : is_given, to_string
+   use rockdda_model_blocks, only : block_system_type
+   use rockdda_model_options, only : is_set
+   use rockdda_check_splinters, only : check_splinters
+   use rockdda_model_parameters, only : parameters_type
+   implicit none
+   private
+   public :: check_ground
+
+   !> Tractions that differ from the stress under the surface by less are rounded.
+   real(wp), parameter :: rounding = 0.02_wp
+
+contains
+
+   !> All of them.
+   subroutine check_ground(blocks, parameters, messages)
+      type(block_system_type), intent(in) :: blocks
+      type(parameters_type), intent(in) :: parameters
+      type(diagnostics_type), intent(inout) :: messages
+      call check_splinters(blocks, parameters%units, messages)
+      call check_surcharge(blocks, parameters, messages)
+      call check_first_reset(parameters, messages)
+   end subroutine check_ground
+
+   !> Check that the stress that &in_situ gives at the top of the model is that of the pressures along it: else the
+   !> first stage moves the blocks until both fit.
+   subroutine check_surcharge(blocks, parameters, messages)
+      type(block_system_type), intent(in) :: blocks
+      type(parameters_type), intent(in) :: parameters
+      type(diagnostics_type), intent(inout) :: messages
+      real(wp) :: top, weight, expected, found, tolerance
+      integer :: g, k
+      if (.not. (allocated(parameters%in_situ) .and. allocated(parameters%boundaries))) return
+      top = maxval(blocks%vertices(2, :))
+      tolerance = max(blocks%edge_node_distance, 1.0e-9_wp*parameters%w0)
+      found = 0
+      do k = 1, size(parameters%boundaries)
+         associate (b => parameters%boundaries(k))
+            if (.not. allocated(b%along)) cycle
+            if (any(abs(b%along(2, :) - top) > tolerance)) cycle
+            ! what holds the top carries any stress; other tractions are left to the user
+            if (b%kind /= 'traction' .or. .not. is_set(b%pressure)) return
+            if (allocated(b%table)) then
+               if (size(b%table, 2) > 0) return
+            end if
+            found = found + b%pressure
+         end associate
+      end do
+      do g = 1, size(parameters%in_situ)
+         associate (s => parameters%in_situ(g))
+            if (.not. is_set(s%surface) .or. is_given(s%region)) cycle
+            if (s%surface < top - tolerance) cycle
+            weight = 0
+            if (is_set(s%unit_weight)) then
+               weight = s%unit_weight
+            else if (parameters%gravity >= 0) then
+               weight = parameters%gravity*maxval(parameters%block_materials%density)
+            end if
+            expected = weight*max(0.0_wp, s%surface - top)
+            if (is_set(s%surcharge)) expected = expected + s%surcharge
+            if (abs(expected - found) <= rounding*max(abs(expected), abs(found))) cycle
+            call messages%add(severity%warning, '&in_situ: surcharge and surface give a stress of '// &
+                              parameters%shown(expected, 'stress')//' at the top of the model, y = '// &
+                              parameters%shown(top, 'length', 6)// &
+                              ', where boundaries press with '//parameters%shown(found, 'stress')// &
+                              ': the blocks will move until both are equal; give &boundary along the top, '// &
+                              "kind = 'traction', this pressure", &
+                              s%origin)
+         end associate
+      end do
+   end subroutine check_surcharge
+
+   !> A note on displacements that are reset where there are none.
+   subroutine check_first_reset(parameters, messages)
+      type(parameters_type), intent(in) :: parameters
+      type(diagnostics_type), intent(inout) :: messages
+      if (.not. allocated(parameters%stages)) return
+      if (size(parameters%stages) == 0) return
+      if (parameters%stages(1)%reset_displacement) call messages%add(severity%note, 'reset_displacement has no '// &
+         'effect in the first stage: displacements count from the start of a stage. To leave out those of this '// &
+         'stage, give it to the next one', parameters%stages(1)%origin)
+   end subroutine check_first_reset
+
+end module rockdda_check_unlikely
