@@ -40,8 +40,8 @@ contains
       call problems%to_error(error)
       if (allocated(error)) return
       if (len_trim(parameters%solver_method) == 0) step%parameters%solver_method = default_solver()
-      call new_solver(solver_for(step%parameters, blocks%n_blocks), parameters%solver_tolerance, parameters%sor_factor, &
-                      parameters%preconditioner, step%solver, error)
+      call new_solver(solver_for(step%parameters, blocks%n_blocks), parameters%solver_tolerance, &
+                      parameters%sor_factor, parameters%preconditioner, step%solver, error)
       if (allocated(error)) return
       call add_liner_materials(step%parameters)
       call start_state(blocks, parameters, step%state, step%initial_stress)

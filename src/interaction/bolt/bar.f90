@@ -618,8 +618,8 @@ contains
       end do
    end subroutine sum_at_points
 
-   !> The largest share of its strength that an element or a tie carries. By `share` of condense it grows at most with the
-   !> motion of a point.
+   !> The largest share of its strength that an element or a tie carries. By `share` of condense it grows at most with
+   !> the motion of a point.
    pure real(wp) function largest_share(bar, response) result(share)
       type(bar_type), intent(in) :: bar
       type(bar_response_type), intent(in) :: response

@@ -103,12 +103,12 @@ contains
       type(solve_report_type), intent(out) :: report
       type(error_type), allocatable, intent(out) :: error
       type(solve_effort_type), intent(in), optional :: effort
-      real(wp) :: relative, before, pause, tolerance
+      real(wp) :: relative, before, pause_at, tolerance
       logical :: done, changed_rows_only, has_paused
 
       tolerance = max(self%tolerance, self%enough)
-      pause = 0
-      if (present(effort)) pause = effort%pause
+      pause_at = 0
+      if (present(effort)) pause_at = effort%pause
       call self%residual%start(matrix, f, self%reference_load, x, report, done, error)
       self%first_residual = 0
       if (done .or. allocated(error)) return
@@ -153,7 +153,7 @@ contains
          before = relative
          self%passes = self%passes + 1
          call correct(self, tolerance/relative, &
-                      pause*self%first_residual/relative, x, report%iterations)
+                      pause_at*self%first_residual/relative, x, report%iterations)
          report%interrupted = self%stops
          if (report%interrupted) return
          call self%residual%evaluate(matrix, f, x, relative)
@@ -221,10 +221,10 @@ contains
    !> further than the solve needs.
    !>
    !> All threads run the whole pass: each has the same alpha and beta, and the loops over chunks divide the work.
-   subroutine correct(self, last, pause, x, iterations)
+   subroutine correct(self, last, pause_at, x, iterations)
       class(pcg_solver_type), intent(inout) :: self
       real(wp), intent(in) :: last                     !! reduction that ends the solve
-      real(wp), intent(in) :: pause                    !! reduction at which it may pause, 0: never
+      real(wp), intent(in) :: pause_at                    !! reduction at which it may pause, 0: never
       real(wp), intent(inout), contiguous :: x(:, :)   !! (6, n)
       integer, intent(inout) :: iterations             !! raised by those of this pass
       real(wp) :: norm, rho, rho_start, rho_next, ratio, descent, reduction, total(5)
@@ -240,7 +240,7 @@ contains
       rho_start = 0
       reduction = max(0.5_wp*last, smallest_reduction)
       !$omp parallel if(self%preconditioner%order%phase(2) > 2) default(none) &
-      !$omp shared(self, norm, x, last, pause, iterations) private(rho, rho_next, ratio, descent, drifts, total) &
+      !$omp shared(self, norm, x, last, pause_at, iterations) private(rho, rho_next, ratio, descent, drifts, total) &
       !$omp firstprivate(alpha, beta, rho_start, done, pauses, reduction)
       call start_pass(self, 1/norm, beta)
       if (self%is_deflated) call start_coarse(self, 1/norm, rho_start)
@@ -271,7 +271,7 @@ contains
          end if
          if (.not. rho_next < divergence*rho_start) exit
          if (drifts) exit
-         if (rho_next <= pause**2*rho_start) then
+         if (rho_next <= pause_at**2*rho_start) then
             ratio = 0.5_wp*log(rho_next/rho_start)
             pauses = is_long(done - iterations, -ratio, ratio - log(last))
             if (pauses) exit

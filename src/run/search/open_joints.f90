@@ -39,11 +39,8 @@ contains
             share(table%joint(c)) = share(table%joint(c)) - view%length(c)
          end do
       end associate
-      where (length > 0)
-         share = max(0.0_wp, share/length)
-      elsewhere
-         share = 0
-      end where
+      where (length > 0) share = max(0.0_wp, share/length)
+      where (.not. length > 0) share = 0
    end function open_shares
 
    !> Does a row stand for a part of a joint?
