@@ -166,6 +166,13 @@ class Liners(ProgramTest):
         for liner, stages, (spring, crown, moment), share in [
             ("", self.AT_ONCE, bond, 1),
             (", joint_material = 'smooth'", self.AT_ONCE, slip, 1),
+            # without a stiffness of its own: its softness takes 1 % off N
+            (
+                ", joint_material = 'slick' /\n&joint_material number = 3, name = 'slick', friction = 0",
+                self.AT_ONCE,
+                slip,
+                1,
+            ),
             ("", half, bond, 0.5),
         ]:
             self.ground("hole", liner, stages)
@@ -274,16 +281,17 @@ class Liners(ProgramTest):
         return along
 
     def test_cohesion_stays_where_a_joint_is_not_brittle(self):
-        """The weight at once lifts it in places: (g (sin - cos tan phi) - c/(rho t)) t^2/2 on a soft joint, where a
-        brittle one has lost its cohesion. On the stiff default one that cohesion holds stays (it slid by 0.32 m)."""
-        angle, springs = math.radians(40), "normal_stiffness = 1e9, shear_stiffness = 1e9"
+        """The weight at once lifts it in places: (g (sin - cos tan phi) - c/(rho t)) t^2/2, where a brittle one has
+        lost its cohesion. One that cohesion holds stays (it slid by 0.32 m)."""
+        angle = math.radians(40)
         for integrator, brittle, pull in (("shi", "false", 1), ("generalized_alpha", "false", 1), ("shi", "true", 0)):
-            along = self.slope(40, 1.25, f"friction = 20, cohesion = 1e3, brittle = .{brittle}., {springs}", integrator)
+            along = self.slope(40, 1.25, f"friction = 20, cohesion = 1e3, brittle = .{brittle}.", integrator)
             truth = 9.81 * (math.sin(angle) - math.cos(angle) * math.tan(math.radians(20))) - pull * 1e3 / (2400 * 0.2)
             with self.solve("slope") as file:
                 place = file["frames/liner_point"][()]
-                # the springs take up the weight within some steps of 200, and a brittle joint breaks in them
-                self.near(((place[0] - place[-1]) @ along).mean(), 0.5 * truth * 0.2**2, 0.02)
+                # the springs take up the weight within some steps of 200, and a brittle joint breaks in them;
+                # the couple of weight and friction lifts its upper end
+                self.near(((place[0] - place[-1]) @ along).mean(), 0.5 * truth * 0.2**2, 0.04)
         along = self.slope(
             30,
             1.25,
@@ -294,7 +302,24 @@ class Liners(ProgramTest):
         with self.solve("slope") as file:
             # a rock block slides by 1 mm, while the weight shakes it
             place = file["frames/liner_point"][()]
-            self.assertLess(((place[0] - place[-1]) @ along).max(), 4e-3)
+            self.assertLess(((place[0] - place[-1]) @ along).max(), 1e-3)
+
+    def test_two_linings_slide_on_each_other(self):
+        """The upper one of two slides at 30 degrees on a joint of 15, while that of 40 below holds: g (sin - cos tan
+        phi) t^2/2. By 'shi' no step was solved, by 'generalized_alpha' 3,500 steps were cut."""
+        layers = LYING + "&liner name = 'upper', on = 'liner 1', thickness = 0.2, young = 30e9, density = 2400, "
+        layers += "joint_material = 'slick' /\n&joint_material number = 4, name = 'slick', friction = 15 /\n"
+        truth = 9.81 * (0.5 - math.cos(math.radians(30)) * math.tan(math.radians(15))) * 0.2**2 / 2
+        for integrator in ("shi", "generalized_alpha"):
+            along = self.slope(30, 3, "friction = 40", integrator, liner=layers)
+            with self.solve("slope") as file:
+                # all nodes are there from the start: those of the lower one first
+                moved = (file["frames/liner_point"][0] - file["frames/liner_point"][-1]) @ along
+                first = file["model/liner_first"][1]
+                self.assertLess(abs(moved[:first]).max(), 0.3e-3)
+                for distance in moved[first:]:
+                    self.assertAlmostEqual(distance, truth, delta=0.02 * truth)
+                self.assertLess(len(file["history/time"]), 240)
 
     def test_bond_that_friction_could_replace(self):
         """Slabs that friction alone holds rest on a joint that bears tension and is not brittle: no step was solved."""
@@ -333,9 +358,9 @@ class Liners(ProgramTest):
             with self.solve("slope") as file:
                 place, energy = file["frames/liner_point"][()], file["history/energy"][-1]
                 slid = 0.5 * 9.81 * (math.sin(angle) - math.cos(angle) * math.tan(math.radians(friction))) * 0.2**2
-                # the weight lifts and presses it in the first milliseconds, with friction that follows: 0.2 mm
+                # the weight lifts and presses it in the first milliseconds, with friction that follows: 0.3 mm
                 for distance in (place[0] - place[-1]) @ along:
-                    self.assertAlmostEqual(distance, max(0, slid), delta=0.2e-3)
+                    self.assertAlmostEqual(distance, max(0, slid), delta=0.3e-3)
                 self.assertLess(abs(energy[-1]), 1e-6 * abs(energy).max())
         # 0.083 m without friction: less than half of an element of 0.4 m, more than half of one of 0.1 m
         for element, warns in ((0.4, False), (0.1, True)):

@@ -26,6 +26,9 @@ module rockdda_interaction_liner_placing
    !> Stiffness of a bond over E'/thickness of the lining, least and most, and by the third power of thickness over
    !> distance of nodes: a segment of which a half is held does not turn, and its end is clamped.
    real(wp), parameter :: least_bond = 100, most_bond = 1000, bond_of_segment = 120
+   !> The same of a joint that bears no tension, without stiffness of its own: near that of joints of the rock. With the
+   !> stiffness of a bond half of each segment lifts where it slides, and friction has no state in which it rests.
+   real(wp), parameter :: loose = 0.3_wp
    !> Modulus of the strains of segments, over that of the lining: of forces that they take from the beams.
    real(wp), parameter :: soft = 1.0e-3_wp
    !> A block along more of a lining than this number of distances of nodes holds each segment at two points.
@@ -149,6 +152,7 @@ contains
       end do
       if (liner%joint == 0) return
       associate (joint => parameters%joint_materials(liner%joint))
+         if (.not. joint%tension > 0) liner%bond = loose/liner%section%thickness
          if (joint%normal_stiffness > 0) liner%stiffness = joint%normal_stiffness
          if (joint%shear_stiffness > 0) liner%stiffness(2) = joint%shear_stiffness
       end associate
