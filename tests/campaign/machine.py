@@ -44,6 +44,7 @@ class Row:
     seconds: float
     values: Values | None  #: of the first fault
     fault: str
+    count: int = 0  #: draws that were asked for; other draws come of another number, so that it is drawn anew for more
 
 
 def _chunk(name: str, chunk: int, count: int, program: Path) -> Row:
@@ -60,6 +61,7 @@ def _chunk(name: str, chunk: int, count: int, program: Path) -> Row:
         round(drawn.seconds, 1),
         at_fault.values if at_fault else None,
         at_fault.fault if at_fault else "",
+        count,
     )
 
 
@@ -74,11 +76,14 @@ class State:
         if self.path.exists():
             for line in self.path.read_text(encoding="utf-8").splitlines(keepends=True):
                 if line.endswith("\n"):
-                    self.rows.append(Row(**json.loads(line)))
+                    self._replace(Row(**json.loads(line)))
             self.path.write_text("".join(_line(row) for row in self.rows), encoding="utf-8")
 
+    def _replace(self, row: Row) -> None:
+        self.rows = [other for other in self.rows if (other.kind, other.chunk) != (row.kind, row.chunk)] + [row]
+
     def add(self, row: Row) -> None:
-        self.rows.append(row)
+        self._replace(row)
         with self.path.open("a", encoding="utf-8") as file:
             file.write(_line(row))
 
@@ -102,13 +107,13 @@ def _line(row: Row) -> str:
 def campaign(
     names: Iterable[str], count: int, program: Path, state: State, workers: int, tell: Callable[[str], None] = print
 ) -> None:
-    """Draw so many models of each kind; chunks that are done already are not drawn again."""
-    done = {(row.kind, row.chunk) for row in state.rows}
-    chunks = range(-(-count // CHUNK))
+    """Draw so many models of each kind; chunks of which as many are done already are not drawn again."""
+    done = {(row.kind, row.chunk): row.count for row in state.rows}
+    sizes = [min(CHUNK, count - first) for first in range(0, count, CHUNK)]
     # kinds take turns, so that a run that is stopped has tried all of them
-    jobs = [(name, k) for k in chunks for name in names if (name, k) not in done]
+    jobs = [(name, k, size) for k, size in enumerate(sizes) for name in names if done.get((name, k), 0) < size]
     with ProcessPoolExecutor(workers) as pool:
-        waiting = [pool.submit(_chunk, name, k, min(CHUNK, count - k * CHUNK), program) for name, k in jobs]
+        waiting = [pool.submit(_chunk, name, k, size, program) for name, k, size in jobs]
         try:
             for future in as_completed(waiting):
                 row = future.result()

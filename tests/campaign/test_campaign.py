@@ -83,3 +83,13 @@ def test_a_run_that_was_killed_goes_on_after_its_last_whole_line(tmp_path: Path)
     assert len(told) == 1
     assert "| pairs" not in machine.table(rest)
     assert "| `pairs` |" in machine.table(rest)
+
+
+def test_a_campaign_with_more_models_draws_those_that_are_missing(tmp_path: Path) -> None:
+    told: list[str] = []
+    for count in (1, 3, 2, 3):
+        machine.campaign(["run-out"], count, PROGRAM, machine.State(PROGRAM, tmp_path), 1, told.append)
+    # neither the smaller number nor the same one again
+    assert len(told) == 2
+    (row,) = machine.State(PROGRAM, tmp_path).rows
+    assert (row.count, row.tried) == (3, 3)
