@@ -180,7 +180,7 @@ def _slope(drawn: Values, bench: Bench) -> None:
 def _judge(model: Model, drawn: Values, bench: Bench, groups: int = 0, height: float = 0.0) -> None:
     """groups: of blocks in flight, each of which keeps its momentum; 0: under gravity."""
     run = bench.run(model)
-    found = faults_of(run, drawn, groups, height)
+    found = faults_of(run, drawn, groups, height, frozenset(model.held))
     if drawn["seed"] % 10 == 0:
         other = bench.run(model, "--threads", "2", name="two")
         names = ("frames/vertices", "history/energy")
@@ -189,14 +189,16 @@ def _judge(model: Model, drawn: Values, bench: Bench, groups: int = 0, height: f
         raise Fault("; ".join(found))
 
 
-def faults_of(run: Run, drawn: Values, groups: int = 0, height: float = 0.0) -> list[str]:
-    """What is wrong with the results of a run."""
+def faults_of(
+    run: Run, drawn: Values, groups: int = 0, height: float = 0.0, held: frozenset[int] = frozenset()
+) -> list[str]:
+    """What is wrong with the results of a run; held: blocks that cannot move."""
     density, _ = _scale(drawn)
-    found = _energy_faults(run, density, groups) + _overlap_faults(run, drawn, density, groups, height)
+    found = _energy_faults(run, density, groups, held) + _overlap_faults(run, drawn, density, groups, height)
     return found + _momentum_faults(run, groups) if groups else found
 
 
-def _energy_faults(run: Run, density: float, groups: int) -> list[str]:
+def _energy_faults(run: Run, density: float, groups: int, held: frozenset[int]) -> list[str]:
     """The balance closes, contacts give nothing where no crushed block is reported, and what flies gets no faster."""
     energy = {name: np.r_[0.0, column] for name, column in run.energy().items()}
     if not all(np.isfinite(column).all() for column in energy.values()):
@@ -215,8 +217,8 @@ def _energy_faults(run: Run, density: float, groups: int) -> list[str]:
             found.append(f"{name} gives {share:.1e} of the energy exchanged")
     supplied = start + np.abs(energy["gravity"]).max() + np.abs(energy["external_work"]).max()
     outlines = run.outlines(0)
-    weight = density * G * sum(area_of(points) for points in outlines)
-    # the program judges no less than a thousandth of the weight falling half the height
+    weight = density * G * sum(area_of(points) for number, points in enumerate(outlines) if number not in held)
+    # the program judges no less than a thousandth of the weight of free blocks falling half the height
     supplied = max(supplied, GIVEN / GAINED * weight * float(np.ptp(np.concatenate(outlines)[:, 1])) / 2)
     gained = -float(energy["numerical_dissipation"].min() / supplied)
     if gained > 2 * GAINED and "energy from nowhere" not in run.messages:

@@ -73,7 +73,7 @@ contains
       class(given_energy_type), intent(inout) :: self
       real(wp), intent(in) :: before(n_energies), after(n_energies)   !! columns of the balance
       real(wp), intent(in) :: given(2)     !! less taken, in this step: by changes of state, by geometry
-      real(wp), intent(in) :: weight       !! sum over the blocks [force]
+      real(wp), intent(in) :: weight       !! sum over the blocks that are not held [force]
       real(wp), intent(in) :: w0           !! [length]
       integer, intent(in) :: n_contacts
       real(wp), intent(in) :: stiffness    !! of a contact [force/length]
@@ -117,7 +117,7 @@ contains
       associate (w => self%worst(:, column))
          text = 'energy from nowhere: up to step '//to_string(step)//" the energy column '"//column_name(column)// &
                 "' gave "//to_string(self%given(column))//', '//to_string(self%given(column)/self%scale)// &
-                ' of the larger of the energy exchanged so far and weight times w0 (at most '// &
+                ' of the larger of the energy exchanged so far and weight of free blocks times w0 (at most '// &
                 to_string(given_share)//' is accepted)'
          if (w(1) > 0) text = text//'; most at one contact: '//to_string(w(1))//' in step '// &
                               to_string(nint(w(2)))//' where block '//to_string(nint(w(3)))//' meets block '// &

@@ -21,6 +21,7 @@ module rockdda_stepping_ledger
       real(wp) :: at_start = 0                    !! kinetic + strain + gravity + springs at time 0
       type(given_energy_type) :: given            !! by `discarded` and `geometry`
       real(wp), private :: before(n_energies) = 0 !! `total` at the start of the step
+      real(wp), allocatable, private :: holds(:)  !! (nb) of blocks in the step
    contains
       procedure :: start
       procedure :: add_step
@@ -108,12 +109,26 @@ contains
                                         most(4:5))
          end associate
       end do
-      associate (weight => families%loads%weight, parameters => context%parameters)
+      if (.not. allocated(self%holds)) allocate (self%holds(context%blocks%n_blocks))
+      call context%blocks%count_holds(self%holds, context%released, context%held)
+      associate (parameters => context%parameters)
          call self%given%add_step(self%before, self%total, [-self%step_discarded, &
                                   self%total(energy%geometry) - self%before(energy%geometry)], &
-                                  sum(hypot(weight(1, :), weight(2, :))), parameters%w0, families%contacts%table%n, &
-                                  parameters%normal_stiffness)
+                                  free_weight(families%loads%weight, self%holds), parameters%w0, &
+                                  families%contacts%table%n, parameters%normal_stiffness)
       end associate
    end subroutine close_step
+
+   !> Weight of all blocks but those that are held, which can neither fall nor be thrown: a heavy floor must not hide what
+   !> is given to a light block.
+   pure real(wp) function free_weight(weight, holds) result(total)
+      real(wp), intent(in) :: weight(:, :)   !! (2, nb) [force]
+      real(wp), intent(in) :: holds(:)       !! (nb) a block with two cannot move
+      integer :: i
+      total = 0
+      do i = 1, size(holds)
+         if (holds(i) < 2) total = total + hypot(weight(1, i), weight(2, i))
+      end do
+   end function free_weight
 
 end module rockdda_stepping_ledger
