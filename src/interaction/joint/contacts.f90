@@ -23,6 +23,7 @@ module rockdda_interaction_contacts
    use rockdda_interaction_joint_law, only : joint_settings_type, joint_type, new_joint_settings
    use rockdda_interaction_joint_links, only : linearise_joints
    use rockdda_interaction_open_close, only : open_close_type
+   use rockdda_interaction_trial_states, only : at_level
    use rockdda_interaction_striking_ends, only : mark_striking_ends
    implicit none
    private
@@ -382,7 +383,8 @@ contains
       real(wp) :: p(2)
       integer :: c, l
       do c = 1, self%table%n
-         if (self%table%state(c) /= contact_state%open .or. self%trial%state_used(c) == contact_state%open) cycle
+         if (all(self%trial%start(c) /= [at_level%closes, at_level%strikes]) .or. &
+             self%trial%state_used(c) == contact_state%open) cycle
          call self%trial%find_ends(self%table, c, c, last)
          call self%trial%recall(self%table, c, joint)
          p = dt*[self%trial%force_used(self%table, c), last(1)%shear_force]

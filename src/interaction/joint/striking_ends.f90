@@ -4,7 +4,8 @@
 !>
 !> Where the open end closes, forces that act within the step (`level` < 1) leave it as deep as its gap was: the springs
 !> would hold energy that no work has supplied. By a force that acts at the end of the step a convex potential gives
-!> none: from where it closes in the step on, such an interval acts there (`judge` of rockdda_interaction_open_close).
+!> none: from where it closes in the step on, such an interval acts there (`judge` of rockdda_interaction_open_close), as
+!> an impulse like contacts that close. An acceleration that it left would throw the end back faster than it came.
 module rockdda_interaction_striking_ends
    use rockdda_base_kinds, only : wp, i1
    use rockdda_base_parallel, only : parallel_contacts
