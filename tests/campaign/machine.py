@@ -23,6 +23,8 @@ KINDS: dict[str, Kind] = {kind.name: kind for module in FAMILIES for kind in mod
 #: draws of one chunk: what is lost when a run is killed
 CHUNK = 25
 KNOWN = Path(__file__).parent / "known"
+#: faults that were kept, and do not happen any more
+MENDED = Path(__file__).parent / "mended"
 PAGE = ROOT / "docs" / "notes" / "campaign.md"
 BEGIN, END = "<!-- table (made by scripts/campaign --page) -->", "<!-- end of the table -->"
 

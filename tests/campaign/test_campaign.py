@@ -17,6 +17,7 @@ PROGRAM = find_program()
 pytestmark = pytest.mark.skipif(PROGRAM is None, reason="the program is not built")
 HOLD = [kind for kind in machine.KINDS.values() if not kind.known and machine.is_there(kind)]
 KNOWN = sorted(machine.KNOWN.glob("*.toml"))
+MENDED = sorted(machine.MENDED.glob("*.toml"))
 
 
 @pytest.mark.parametrize("kind", HOLD, ids=lambda kind: kind.name)
@@ -25,6 +26,12 @@ def test_the_program_agrees_with_the_oracle(kind: drawing.Kind) -> None:
     faults = [(verdict.values, verdict.fault) for verdict in drawn.verdicts if verdict.fault]
     assert not faults, faults
     assert drawn.tried > 0
+
+
+@pytest.mark.parametrize("path", MENDED, ids=lambda path: path.stem)
+def test_what_was_at_fault_holds(path: Path) -> None:
+    """Models by which a kind failed in a campaign, as simple as they became: the first line says what was wrong."""
+    assert not machine.again(path, PROGRAM)
 
 
 @pytest.mark.parametrize("path", KNOWN, ids=lambda path: path.stem)

@@ -26,6 +26,10 @@ module rockdda_interaction_contact_lengths
    private
    public :: place_contacts, measure_lengths, contact_vectors, spring_vectors, contact_lengths, move_contacts
 
+   !> Lengths that differ by so many roundings of the coordinates that they are found from are not wrong: a stiff tie on
+   !> which little acts would never be right.
+   real(wp), parameter :: roundings = 16.0_wp
+
    interface
       !> `contact_vectors` of some rows, packed (rockdda_interaction_link_vectors): in contact_kernels_shim.c.
       pure subroutine place_rows(n, rows, block_a, block_b, point, distance, normal, share, lean, moving, vectors) &
@@ -281,6 +285,9 @@ contains
             off = lengths(:, k) - [trial%gap_at_end(table, c) + (table%distance(c) - table%gap(c)), &
                                    trial%slip(c)/trial%level(trial%start(c))]
          end if
+         where (abs(off) <= roundings*epsilon(1.0_wp)*max(maxval(abs(table%point(:, c))), &
+                                                          maxval(abs(context%state%centroid(:, a))), &
+                                                          maxval(abs(context%state%centroid(:, b))))) off = 0
          force = table%k_n(c)*abs(off(1))
          if (state_of(c) == contact_state%locked) force = max(force, table%k_s(c)*abs(off(2)))
          scale = max(table%k_n(c)*abs(trial%gap(c)), &

@@ -93,7 +93,8 @@ contains
    !>
    !> A static step is Euler's implicit one of M y' = F. With the ratio r of the resultants at its end to those before,
    !> in the mean over the work on its motion, what is left of the way is r/(1 - r) times its motion, however long the
-   !> step is. Where the resultants do not fall no place of rest is known: then a step may move a few loose blocks.
+   !> step is. Where the resultants do not fall no place of rest is known: then a step may move a few loose blocks, one
+   !> that is no shorter than the last: shorter ones move blocks less, whatever the forces are.
    logical function moves_on(step, unbalanced, displacement, before)
       class(trial_step_type), intent(inout) :: step
       real(wp), intent(in) :: unbalanced
@@ -123,6 +124,7 @@ contains
             moves_on = displacement*max(r, 0.0_wp) > small*(1 - r)
          else
             call find_movers(step, little_motion*small, moves_on, step%control%watch%restless)
+            moves_on = moves_on .or. step%dt < step%control%last_dt
          end if
       end subroutine judge_motion
 
