@@ -54,6 +54,7 @@ module rockdda_check_plausibility
       procedure :: check_closure
       procedure :: check_loads
       procedure :: check_supports
+      procedure :: check_held_velocity
       procedure :: check_sleep
       procedure :: check_step
    end type inspection_type
@@ -92,6 +93,7 @@ contains
       call inspection%check_closure(blocks, parameters)
       call inspection%check_loads(blocks, parameters, is_set(options%gravity))
       call inspection%check_supports(blocks, parameters)
+      call inspection%check_held_velocity(blocks, parameters)
       if (len(analysis_file) == 0) call check_damping(parameters, inspection%joint_used, inspection%warnings)
       call inspection%check_sleep(parameters, is_set(options%sleep_tolerance))
       call inspection%check_step(parameters, is_set(options%dt_max))
@@ -368,6 +370,24 @@ contains
       call self%warn('the blocks have weight, but no fixed point or boundary holds one of them: all of them fall', &
                      .false.)
    end subroutine check_supports
+
+   !> Check that no block that is held begins with a velocity: supports are springs, on which it swings undamped.
+   subroutine check_held_velocity(self, blocks, parameters)
+      class(inspection_type), intent(inout) :: self
+      type(block_system_type), intent(in) :: blocks
+      type(parameters_type), intent(in) :: parameters
+      real(wp) :: holds(blocks%n_blocks)
+      integer :: i, k
+      call blocks%count_holds(holds)
+      do i = 1, blocks%n_blocks
+         k = blocks%block_material(i)
+         if (holds(i) < 2 .or. .not. any(abs(parameters%block_materials(k)%velocity) > 0)) cycle
+         call self%warn('block '//to_string(i)//' is held by '//counted(nint(holds(i)), 'fixed point')// &
+                        ', and block material '//to_string(k)//' gives it a velocity: it swings on these and shakes '// &
+                        'what it touches; give it a material of its own', .false.)
+         return
+      end do
+   end subroutine check_held_velocity
 
    !> Warn where `sleep = 'on'` has no effect because the model has what no block sleeps with
    !> (rockdda_stepping_acceptance), and where its tolerance is given without it.

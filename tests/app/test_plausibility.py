@@ -87,8 +87,8 @@ class Plausibility(ProgramTest):
         soft = "&contact stiffness = 1e3 /\n"
         self.check("contact stiffness g0 = 1000: under the weight", options=soft, file="x.nml")
         soft = "&contact stiffness = 1 /\n"
-        moved = PEER_ANALYSIS.replace("9810 1e8 0.2", "0 1e8 0.2").replace("0 0 0\n30", "1 0 0\n30")
-        self.check("g0 = 1 is 1e-08 times Young's modulus 1e+08", moved, options=soft, file="x.nml")
+        stressed = PEER_ANALYSIS.replace("9810 1e8 0.2  0", "0 1e8 0.2  -1")
+        self.check("g0 = 1 is 1e-08 times Young's modulus 1e+08", stressed, options=soft, file="x.nml")
 
     def test_numbers_shifted_by_a_decimal_comma_end_as_sor_factor(self):
         for row, factor in (("20,5 0 0", "0"), ("30 0,5 1.5", "1.5"), ("20,5,0,0", "0")):
@@ -141,6 +141,10 @@ class Plausibility(ProgramTest):
         self.check("no fixed point or boundary holds one of them", geometry=free)
         thrown = PEER_ANALYSIS.replace("0 0 0\n30", "1 0 0\n30")
         self.assertEqual(self.warnings(thrown, geometry=free), [])
+
+    def test_velocity_of_a_block_that_is_held(self):
+        thrown = PEER_ANALYSIS.replace("0 0 0\n30", "1 0 0\n30")
+        self.check("block 1 is held by 2 fixed points, and block material 1 gives it a velocity", thrown)
 
     def test_sleep_without_effect(self):
         sleep = "&run steps = 1 /\n&time sleep = 'on' /\n"
