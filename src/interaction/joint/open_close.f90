@@ -239,7 +239,8 @@ contains
                worst_friction = max(worst_friction, self%miss(r))
             end if
             missed = 0
-            if (is_closed .and. .not. was_open) missed = abs(interval%force(i) - used(i))
+            ! where it opens, all that it had
+            if (.not. was_open) missed = abs(interval%force(i) - used(i))
             ! the last solve had it act within the step
             if (strikes) missed = table%k_n(r)*maxval(abs(self%gap(c:c + 1) - table%gap(c:c + 1)))
             if (missed > table%k_n(r)*settings%round_off) self%miss(r) = max(self%miss(r), missed)
