@@ -98,7 +98,9 @@ def far_block(drawn: Values, bench: Bench) -> None:
     other.held = {0, len(other.blocks) - 1}
     first, second = bench.run(model), bench.run(other, name="other")
     there = np.concatenate(second.outlines(-1)[:-1])
-    _same(_end(first), there, np.concatenate(model.blocks), 1e-6, "a block far away")
+    # forces follow their laws to 1e-5 (docs/theory.md, "When a step is accepted"), and which motion is the first to do
+    # so depends on all blocks: with tolerances of 1e-7 the largest change of 150 draws falls from 6e-6 to 6e-7
+    _same(_end(first), there, np.concatenate(model.blocks), 1e-5, "a block far away")
 
 
 def far_block_automatic(drawn: Values, bench: Bench) -> None:
@@ -168,11 +170,17 @@ def half_step(drawn: Values, bench: Bench) -> None:
     """A block that slides to rest and one that falls: half the step, the same end within the error of the step."""
     model = _heap({**drawn, "count": 1, "seed": drawn["seed"]})
     model.blocks = [box(-4, -1, 9, 1), box(0, 0, 1, drawn["high"])]
-    model.groups[0] = model.groups[0].replace(" /", f", velocity={drawn['speed']!r},0,0 /")
+    # the block alone: a floor with a speed would swing on its supports
+    model.materials = [1, 2]
+    moving = f", unit_weight={WEIGHT!r}, velocity={drawn['speed']!r},0,0"
+    model.groups.append(rock(2, young=1e10, density=DENSITY, more=moving))
     other = copy.deepcopy(model)
     other.groups[3] = re.sub(r"dt_max=[^,]*", "dt_max=0.001", other.groups[3])
     first, second = bench.run(model), bench.run(other, name="other")
-    _same(_end(first), _end(second), np.concatenate(model.blocks), 0.01, "half the step")
+    # a slow block slides for little longer than the vibration that its weight excites, which the longer step hardly
+    # resolves: the program says by how much it may be wrong
+    allowed = max(0.01, float(first.get("history/time_error")[-1]))
+    _same(_end(first), _end(second), np.concatenate(model.blocks), allowed, "half the step")
 
 
 def stiffness(drawn: Values, bench: Bench) -> None:
