@@ -74,6 +74,35 @@ def test_exact_curve_gives_the_exact_numbers(tmp_path):
     assert fit.plateau == pytest.approx(175e3, rel=1e-3)
 
 
+@pytest.mark.parametrize(
+    ("scale", "numbers", "words"),
+    [
+        (
+            (1e3, 1e-3),
+            {},
+            r"lab.csv:2:1: error: the displacements go to 9 m, expected at most 0.3 of the length of 1 m: .* mm",
+        ),
+        ((1, 1e-3), {"length": 1000}, r"length: 1000 m cannot be, it seems to be in mm, where it is 1 m"),
+        ((1, 1e-3), {"area": 181}, r"area: 181 m² cannot be, it seems to be in mm², where it is 0.000181 m²"),
+        ((1, 1e-3), {"young": 98.6}, r"young: 98.6 Pa cannot be, it seems to be in GPa"),
+        ((1, 1e-3), {"yield_force": 200}, r"yield_force: 200 N cannot be, it seems to be in kN, where it is 200000 N"),
+    ],
+)
+def test_another_unit_is_refused(tmp_path, scale, numbers, words):
+    path = write(tmp_path / "lab.csv", *noisy(0, noise=0), head="displacement [m], force [kN]", scale=scale)
+    with pytest.raises(InputError, match=words):
+        calibrate_bolt(path, **({"length": 1.0} | BAR | numbers))
+
+
+def test_unusual_grout_is_told(tmp_path):
+    """Forces in kN under a head that has them in N."""
+    usual = calibrate_bolt(write(tmp_path / "lab.csv", *noisy(0, noise=0)), length=1.0, **BAR)
+    assert not usual.notes
+    path = write(tmp_path / "lab.csv", *noisy(0, noise=0), scale=(1e3, 1e-6))
+    found = calibrate_bolt(path, length=1.0, **BAR | {"young": 1e9})
+    assert any(note.startswith("grout_strength of 175 N/m is unusual (10000 to 1e+07)") for note in found.notes), found.notes
+
+
 def test_a_curve_without_plateau_leaves_the_strength_open(tmp_path):
     path = write(tmp_path / "lab.csv", *noisy(1, largest=1.4e-3))
     with pytest.raises(

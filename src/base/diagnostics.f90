@@ -11,7 +11,7 @@ module rockdda_base_diagnostics
    use rockdda_base_error, only : error_type, error_code, make_error
    implicit none
    private
-   public :: origin_type, diagnostic_type, diagnostics_type, severity, max_shown
+   public :: origin_type, diagnostic_type, diagnostics_type, severity, max_shown, at_word
 
    !> Where a value came from. line = 0: the file as a whole; empty file: no file (made in memory).
    type :: origin_type
@@ -69,6 +69,27 @@ module rockdda_base_diagnostics
    end type diagnostics_type
 
 contains
+
+   !> The place of a word behind an origin, where it stands on its line; else the origin.
+   pure type(origin_type) function at_word(origin, word) result(place)
+      type(origin_type), intent(in) :: origin
+      character(len=*), intent(in) :: word
+      character(len=*), parameter :: between = ' ,=''"'//achar(9)
+      character(len=:), allocatable :: text
+      integer :: at, first
+      place = origin
+      if (.not. allocated(origin%text) .or. len_trim(word) == 0) return
+      text = ' '//origin%text//' '
+      at = max(1, origin%column)
+      do
+         first = index(text(at + 1:), trim(adjustl(word)))
+         if (first == 0) return
+         at = at + first
+         if (index(between, text(at - 1:at - 1)) == 0) cycle
+         if (index(between//'/', text(at + len_trim(adjustl(word)):at + len_trim(adjustl(word)))) > 0) exit
+      end do
+      place%column = at - 1
+   end function at_word
 
    !> Add one message.
    subroutine add_diagnostic(self, level, message, origin, summary)

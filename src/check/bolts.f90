@@ -3,12 +3,13 @@
 !> whose head does not lie on a free face.
 module rockdda_check_bolts
    use rockdda_base_kinds, only : wp
-   use rockdda_base_diagnostics, only : diagnostics_type, severity
+   use rockdda_base_diagnostics, only : diagnostics_type, severity, at_word
    use rockdda_base_strings, only : counted, is_given, to_string
    use rockdda_geometry_polygons, only : distance_to_outline, point_in_polygon
    use rockdda_model_blocks, only : block_system_type
    use rockdda_model_bolt_layout, only : bolt_line_type, bolt_lines, trace_bolt, rock_at, stage_with, title_of_bolt, &
       most_bolts
+   use rockdda_model_liner_layout, only : liner_number
    use rockdda_model_bolt_numbers, only : bolt_numbers_type, numbers_of_bolt, bolt_problem
    use rockdda_model_geometry_input, only : is_spring
    use rockdda_model_options, only : run_options_type
@@ -38,9 +39,8 @@ contains
          if (.not. is_given(options%bolts(g)%outline)) cycle
          if (has_region(options%regions, options%bolts(g)%outline)) cycle
          ok = .false.
-         call messages%add(severity%error, &
-            "&bolt: there is no region '"//trim(adjustl(options%bolts(g)%outline))//"'", &
-                           options%bolts(g)%origin)
+         call messages%add(severity%error, "&bolt: there is no region '"//trim(adjustl(options%bolts(g)%outline))// &
+                           "'", at_word(options%bolts(g)%origin, options%bolts(g)%outline))
       end do
       call check_stage_names(options, messages)
       if (.not. ok .or. all(is_spring(options%bolts))) return
@@ -63,10 +63,61 @@ contains
          last = lines(l)%group
          call check_line(lines(l), options, blocks, rock, messages)
       end do
+      call report_equal_bolts(lines, options, messages)
       do s = 1, size(options%stages)
          if (is_given(options%stages(s)%excavate)) call report_lost_parts(s, lines, options, blocks, messages)
       end do
    end subroutine check_bolts
+
+   !> Bolts of two groups from one place to another, there at the same time: once for two groups.
+   subroutine report_equal_bolts(lines, options, messages)
+      type(bolt_line_type), intent(in) :: lines(:)
+      type(run_options_type), intent(in) :: options
+      type(diagnostics_type), intent(inout) :: messages
+      real(wp) :: reach
+      integer :: there(2, size(options%bolts)), g, k, l, n(size(options%bolts)), first(size(options%bolts))
+      do g = 1, size(options%bolts)
+         there(:, g) = [stage_with(options%stages, options%bolts(g)%name, installs=.true.), &
+                        stage_with(options%stages, options%bolts(g)%name, installs=.false.)]
+         if (there(2, g) == 0) there(2, g) = huge(1)
+      end do
+      do g = 1, size(options%bolts)
+         n = 0
+         do l = 1, size(lines)
+            if (lines(l)%group /= g) cycle
+            reach = 1.0e-6_wp*norm2(lines(l)%toe - lines(l)%head)
+            do k = 1, l - 1
+               if (all(abs(lines(k)%head - lines(l)%head) <= reach) .and. &
+                   all(abs(lines(k)%toe - lines(l)%toe) <= reach)) exit
+            end do
+            if (k == l) cycle
+            associate (other => lines(k)%group)
+               if (there(1, other) >= there(2, g) .or. there(1, g) >= there(2, other)) cycle
+               n(other) = n(other) + 1
+               if (n(other) == 1) first(other) = l
+            end associate
+         end do
+         do k = 1, size(n)
+            if (n(k) == 0) cycle
+            associate (line => lines(first(k)))
+               call messages%add(severity%warning, "bolt '"//line%name//"', from "//place(line%head)//' to '// &
+                  place(line%toe)//", lies where one of '"//title_of_bolt(options%bolts(k), k)// &
+                  "' lies at the same time ("//counted(n(k), 'bolt')//' of the group): both carry. Is one given '// &
+                  'twice?', options%bolts(g)%origin)
+            end associate
+         end do
+      end do
+
+   contains
+
+      !> '(1, 2.5)'
+      function place(x) result(text)
+         real(wp), intent(in) :: x(2)
+         character(len=:), allocatable :: text
+         text = '('//to_string(x(1), 5)//', '//to_string(x(2), 5)//')'
+      end function place
+
+   end subroutine report_equal_bolts
 
    !> Bolts that lose a part of the rock around them with a stage.
    subroutine report_lost_parts(stage, lines, options, blocks, messages)
@@ -193,6 +244,13 @@ contains
          if (is_given(options%bolts(g)%name) .and. .not. is_spring(options%bolts(g))) &
             known(g) = title_of_bolt(options%bolts(g), g)
       end do
+      do g = 1, size(known)
+         if (len_trim(known(g)) == 0) cycle
+         if (liner_number(options%liners, trim(known(g))) == 0) cycle
+         call messages%add(severity%error, "&bolt: there is a lining of the name '"//trim(known(g))// &
+                           "', too: stages install and remove both by it; give the bolts another one", &
+                           at_word(options%bolts(g)%origin, trim(known(g))))
+      end do
       known = [known, liner_names(options)]
       do s = 1, size(options%stages)
          if (allocated(options%stages(s)%install)) call check_list(options%stages(s)%install, 'install')
@@ -211,7 +269,8 @@ contains
             if (any([(same_name(known(i), word) .and. len_trim(known(i)) > 0, i=1, size(known))])) cycle
             call messages%add(severity%error, &
                '&stage: '//what//": there is no &bolt '"//word//"' with a kind other "// &
-                              "than 'spring', nor a &liner"//did_you_mean(word, known), options%stages(s)%origin)
+                              "than 'spring', nor a &liner"//did_you_mean(word, known), &
+                              at_word(options%stages(s)%origin, word))
          end do
       end subroutine check_list
 

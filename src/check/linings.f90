@@ -3,9 +3,10 @@
 !> or where there is no free face.
 module rockdda_check_linings
    use rockdda_base_kinds, only : wp
-   use rockdda_base_diagnostics, only : diagnostics_type, severity
+   use rockdda_base_diagnostics, only : diagnostics_type, severity, at_word
    use rockdda_base_strings, only : is_given, to_string
    use rockdda_geometry_polygons, only : point_in_polygon, polygon_area
+   use rockdda_geometry_segments, only : segments_cross, distance_to_segment, line_intersection
    use rockdda_model_blocks, only : block_system_type
    use rockdda_model_bolt_layout, only : rock_at, stage_with
    use rockdda_model_liner_layout, only : liner_layout_type, new_liner_layout, line_of_liner, title_of_liner, &
@@ -58,7 +59,8 @@ contains
             sound(k) = len(liner_problem(liner)) == 0   ! else it was told
             do i = 1, k - 1
                if (same_name(title_of_liner(liner, k), title_of_liner(options%liners(i), i))) &
-                  call fail("there are two linings of the name '"//title_of_liner(liner, k)//"'")
+                  call fail("there are two linings of the name '"//title_of_liner(liner, k)//"'", &
+                            title_of_liner(liner, k))
             end do
             if (allocated(liner%along) .and. is_given(liner%outline)) call fail('along and outline both name its line')
             if (allocated(liner%along)) then
@@ -68,7 +70,7 @@ contains
             if (is_given(liner%on)) then
                if (lower_liner(options%liners, k) == 0) then
                   call fail("on = '"//trim(adjustl(liner%on))//"' names no lining before this one"// &
-                            did_you_mean(trim(adjustl(liner%on)), liner_names(options)))
+                            did_you_mean(trim(adjustl(liner%on)), liner_names(options)), liner%on)
                else
                   sound(k) = sound(k) .and. sound(lower_liner(options%liners, k))
                   call check_order()
@@ -76,8 +78,8 @@ contains
                      call fail('a layer lies on all of the lining that on names: give the same line, or none')
                end if
             else if (is_given(liner%outline)) then
-               if (.not. has_region(options%regions, liner%outline)) call fail("there is no region '"// &
-                                                                             trim(adjustl(liner%outline))//"'")
+               if (.not. has_region(options%regions, liner%outline)) &
+                  call fail("there is no region '"//trim(adjustl(liner%outline))//"'", liner%outline)
             end if
             if (is_given(liner%joint_material)) call check_joint_material('&liner', trim(adjustl( &
                liner%joint_material)), n_joints, [options%joint_materials, options%joint_laws], liner%origin, messages)
@@ -93,16 +95,21 @@ contains
             if (.not. is_given(change%liner)) cycle
             if (liner_number(options%liners, change%liner) == 0) call messages%add(severity%error, &
                "&change: there is no lining '"//trim(adjustl(change%liner))//"'"// &
-               did_you_mean(trim(adjustl(change%liner)), liner_names(options)), change%origin)
+               did_you_mean(trim(adjustl(change%liner)), liner_names(options)), at_word(change%origin, change%liner))
          end associate
       end do
 
    contains
 
       !> An error of lining k.
-      subroutine fail(text)
+      subroutine fail(text, word)
          character(len=*), intent(in) :: text
-         call messages%add(severity%error, '&liner: '//text, options%liners(k)%origin)
+         character(len=*), intent(in), optional :: word    !! which is wrong
+         if (present(word)) then
+            call messages%add(severity%error, '&liner: '//text, at_word(options%liners(k)%origin, word))
+         else
+            call messages%add(severity%error, '&liner: '//text, options%liners(k)%origin)
+         end if
          sound(k) = .false.
       end subroutine fail
 
@@ -144,6 +151,47 @@ contains
 
    end subroutine check_liners
 
+   !> The first point at which a line crosses or touches itself, or turns back.
+   pure subroutine find_meeting(given, closed, reach, meets, point)
+      real(wp), intent(in) :: given(:, :)           !! (2, n) its points [length]
+      logical, intent(in) :: closed                 !! its last point is its first one
+      real(wp), intent(in) :: reach                 !! what is nearer touches [length]
+      logical, intent(out) :: meets
+      real(wp), intent(out) :: point(2)
+      real(wp), allocatable :: p(:, :)
+      integer, allocatable :: kept(:)
+      real(wp) :: s, t
+      integer :: i, j, n
+      logical :: parallel
+      kept = [1, pack([(i, i=2, size(given, 2))], [(norm2(given(:, i) - given(:, i - 1)) > reach, &
+                                                     i=2, size(given, 2))])]
+      p = given(:, kept)
+      n = size(p, 2) - 1
+      meets = .true.
+      do i = 1, n
+         do j = i + 1, n
+            associate (a => p(:, i), b => p(:, i + 1), c => p(:, j), d => p(:, j + 1))
+               ! neighbours share a point
+               if (j > i + 1) then
+                  point = c
+                  if (distance_to_segment(c, a, b) <= reach) return
+                  point = b
+                  if (distance_to_segment(b, c, d) <= reach) return
+                  if (closed .and. i == 1 .and. j == n) cycle
+                  call line_intersection(a, b, c, d, s, t, parallel)
+                  point = a + s*(b - a)
+                  if (segments_cross(a, b, c, d)) return
+               end if
+               point = d
+               if (distance_to_segment(d, a, b) <= reach) return
+               point = a
+               if (distance_to_segment(a, c, d) <= reach) return
+            end associate
+         end do
+      end do
+      meets = .false.
+   end subroutine find_meeting
+
    !> The line of a lining where it is installed.
    subroutine check_line(k, options, blocks, messages, line)
       integer, intent(in) :: k
@@ -156,8 +204,9 @@ contains
       logical, allocatable :: rock(:)
       real(wp), allocatable :: faces(:, :, :)
       character(len=:), allocatable :: problem
-      real(wp) :: total, covered, blocked, far, length, element
+      real(wp) :: total, covered, blocked, far, length, element, point(2)
       integer :: i, j, side
+      logical :: meets
       associate (liner => options%liners(k), t => options%liners(k)%thickness)
          line = line_of_liner(options%liners, k, blocks, options%regions)
          problem = layout_problem(line, t, liner%element)
@@ -181,6 +230,15 @@ contains
             if (element < shortest*t*0.999_wp .or. element > longest*t*1.001_wp) call tell(severity%warning, &
                'nodes are '//to_string(element/t, 3)//' thicknesses apart; bending is right for '// &
                to_string(shortest, 2)//' to '//to_string(longest, 2))
+         end if
+         if (allocated(liner%along)) then
+            call find_meeting(reshape(line, [2, size(line)/2]), layout%closed, 1.0e-9_wp*total, meets, point)
+            if (meets) then
+               call tell(severity%error, 'the line meets itself at ('//to_string(point(1), 5)//', '// &
+                         to_string(point(2), 5)//'); expected one that does not cross nor turn back on itself')
+               line = [real(wp) ::]
+               return
+            end if
          end if
          rock = rock_at(blocks, options%regions, options%stages, &
                         stage_with(options%stages, title_of_liner(liner, k), installs=.true.))

@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: MIT
 !> Materials that groups of options call by number or name.
 module rockdda_check_material_names
-   use rockdda_base_diagnostics, only : diagnostics_type, origin_type, severity
+   use rockdda_base_diagnostics, only : diagnostics_type, origin_type, severity, at_word
    use rockdda_base_strings, only : counted, to_string
    use rockdda_model_analysis_input, only : named_material_type, joint_material_type
    use rockdda_model_material_names, only : number_of_material
@@ -38,10 +38,12 @@ contains
       integer :: joint
       joint = number_of_material(word, materials)
       if (joint < 1) then
-         call messages%add(severity%error, group//': '//no_material('joint', trim(adjustl(word)), materials), origin)
+         call messages%add(severity%error, group//': '//no_material('joint', trim(adjustl(word)), materials), &
+                           at_word(origin, word))
       else if (joint > n_joints) then
          call messages%add(severity%error, group//': joint material '//to_string(joint)//' is unknown, there '// &
-                           trim(merge('is ', 'are', n_joints == 1))//' '//counted(n_joints, 'joint material'), origin)
+                           trim(merge('is ', 'are', n_joints == 1))//' '//counted(n_joints, 'joint material'), &
+                           at_word(origin, word))
       end if
    end subroutine check_joint_material
 

@@ -85,7 +85,8 @@ contains
          integer, intent(in) :: number
          real(wp), intent(in) :: value
          character(len=:), allocatable :: problem
-         call known%problem_of(group, name, dimension, value, .false., problem)
+         logical :: unlikely
+         call known%problem_of(group, name, dimension, value, .false., problem, unlikely)
          if (len(problem) > 0) call messages%add(severity%error, group//' '//to_string(number)//': '//name//': '// &
                                                  problem, origin)
       end subroutine judge

@@ -2,7 +2,7 @@
 !> Regions of the options, and the blocks that they have cut into cells: `&region`, `&subdivide`.
 module rockdda_run_cells
    use rockdda_base_kinds, only : wp
-   use rockdda_base_diagnostics, only : diagnostics_type, origin_type, severity
+   use rockdda_base_diagnostics, only : diagnostics_type, origin_type, severity, at_word
    use rockdda_base_strings, only : counted, to_string
    use rockdda_geometry_polygons, only : polygon_properties
    use rockdda_model_analysis_input, only : block_material_type, joint_material_type
@@ -40,7 +40,8 @@ contains
             word = word_of(regions(i)%material, k)
             m = number_of_material(word, materials)
             if (m < 1 .and. size(materials) > 0) then
-               call messages%add(severity%error, '&region: '//no_material('block', word, materials), regions(i)%origin)
+               call messages%add(severity%error, '&region: '//no_material('block', word, materials), &
+                                 at_word(regions(i)%origin, word))
                m = 1
             end if
             if (m > 0) word = to_string(m)
@@ -276,7 +277,7 @@ contains
          word = word_of(names, k)
          if (has_region(regions, word)) cycle
          call messages%add(severity%error, group//": there is no region '"//word//"'"//place// &
-                           did_you_mean(word, known), origin)
+                           did_you_mean(word, known), at_word(origin, word))
       end do
    end subroutine check_names
 

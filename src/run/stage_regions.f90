@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: MIT
 !> Regions and materials that stages and changes name: whether they exist.
 module rockdda_run_stage_regions
-   use rockdda_base_diagnostics, only : diagnostics_type, severity
+   use rockdda_base_diagnostics, only : diagnostics_type, severity, at_word
    use rockdda_base_strings, only : counted, to_string
    use rockdda_model_analysis_input, only : block_material_type, joint_material_type
    use rockdda_model_material_names, only : number_of_material
@@ -29,7 +29,7 @@ contains
          word = trim(adjustl(changes(i)%block_material))
          m = number_of_material(word, materials)
          if (m < 1) call messages%add(severity%error, '&change: '//no_material('block', word, materials), &
-                                      changes(i)%origin)
+                                      at_word(changes(i)%origin, word))
          changes(i)%block_material = to_string(max(1, m))
       end do
    end subroutine number_changes
@@ -65,20 +65,21 @@ contains
       if (is_given(change%joint_material)) then
          m = number_of_material(change%joint_material, named_joints)
          if (m < 1 .or. m > n_joints) call fail(no_material('joint', trim(adjustl(change%joint_material)), &
-                                                           named_joints))
+                                                           named_joints), change%joint_material)
       end if
       if (.not. is_given(change%block_material)) return
       m = material_number(trim(adjustl(change%block_material)))
       if (m < 1 .or. m > n_materials) call fail("block material '"// &
          trim(adjustl(change%block_material))//"' is unknown; there "//trim(merge('is ', 'are', n_materials == 1))// &
-         ' '//counted(n_materials, 'block material'))
+         ' '//counted(n_materials, 'block material'), change%block_material)
 
    contains
 
       !> An error about the change.
-      subroutine fail(text)
+      subroutine fail(text, word)
          character(len=*), intent(in) :: text
-         call messages%add(severity%error, '&change: '//text, change%origin)
+         character(len=*), intent(in) :: word     !! that there is not
+         call messages%add(severity%error, '&change: '//text, at_word(change%origin, word))
       end subroutine fail
 
    end subroutine check_change

@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: MIT
 !> Names of joint materials and regions in &water.
 module rockdda_run_water_names
-   use rockdda_base_diagnostics, only : diagnostics_type, severity
+   use rockdda_base_diagnostics, only : diagnostics_type, severity, at_word
    use rockdda_model_analysis_input, only : joint_material_type
    use rockdda_model_options, only : run_options_type, water_type
    use rockdda_model_regions, only : count_words, same_name, word_of
@@ -54,7 +54,7 @@ contains
                word = word_of(stage%water, k)
                if (any([(same_name(known(g), word), g=1, n)])) cycle
                call messages%add(severity%error, "&stage: there is no &water '"//word//"'"// &
-                                 did_you_mean(word, known), stage%origin)
+                                 did_you_mean(word, known), at_word(stage%origin, word))
             end do
          end associate
       end do

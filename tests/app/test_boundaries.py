@@ -156,7 +156,7 @@ class Boundaries(ResultsTest):
             "column.nml:6:1: error: &boundary 6: velocity belongs to kind 'moving'",
             "column.nml:6:1: error: &boundary 6: kind 'traction' needs one of",
             "column.nml:8:1: error: &in_situ: profile: x must increase",
-            "column.nml:8:1: error: &in_situ: there is no region 'colum'; did you mean 'column'?",
+            "column.nml:8:48: error: &in_situ: there is no region 'colum'; did you mean 'column'?",
             "column.nml:9:1: error: &in_situ: surcharge belongs to",
         ):
             self.assertTrue(any(line.startswith(words) for line in found), (words, found))

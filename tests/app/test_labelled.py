@@ -114,15 +114,15 @@ class LabelledFile(ProgramTest):
         expected = [
             "slope.nml:1:31: error: unknown name 'titlx' in &model; did you mean 'title'?",
             "slope.nml:2:54: error: density: must be greater than 0, found '-1'",
-            "slope.nml:5:1: error: &joint_law: there is no joint material 'beddingg'; did you mean 'bedding'?",
+            "slope.nml:5:24: error: &joint_law: there is no joint material 'beddingg'; did you mean 'bedding'?",
             "slope.nml:8:17: error: gravity: must not be negative (it acts in -y), found '-9.81'",
             "block.dc:9:1: error: joint material 1, used by line 1 (and by 6 more), is not described: "
             "add &joint_material number = 1, ... /",
             "block.dc: error: block material 1, used by block 1 and all others without a material line, is not "
             "described: add &block_material number = 1, ... /",
-            "slope.nml:6:1: error: &region: there is no block material 'rok'; did you mean 'Rock'?",
-            "slope.nml:7:1: error: &subdivide: there is no region 'rof'; did you mean 'roof'?",
-            "slope.nml:7:1: error: &subdivide: there is no joint material 'BEDDNIG'; did you mean 'bedding'?",
+            "slope.nml:6:36: error: &region: there is no block material 'rok'; did you mean 'Rock'?",
+            "slope.nml:7:22: error: &subdivide: there is no region 'rof'; did you mean 'roof'?",
+            "slope.nml:7:56: error: &subdivide: there is no joint material 'BEDDNIG'; did you mean 'bedding'?",
             "slope.nml:1:1: error: the run has no end: give &run steps or t_end, or an end to the last &stage",
             "slope.nml:3:1: error: block material 3: 'young' is missing",
             "slope.nml:3:1: error: block materials 2 and 3 have one name, 'rock'",

@@ -534,6 +534,50 @@ class Liners(ProgramTest):
         beside = second.replace("along = 3, 0", "along = 9, 0")
         self.assertNotIn("at the same time", check(more=beside))
 
+    def test_what_is_unlikely_is_told_where_it_stands(self):
+        """Numbers that another unit explains, a strain in per cent, things that are there twice, a line that crosses
+        itself, names that there are not: each with line and column."""
+        usual = {"liner": "along = 0, 0, 9, 0, thickness = 0.2, young = 30e9, density = 2400"}
+        usual["bolt"] = "from = 5, 0, to = 5, 2, diameter = 0.025, young = 200e9, yield_force = 245e3"
+
+        def check(old, new, more=""):
+            groups = (
+                f"&liner name = 'a', {usual['liner']} /\n&bolt name = 'b', kind = 'end_anchored', {usual['bolt']} /\n"
+            )
+            self.boxes("units", [(0, 0, 9, 9)], groups.replace(old, new) + more + REST + FIXED.format(0, 9, 9, 9))
+            text = self.path("units.nml").read_text(encoding="utf-8").replace("'none'", "'SI'")
+            self.path("units.nml").write_text(text, encoding="utf-8")
+            return self.run_program("check", "units.nml").err
+
+        self.assertNotIn("unlikely", check("", ""))
+        self.assertNotIn("at the same time", check("", ""))
+        twice = f"&bolt name = 'c', kind = 'end_anchored', {usual['bolt']} /\n"
+        stage = "&stage name = 's', until = 'equilibrium', install = 'x' /\n"
+        unit = "units = 'SI' has kg/m^3, where it is 2446"
+        for old, new, more, mark, words in (
+            ("30e9", "20e6", "", "20e6", "warning: young: 2e+07 Pa is unlikely for a lining, usual are 5e+08 to 3e+11 "
+             "Pa: it seems to be in kPa, but units = 'SI' has Pa, where it is 2e+10"),
+            ("2400", "24", "", "24 ", "warning: density: 24 kg/m^3 is unlikely for a lining, usual are 400 to 9000 "
+             f"kg/m^3: it seems to be in kN/m3, a unit weight, but {unit}"),
+            ("2400", "24000", "", "24000", f"kg/m^3: it seems to be in N/m3, a unit weight, but {unit}"),
+            ("245e3", "245e3, rupture_strain = 5", "", "5 /", "warning: rupture_strain: 5 is 500 % of the length"),
+            ("'b'", "'a'", "", "a', kind", "error: &bolt: there is a lining of the name 'a', too"),
+            ("", "", twice, "&bolt name = 'c'", "bolt 'c', from (5, 0) to (5, 2), lies where one of 'b' lies at"),
+            ("0, 0, 9, 0", "0, 0, 9, 0, 9, 9, 4, -9", "", "&liner", "liner 'a': the line meets itself at (6.5, 0)"),
+            ("0, 0, 9, 0", "0, 0, 9, 0, 4, 0", "", "&liner", "error: liner 'a': the line meets itself at (4, 0)"),
+            ("2400", "2400, joint_material = 'x'", "", "x' /", "error: &liner: there is no joint material 'x'"),
+            ("2400", "2400, on = 'x'", "", "x' /", "error: &liner: on = 'x' names no lining"),
+            ("&liner", "&lining", "", "&lining", "error: unknown group &lining; did you mean 'liner'?"),
+            ("", "", stage, "x' /", "error: &stage: install: there is no &bolt 'x'"),
+        ):  # fmt: skip
+            text = check(old, new, more)
+            lines = self.path("units.nml").read_text(encoding="utf-8").splitlines()
+            number, line = next((k, line) for k, line in enumerate(lines, 1) if mark in line)
+            self.assertIn(f"units.nml:{number}:{line.index(mark) + 1}: ", text)
+            self.assertIn(words, text)
+        later = twice + "&stage name = 's', until = 'equilibrium', install = 'c', remove = 'b' /\n"
+        self.assertNotIn("at the same time", check("", "", later))
+
     def test_too_many_segments_are_refused_at_once(self):
         """By a wrong coordinate, a small element, or a thickness; numbers that are told, and no work before."""
         for along, numbers, words in (

@@ -573,8 +573,8 @@ class Mistakes(StageTest):
             ("4:1", "give one of until_step or until_time, duration, until, not several"),
             ("5:1", "max_steps needs until = 'equilibrium'"),
             ("6:1", "relax needs excavate, here or in an earlier stage"),
-            ("7:1", "there is no &water 'low'"),
-            ("8:1", "there is no stage 'bb'; did you mean 'b'?"),
+            ("7:43", "there is no &water 'low'"),
+            ("8:18", "there is no stage 'bb'; did you mean 'b'?"),
             ("9:1", "joint_material, block_material, region or liner is missing"),
             ("10:1", "no new value is given"),
         ):
@@ -590,11 +590,11 @@ class Mistakes(StageTest):
             "&change stage = 'stage 2', region = 'headin', young = 1e9 /\n"
         )
         for place, text in (
-            ("2:1", "&stage: there is no region 'heding'; did you mean 'heading'?"),
-            ("3:1", "&stage: there is no region 'bench'"),
-            ("4:1", "&change: there is no joint material '7'"),
-            ("5:1", "&change: block material '3' is unknown; there is 1 block material"),
-            ("6:1", "&change: there is no region 'headin'; did you mean 'heading'?"),
+            ("2:34", "&stage: there is no region 'heding'; did you mean 'heading'?"),
+            ("3:31", "&stage: there is no region 'bench'"),
+            ("4:45", "&change: there is no joint material '7'"),
+            ("5:45", "&change: block material '3' is unknown; there is 1 block material"),
+            ("6:38", "&change: there is no region 'headin'; did you mean 'heading'?"),
         ):
             self.assertTrue(any(line.startswith(place) and text in line for line in found), (place, text, found))
 

@@ -40,16 +40,31 @@ FALLEN, FALLS = 0.9, 0.96
 BEFORE_YIELD = 0.98
 #: No curve is measured better than to this share of its largest force.
 LEAST_SCATTER = 1e-3
+#: Values that bolts have, by option, and other units: what lies outside in SI and inside in one of them is refused.
+POSSIBLE = {
+    "length": (0.05, 500.0, "m", {"mm": 1e-3, "cm": 1e-2}),
+    "free_length": (0.0, 500.0, "m", {"mm": 1e-3, "cm": 1e-2}),
+    "diameter": (1e-3, 0.5, "m", {"mm": 1e-3, "cm": 1e-2}),
+    "area": (1e-7, 0.2, "m²", {"mm²": 1e-6, "cm²": 1e-4}),
+    "young": (1e9, 1.3e12, "Pa", {"GPa": 1e9, "MPa": 1e6}),
+    "yield_force": (1e3, 1e9, "N", {"kN": 1e3, "MN": 1e6}),
+}
+#: No head moves by this share of the bolt.
+MOST_MOVED = 0.3
+#: Grout has such numbers; others are told.
+USUAL = {"grout_stiffness": (1e7, 1e11, "N/m²"), "grout_strength": (1e4, 1e7, "N/m")}
 _FRONTS = 2000  # lengths of slip at which the curve is computed; linear between them
 
 
 @dataclass(frozen=True)
 class PullTest:
-    """A measured curve [m, N]; `lines` are those of the file, for messages."""
+    """A measured curve [m, N]; of a file with the line and column where the head of the displacements stands."""
 
     displacement: FloatArray
     force: FloatArray
     name: str = ""
+    line: int | None = None
+    column: int | None = None
 
 
 @dataclass(frozen=True, repr=False)
@@ -142,8 +157,17 @@ def calibrate_bolt(
     for name, value in values.items():
         if value is not None and not (math.isfinite(value) and value > 0):
             raise InputError(f"{name}: must be above 0, found {value}")
+    for name, value in (values | {"free_length": free_length}).items():
+        _refuse_other_units(name, value)
     if not (math.isfinite(free_length) and free_length >= 0):
         raise InputError(f"free_length: must be 0 or more, found {free_length}")
+    moved = float(np.abs(test.displacement).max(initial=0.0))
+    if moved > MOST_MOVED * (length + free_length):
+        raise InputError(
+            f"the displacements go to {moved:.4g} m, expected at most {MOST_MOVED:g} of the length of "
+            f"{length + free_length:.4g} m: are they in mm under a head in m?",
+            test.name or None, test.line, test.column,
+        )  # fmt: skip
     axial = young * (area if area is not None else math.pi * diameter**2 / 4)  # type: ignore[operator]
     used, notes = _used_points(test, yield_force)
     moved, force = test.displacement[used], test.force[used]
@@ -173,11 +197,30 @@ def calibrate_bolt(
         for k, error in enumerate(_errors(best.jac, best.fun))
     ]
     _refuse_undetermined(test, errors, stiffness, strength, length, axial, float(force.max()))
+    for name, value in (("grout_stiffness", stiffness), ("grout_strength", strength)):
+        least, most, unit = USUAL[name]
+        if not least <= value <= most:
+            notes.append(
+                f"{name} of {value:.3g} {unit} is unusual ({least:g} to {most:g}): are displacements and forces in the "
+                f"units of the head?"
+            )
     return BoltFit(
         test, used, length, axial, free_length,
         stiffness, stiffness * errors[0], strength, strength * errors[1],
         float(force.max() * math.sqrt((best.fun**2).sum() / max(1, len(force) - 2))), tuple(notes),
     )  # fmt: skip
+
+
+def _refuse_other_units(name: str, value: float | None) -> None:
+    """InputError for a number of a bolt that is one in another unit."""
+    least, most, unit, others = POSSIBLE[name]
+    if value is None or not math.isfinite(value) or least <= value <= most:
+        return
+    for other, size in others.items():
+        if least <= value * size <= most:
+            raise InputError(
+                f"{name}: {value:g} {unit} cannot be, it seems to be in {other}, where it is {value * size:g} {unit}"
+            )
 
 
 def _used_points(test: PullTest, yield_force: float | None) -> tuple[npt.NDArray[np.bool_], list[str]]:
@@ -280,6 +323,7 @@ def read_pull_test(path: str | os.PathLike[str]) -> PullTest:
     if not lines:
         raise InputError("expected a head such as 'displacement [mm], force [kN]', found nothing", path)
     number, head = lines[0]
+    first = number
     mark = next((mark for mark in (";", "\t", ",") if mark in head), ",")
     columns = _columns(path, number, head, mark)
     n_columns = len(next(csv.reader([head], delimiter=mark)))
@@ -312,7 +356,10 @@ def read_pull_test(path: str | os.PathLike[str]) -> PullTest:
     if not rows:
         raise InputError("the table has a head, but no numbers", path)
     values = np.array(rows)
-    return PullTest(values[:, 0], values[:, 1], str(path))
+    at = columns["displacement"][0]
+    return PullTest(
+        values[:, 0], values[:, 1], str(path), first, sum(len(cell) + 1 for cell in head.split(mark)[:at]) + 1
+    )
 
 
 def _columns(path: Path, number: int, head: str, mark: str) -> dict[str, tuple[int, float]]:

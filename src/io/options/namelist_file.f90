@@ -4,7 +4,7 @@
 module rockdda_io_namelist_file
    use rockdda_base_kinds, only : wp
    use rockdda_base_strings, only : to_string
-   use rockdda_base_diagnostics, only : diagnostics_type, severity
+   use rockdda_base_diagnostics, only : diagnostics_type, severity, at_word
    use rockdda_model_analysis_input, only : joint_material_type
    use rockdda_model_material_names, only : number_of_material
    use rockdda_model_options, only : run_options_type
@@ -60,7 +60,7 @@ contains
          if (options%joint_laws(i)%number == 0) call found%add(severity%error, &
             "&joint_law: there is no joint material '"//options%joint_laws(i)%word//"'"// &
             did_you_mean(options%joint_laws(i)%word, joint_names(options%joint_materials)), &
-            options%joint_laws(i)%origin)
+            at_word(options%joint_laws(i)%origin, options%joint_laws(i)%word))
       end do
       do i = 1, size(options%bolts)
          problem = bolt_problem(options%bolts(i))

@@ -326,7 +326,7 @@ contains
       real(wp), intent(in) :: values(:)
       character(len=:), allocatable :: problem
       integer :: i, k
-      logical :: scaled
+      logical :: scaled, unlikely
       if (.not. self%known%system%is_known() .or. size(values) == 0) return
       k = maxloc(abs(values(1:min(row%n_in_unit, size(values)))), dim=1)
       if (values(k) < row%least .or. values(k) > row%most) return   ! reported as such
@@ -336,8 +336,9 @@ contains
             scaled = any([(group%entries(i)%name == 'table', i=1, group%n)])
          end associate
       end if
-      call self%known%problem_of(self%group, row%name, row%unit, values(k), scaled, problem)
-      if (len(problem) > 0) call self%messages%add(severity%error, entry%name//': '//problem, &
+      call self%known%problem_of(self%group, row%name, row%unit, values(k), scaled, problem, unlikely)
+      if (len(problem) > 0) call self%messages%add(merge(severity%warning, severity%error, unlikely), &
+                                                   entry%name//': '//problem, &
                                                    self%namelist%origin(entry%values(min(k, entry%n))%place))
    end subroutine demand_possible
 

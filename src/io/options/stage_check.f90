@@ -2,7 +2,7 @@
 !> Stages and changes that contradict themselves or each other.
 module rockdda_io_stage_check
    use rockdda_base_kinds, only : wp
-   use rockdda_base_diagnostics, only : diagnostics_type, severity
+   use rockdda_base_diagnostics, only : diagnostics_type, severity, at_word
    use rockdda_base_strings, only : to_string
    use rockdda_model_options, only : stage_type, change_type, base_motion_type, is_set
    use rockdda_model_regions, only : same_name
@@ -46,7 +46,7 @@ contains
          known(i) = stage_name(stages, i)
       end do
       call messages%add(severity%error, "base_stage: there is no stage '"//trim(adjustl(base%stage))//"'"// &
-                        did_you_mean(trim(adjustl(base%stage)), known), base%stage_origin)
+                        did_you_mean(trim(adjustl(base%stage)), known), at_word(base%stage_origin, base%stage))
    end subroutine check_base_stage
 
    !> Every stage but the last has an end, later than that of the one before it.
@@ -155,8 +155,8 @@ contains
       end do
       if (is_given(change%stage)) then
          if (.not. any([(same_name(stage_name(stages, i), change%stage), i=1, size(stages))])) &
-            call fail("there is no stage '"//trim(adjustl(change%stage))//"'"// &
-                      did_you_mean(trim(adjustl(change%stage)), known))
+            call messages%add(severity%error, "&change: there is no stage '"//trim(adjustl(change%stage))//"'"// &
+                              did_you_mean(trim(adjustl(change%stage)), known), at_word(change%origin, change%stage))
       end if
       of_joint = joint_given()
       of_block = is_set(change%density) .or. is_set(change%young) .or. is_set(change%poisson) .or. &

@@ -12,7 +12,7 @@ module rockdda_io_synonyms
       character(len=110) :: words
    end type synonym_type
 
-   type(synonym_type), parameter :: synonyms(35) = [ &
+   type(synonym_type), parameter :: synonyms(36) = [ &
       synonym_type('friction', ' phi fi angle friction_angle mu tan_phi frictionangle phi_b '), &
       synonym_type('cohesion', ' c coh cohesive_strength adhesion '), &
       synonym_type('tension', ' t ft sigma_t tensile_strength tensile tension_strength rt '), &
@@ -46,6 +46,7 @@ module rockdda_io_synonyms
       synonym_type('boundary', ' boundaries support supports fixed fixity roller bc constraint '), &
       synonym_type('quake', ' earthquake seismic shaking '), &
       synonym_type('bolt', ' bolts anchor anchors rock_bolt rockbolt tie_rod cable '), &
+      synonym_type('liner', ' lining linings liners shotcrete support shell beam '), &
       synonym_type('yield_force', ' strength yield capacity ultimate_force '), &
       synonym_type('in_situ', ' insitu initial_stress ground_stress ')]
 

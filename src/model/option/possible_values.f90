@@ -14,6 +14,8 @@ module rockdda_model_possible_values
    real(wp), parameter :: earth = 9.81_wp, centrifuge = 15.0_wp
    !> Friction angles between these are radians, 3 to 90 degrees; smaller ones are next to no friction [deg].
    real(wp), parameter :: radians(2) = [0.05_wp, 0.5_wp*pi]
+   !> Plastic strains from here on are in per cent.
+   real(wp), parameter :: per_cent = 0.5_wp
    !> Young's modulus over density [m2/s2]: the square of the speed of a wave in a bar, 10 m/s in peat and soft foam.
    real(wp), parameter :: least_speed2 = 100.0_wp
    !> Bounds of the magnitude of a value that is not 0, and those within which most values lie [SI].
@@ -53,6 +55,7 @@ module rockdda_model_possible_values
       bounds_type('thickness', 'length', 5.0e-3_wp, 10.0_wp, [0.03_wp, 3.0_wp], 'liner'), &
       bounds_type('element', 'length', 1.0e-3_wp, 50.0_wp, [0.03_wp, 10.0_wp], 'liner'), &
       bounds_type('young', 'stress', 1.0e6_wp, 1.3e12_wp, [5.0e8_wp, 3.0e11_wp], 'liner'), &
+      bounds_type('density', 'mass/length^2', 5.0_wp, 25000.0_wp, [400.0_wp, 9000.0_wp], 'liner'), &
       bounds_type('compressive_strength', 'stress', 1.0e5_wp, 2.0e9_wp, [1.0e6_wp, 2.0e8_wp], 'liner'), &
       bounds_type('tensile_strength', 'stress', 1.0e4_wp, 2.0e9_wp, [1.0e5_wp, 5.0e8_wp], 'liner'), &
       bounds_type('diameter', 'length', 1.0e-3_wp, 0.5_wp, [0.01_wp, 0.2_wp], 'bolt'), &
@@ -118,20 +121,28 @@ contains
       self%density = 0
    end subroutine begin_group
 
-   !> What is wrong with the value of an option: '' or 'cannot be ...'. A force that a table of factors multiplies
-   !> (scaled) may be small.
-   subroutine problem_of(self, group, name, dimension, value, scaled, text)
+   !> What is wrong with the value of an option: '' or 'cannot be ...', or only unlikely. A force that a table of
+   !> factors multiplies (scaled) may be small.
+   subroutine problem_of(self, group, name, dimension, value, scaled, text, unlikely)
       class(known_values_type), intent(inout) :: self
       character(len=*), intent(in) :: group, name, dimension
       real(wp), intent(in) :: value                     !! of several numbers the one of the largest magnitude
       logical, intent(in) :: scaled
       character(len=:), allocatable, intent(out) :: text
+      logical, intent(out) :: unlikely
       type(bounds_type) :: b
       character(len=:), allocatable :: cause, unit
       real(wp) :: si, ratio
       integer :: i
       text = ''
+      unlikely = .false.
       if (.not. self%system%is_known() .or. .not. abs(value) > 0) return
+      if (name == 'rupture_strain' .and. value >= per_cent .and. value < huge(1.0_wp)) then
+         unlikely = .true.
+         text = to_string(value, 4)//' is '//to_string(100*value, 4)//' % of the length, steel breaks at 0.02 '// &
+                'to 0.2: it seems to be in per cent, give '//to_string(value/100, 4)
+         return
+      end if
       unit = dimension
       if (group == 'bolt') then
          ! a force over length and slip, in Pa; the same dimension is that of a weight elsewhere
@@ -163,6 +174,14 @@ contains
          ! values that no other unit explains are meant: rigid blocks, models of a laboratory
          if (len(cause) == 0) return
          text = value_text(self%system, value, b%dimension)//' cannot be, '//range_text(self%system, b)//cause
+      else if (group == 'liner' .and. (si < b%usual(1) .or. si > b%usual(2)) .and. &
+               len(cause_text(value, b, self%system)) > 0) then
+         unlikely = .true.
+         text = value_text(self%system, value, b%dimension)//' is unlikely for a lining, usual are '// &
+                to_string(b%usual(1)/self%system%in_si(1.0_wp, b%dimension), 3)//' to '// &
+                to_string(b%usual(2)/self%system%in_si(1.0_wp, b%dimension), 3)//' '// &
+                self%system%unit_of(b%dimension)//cause_text(value, b, self%system)
+         return
       else if (name == 'young' .and. self%density > 0) then
          ratio = si/self%density
          if (ratio < least_speed2) text = value_text(self%system, value, dimension)// &
