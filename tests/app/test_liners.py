@@ -346,7 +346,9 @@ class Liners(ProgramTest):
                 self.boxes("gap", boxes, groups.format(strength, brittle), young=5e10, gravity=9.81)
                 with self.solve("gap", code=code) as file:
                     found.append(file["frames/liner_point"][-1].tolist())
-            self.assertEqual(*found)
+            # the rounds of a step differ; its solution is found to 1e-8 of the forces
+            for brittle, tough in zip(*found, strict=True):
+                self.assertAlmostEqual(brittle[1], tough[1], delta=1e-8)
 
     def test_slides_by_friction(self):
         """A lining of 4 m that lies on a slope of 25 degrees, let go: g (sin - cos tan phi) t^2/2, by both schemes;

@@ -40,6 +40,7 @@ module rockdda_stepping_line_search
       logical :: by_terms = .false.                 !! the latter
       logical :: has_weights = .true.               !! all blocks of the last norm have a factor
       real(wp) :: reached = 0                       !! |R| where the last search of this attempt has ended; 0: none
+      logical :: is_stuck = .false.                 !! the last search of the attempt has found no smaller |R|
       logical :: was_better = .false.               !! the last answer of `is_better`: nothing else depends on it
       real(wp), allocatable :: r(:, :)              !! (6, rows)
       real(wp), allocatable :: force(:, :)          !! (2, >= links) along the lines of each link
@@ -62,7 +63,10 @@ contains
       type(families_type), intent(inout) :: families
       type(equations_type), intent(in) :: equations
       integer, intent(in) :: round      !! that begins there
-      if (round <= 2) self%reached = 0
+      if (round <= 2) then
+         self%reached = 0
+         self%is_stuck = .false.
+      end if
       self%x = equations%x
       call families%keep()
    end subroutine keep
@@ -103,6 +107,9 @@ contains
             exit
          end if
       end do
+      ! a force jumps at the start, such as the cohesion of a joint that opens: by short steps alone the motion stays there
+      self%is_stuck = .not. (self%is_stuck .or. least < at_start)
+      if (.not. (self%is_stuck .or. least < at_start)) fraction = 1
       self%reached = least
       if (.not. fraction < 1) return
       equations%x = self%x + fraction*(equations%x - self%x)
