@@ -110,9 +110,8 @@ contains
       planned_time = min(self%parameters%t_end, self%parameters%n_steps*self%parameters%dt_max)
    end function planned_time
 
-   !> One accepted step, unless a stop is requested: `interrupted` is then true, and the state is that of the last
-   !> accepted step, from which the same step can be repeated. On error (code 3) the state is that of the last accepted
-   !> step too.
+   !> Compute one step. The state is then that of its end; after a stop on request (`interrupted`) or an error (exit
+   !> code 3) it is that of the last accepted step, from which the same step can be repeated.
    subroutine advance(self, error)
       class(simulation_type), intent(inout) :: self
       type(error_type), allocatable, intent(out) :: error
@@ -122,7 +121,7 @@ contains
       call change_stage(self%trial_step_type, self%construction, self%forces, self%record%unbalanced, self%ledger, &
                         error)
       if (allocated(error)) return
-      ! after a resume too
+      ! from the record: a checkpoint holds it, so that a resumed run goes on alike
       self%control%unbalanced = self%record%unbalanced
       self%control%idle = self%record%solver_iterations == 0
       self%control%releases = self%families%held%is_releasing()
@@ -130,6 +129,7 @@ contains
       self%interrupted = report%interrupted
       if (allocated(error) .or. report%interrupted) return
       call accept_step(self%trial_step_type, report, self%ledger, self%forces, self%record)
+      ! blocks that a stage has placed are new in their first step alone
       self%construction%newborn = .false.
    end subroutine advance
 

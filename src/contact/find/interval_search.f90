@@ -17,7 +17,7 @@ module rockdda_contact_interval_search
    use rockdda_contact_near_lists, only : near_lists_type, near_part_type, n_heads, edges_with_edges, &
                                            corners_with_corners, vertices_of_first, vertices_of_second
    use rockdda_contact_search_limits, only : search_limits_type, placing_share
-   use rockdda_contact_narrow_phase, only : collect_pair
+   use rockdda_contact_vertex_search, only : collect_pair
    implicit none
    private
    public :: search_faces, joint_of

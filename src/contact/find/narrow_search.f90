@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: MIT
 !> Candidate rows of all close pairs of blocks.
 !>
-!> The pairs are searched in a few parts, one after the other or side by side: intervals first, because what they cover
-!> hides corners and vertices. By length that is tested which is listed for each pair (rockdda_contact_near_lists), with
-!> contacts of vertices on edges all that is close.
+!> Intervals first, because what they cover hides corners and vertices; then the pairs in a few parts, one after the
+!> other or side by side. With contacts by length the searches test what is listed for each pair
+!> (rockdda_contact_near_lists); with contacts of vertices on edges, all vertices and edges of a pair that are close.
 module rockdda_contact_narrow_search
    use rockdda_base_kinds, only : wp
    use rockdda_model_blocks, only : block_system_type
@@ -13,7 +13,7 @@ module rockdda_contact_narrow_search
    use rockdda_contact_exposure, only : exposure_type
    use rockdda_contact_history, only : contact_history_type
    use rockdda_contact_interval_search, only : search_faces
-   use rockdda_contact_narrow_phase, only : search_pair, search_near, try_vertex, is_beyond
+   use rockdda_contact_vertex_search, only : search_pair, search_near, try_vertex, is_beyond
    use rockdda_contact_near_lists, only : near_lists_type, near_part_type, n_heads, edges_with_edges, &
                                            corners_with_corners, vertices_of_first, vertices_of_second
    use rockdda_contact_outlines, only : outlines_type

@@ -21,7 +21,7 @@ module rockdda_contact_near_lists
    use rockdda_contact_corner_search, only : corner_zone
    use rockdda_contact_intervals, only : interval_type, measure_interval
    use rockdda_contact_moved_groups, only : moved_groups_type
-   use rockdda_contact_narrow_phase, only : collect_pair
+   use rockdda_contact_vertex_search, only : collect_pair
    use rockdda_contact_outlines, only : outlines_type
    use rockdda_contact_search_limits, only : search_limits_type
    use rockdda_contact_topology, only : contact_topology_type

@@ -7,7 +7,8 @@
 !> States of a contact and what acts in each:
 !>     open      nothing
 !>     locked    normal spring k_n at the gap, shear spring k_s at the elongation carried from the step's start
-!>     sliding   normal spring, and a friction force of the last solve's normal force against the slip direction
+!>     sliding   normal spring, and friction against the slip: a given force in the equations, from the normal force
+!>               that the last solve found
 !>
 !> The return mapping of plasticity: the shear spring is stretched by the slip of the step from where it was; what
 !> exceeds the strength is cut off, and the contact slides.
@@ -25,9 +26,8 @@
 !> that also holds when the strength falls faster than the spring relaxes, where the sign of the slip alone would lock
 !> and release the contact for ever.
 !>
-!> Dilation: a joint that slips opens by tan(psi) times the slip. It changes the gap at which the joint carries no
-!> stress
-!> from one step to the next (rockdda_interaction_contact_law, dilated_gap), so that the stiffness stays symmetric.
+!> Dilation: a joint that slips opens by tan(psi) times the slip. The gap at which the joint carries no stress changes
+!> between steps alone (rockdda_interaction_contact_law, dilated_gap), so that the stiffness stays symmetric.
 !>
 !> All comparisons have a margin of round-off size: blocks that move together without a force between them would
 !> otherwise change states for ever.
@@ -52,7 +52,8 @@ module rockdda_interaction_joint_law
       real(wp) :: close_tolerance = 0  !! an open contact closes beyond this penetration [length]
       real(wp) :: open_tolerance = 0   !! a closed contact opens beyond this gap [length]
       real(wp) :: round_off = 0        !! changes of length below this are round-off [length]
-      logical :: peer = .false.        !! slide-lock changes do not count; locked up to a 2.5 times smaller shear
+      logical :: peer = .false.        !! as DDA for Windows: slide-lock changes do not count; locked up to a 2.5 times
+                                       !! smaller shear
       logical :: sticks = .false.      !! closed contacts do not slide yet
       real(wp) :: dt = 1               !! step, for slip rates
       real(wp) :: level = 1            !! share of the step after which forces of closed contacts act
@@ -71,13 +72,13 @@ module rockdda_interaction_joint_law
       logical(l1) :: partly = .false.  !! one of an interval that is closed on a part, with `own` and `cross`
    end type joint_state_type
 
-   !> What contacts have in an attempt with some laws only.
+   !> What contacts have in an attempt only where the model has dashpots or dilation.
    type :: joint_extra_type
       real(wp) :: normal_drag = 0      !! normal dashpot coefficient over dt [force/length]
       real(wp) :: drag = 0             !! shear dashpot coefficient over dt [force/length]
       real(wp) :: drag_gap = 0         !! gap from which the step stretches the normal dashpot [length]
       real(wp) :: opens = 0            !! gap that dilation is expected to open in the step [length]
-      real(wp) :: late = 0             !! gap that it has not taken off yet where the forces act [length]
+      real(wp) :: late = 0             !! what dilation changes `gap` by where the forces act [length]
    end type joint_extra_type
 
    !> One contact: its memory from the last step, its dashpots, and the state that the last solve gave it.
@@ -91,7 +92,7 @@ module rockdda_interaction_joint_law
       real(wp) :: normal_drag          !! normal dashpot coefficient over dt [force/length]
       real(wp) :: drag                 !! shear dashpot coefficient over dt [force/length]
       real(wp) :: drag_gap = 0         !! gap from which the step stretches the normal dashpot [length]
-      real(wp) :: late = 0             !! gap that dilation has not taken off yet where the forces act [length]
+      real(wp) :: late = 0             !! what dilation changes `gap` by where the forces act [length]
       logical :: closes = .false.      !! open at the start of the step: gap and slip are those of its end
    end type joint_type
 
@@ -173,8 +174,8 @@ contains
       type(joint_type), intent(in) :: joint
       real(wp), intent(in) :: gap, slip        !! at the end of the step, of the step [length]
       type(joint_response_type), intent(out) :: response
-      !> Half of the force that presses an interval together, compression positive, by which this row of it slides;
-      !> absent: the force of its own spring.
+      !> Normal force by which a row of an interval slides, compression positive: half of that of the interval, its
+      !> share [force]; absent: the force of its own spring.
       real(wp), intent(in), optional :: share
       real(wp) :: trial, limit, slip_tolerance, pressing
       logical :: slides
@@ -284,7 +285,7 @@ contains
       integer, intent(in) :: n
       real(wp), intent(in) :: k_n(n), gap(n)           !! [force/length], [length]
       real(wp), intent(in) :: force(2, n)
-      type(joint_state_type), intent(inout) :: joint(n)
+      type(joint_state_type), intent(inout) :: joint(n)   !! state of the attempt
       integer(i1), intent(inout) :: state_used(n), sign_used(n)
       real(wp), intent(inout) :: friction_used(n)      !! [force]
       logical(l1), intent(inout) :: bonded_used(n)

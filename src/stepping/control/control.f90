@@ -1,9 +1,10 @@
 ! SPDX-License-Identifier: MIT
-!> Step sizes and stages.
+!> The length of each step, and which stage it belongs to.
 !>
 !> dt starts at dt_max. A step that does not converge, or moves a vertex further than displacement_ratio*w0, is
-!> begun again with a smaller dt, not below dt_min; after an accepted step dt grows back by at most `growth`
-!> towards dt_max, and not beyond what the last step's displacement allows. Ends of stages and runs shorten one step.
+!> begun again with a smaller dt, not below dt_min (rockdda_stepping_trial_step); after an accepted step dt grows back
+!> by at most `growth` towards dt_max, and not beyond what the last step's displacement allows (`accepted`). Ends of
+!> stages and runs shorten one step (`step_size`).
 !>
 !> In a static stage until equilibrium dt grows beyond dt_max, up to max_growth times as far: by `fast_growth` while the
 !> open-close iteration needs few rounds, and back when it needs many.

@@ -7,7 +7,7 @@
 !>        line%search      shorten the change of the motion where the residual grows
 !>        judge            arms of forces for the rotation just found (rockdda_stepping_arms), new states of all links,
 !>                         and whether their forces follow their laws
-!>        end_friction     if no state is new: friction and normal forces agree as they must in the end; judge again
+!>        end_friction     if no state is new: friction and normal forces agree as an accepted step needs; judge again
 !>        if (converged) exit
 !>     end do
 !>
@@ -53,14 +53,14 @@ module rockdda_stepping_newton
 
    !> Result of an attempt.
    type :: newton_report_type
-      real(wp) :: left = 0                         !! residual of the last solve if it has paused, else 0
+      real(wp) :: left = 0                         !! residual with which the last solve has paused; 0: it has ended
       integer :: outcome = attempt%not_converged   !! attempt%converged, not_converged, no_solution or interrupted
       integer :: rounds = 0                        !! of the open-close iteration
       integer :: iterations = 0                    !! of the solver
       character(len=:), allocatable :: detail      !! why there is no solution
    end type newton_report_type
 
-   !> What is found at the motion of a round.
+   !> What is found at the motion of a round. Before the first one all states count as new.
    type :: round_type
       integer :: n_changes = 1      !! of states
       logical :: agree = .false.    !! forces and motion agree
@@ -97,6 +97,7 @@ contains
       integer :: n_shortened, round
       logical :: peer, solved
       associate (method => conditions%method)
+         ! contacts in the way of DDA for Windows: without prediction, line search and paused solves
          peer = families%contacts%settings%peer
          report%detail = ''
          if ((conditions%may_predict .or. conditions%is_like_last) .and. .not. peer) &
@@ -115,22 +116,22 @@ contains
                                                                   method%friction_tolerance, conditions%slack > 0), &
                                                                   method, equations, found%fraction)
             n_shortened = merge(n_shortened + 1, 0, found%fraction < 1)
-            call self%judge(conditions, round, .false., .false., context, families, equations, report%left, arms, found)
+            call self%judge(conditions, round, .false., context, families, equations, report%left, arms, found)
             if (report%left > 0 .and. .not. (found%fraction < 1 .or. arms%turned) .and. &
                 (found%agree .or. found%n_changes == 0)) then
                ! what may be accepted is solved for to the end
                call self%solve_on(0.0_wp, method, families, equations, solver, times, report, solved, error)
                if (.not. solved) return
-               call self%judge(conditions, round, .false., .true., context, families, equations, report%left, arms, &
-                               found)
+               call self%judge(conditions, round, .false., context, families, equations, report%left, arms, found, &
+                               again=.true.)
             end if
             if (.not. (found%agree .or. arms%turned .or. found%fraction < 1 .or. peer) .and. found%n_changes == 0) then
                call end_friction(conditions, families, equations, solver, times, report, solved, error)
                if (.not. solved) return
-               call self%judge(conditions, round, .true., .false., context, families, equations, report%left, arms, &
-                               found)
+               call self%judge(conditions, round, .true., context, families, equations, report%left, arms, found)
             end if
             call times%lap(phase%judge)
+            ! so many shortened rounds in a row lead nowhere: a shorter step will
             if (n_shortened >= max(method%least_patience, &
                                    nint(method%patience*context%parameters%max_open_close)) .and. &
                 .not. (conditions%at_floor .or. conditions%slack > 0)) return
@@ -173,7 +174,8 @@ contains
                                      error)
    end subroutine solve_round
 
-   !> Friction, with the states and the matrix that it has in the end.
+   !> When no state is new: solve with these states to the end, and find friction forces as exactly as an accepted step
+   !> needs them.
    subroutine end_friction(conditions, families, equations, solver, times, report, solved, error)
       type(conditions_type), intent(in) :: conditions
       type(families_type), intent(inout) :: families
@@ -190,18 +192,18 @@ contains
 
    !> Judge the motion of the round: turn arms that are wrong, find new states, and whether all agrees. When arms are
    !> measured is said in rockdda_stepping_arms.
-   subroutine judge(self, conditions, round, is_end, again, context, families, equations, left, arms, found)
+   subroutine judge(self, conditions, round, is_end, context, families, equations, left, arms, found, again)
       class(newton_type), intent(inout) :: self
       type(conditions_type), intent(in) :: conditions
       integer, intent(in) :: round
-      logical, intent(in) :: is_end             !! friction was brought to its end
-      logical, intent(in) :: again              !! in place of the last judgement
+      logical, intent(in) :: is_end             !! after `end_friction`
       type(step_context_type), intent(inout) :: context
       type(families_type), intent(inout) :: families
       type(equations_type), intent(inout) :: equations
       real(wp), intent(in) :: left              !! residual of the last solve if it has paused, else 0
       type(arms_type), intent(inout) :: arms
       type(round_type), intent(inout) :: found  !! with the fraction of this round
+      logical, intent(in), optional :: again    !! in place of the last judgement, which is taken back; default: not
       integer :: n_unsettled, when
       real(wp) :: last_off
       logical :: forbidden
@@ -210,13 +212,15 @@ contains
       arms = arms_type()
       if (when == moment%before) call arms%place(.false., conditions%method, context, families, equations)
       families%contacts%trial%doubt = conditions%method%doubtful*left/sqrt(real(max(1, equations%n_rows()), wp))
-      if (again) call families%contacts%take_back()
+      if (present(again)) then
+         if (again) call families%contacts%take_back()
+      end if
       call families%judge(found%n_changes, n_unsettled)
       found%agree = n_unsettled == 0 .and. .not. arms%turned
       if (found%agree) found%agree = forces_agree(self, families, context%blocks%n_blocks, conditions, round)
       if ((when == moment%after .or. when == moment%at_rest .and. .not. is_end) .and. found%n_changes == 0 .and. &
           .not. (found%agree .or. found%fraction < 1)) then
-         ! the end of friction follows
+         ! `end_friction` and another judgement follow, with arms as they were
          arms%off = last_off
          return
       end if
@@ -439,8 +443,9 @@ contains
       report%detail = 'the solution is not finite'
    end subroutine check_solution
 
-   !> Find the friction forces that agree with the normal forces they cause, for the states as they are: with the
-   !> last solve that makes a full step of Newton's method, without an unsymmetric matrix. Only loads change.
+   !> Find the friction forces that agree with the normal forces they cause, for the states as they are, by solves in
+   !> which only loads change. Together with the last solve that is a full step of Newton's method, without an
+   !> unsymmetric matrix.
    subroutine settle_friction(to_end, pause, conditions, families, equations, solver, times, report, solved, error)
       logical, intent(in) :: to_end     !! as well as a step must be accepted, else as well as other states need it
       real(wp), intent(in) :: pause     !! share of its first residual at which a solve may pause, 0: never
@@ -454,7 +459,7 @@ contains
       type(error_type), allocatable, intent(out) :: error
       real(wp) :: worst, small
       integer :: k
-      logical :: is_enough, is_enough_there, may_leave
+      logical :: contacts_agree, liners_agree, may_leave
       solved = .true.
       ! a small correction may be left to the next round
       may_leave = size(equations%x, 2) > conditions%method%few_blocks
@@ -465,10 +470,10 @@ contains
          small = conditions%method%friction_tolerance*friction%deepest
          do k = 1, conditions%method%friction_solves
             call friction%improve(contacts%table, contacts%laws, contacts%settings, contacts%trial, worst)
-            call friction%assess(worst, small, may_leave, is_enough)
-            if (to_end) is_enough = worst <= 0.5_wp*small
-            call liners%improve_friction(to_end, is_enough_there)
-            if (is_enough .and. is_enough_there) then
+            call friction%assess(worst, small, may_leave, contacts_agree)
+            if (to_end) contacts_agree = worst <= 0.5_wp*small
+            call liners%improve_friction(to_end, liners_agree)
+            if (contacts_agree .and. liners_agree) then
                call friction%take_used(contacts%trial)
                exit
             end if

@@ -1,5 +1,6 @@
 ! SPDX-License-Identifier: MIT
-!> The equilibrium of an attempt at a step, with contacts open that meet by the law of impact.
+!> The equilibrium of an attempt at a step (rockdda_stepping_newton) while contacts that meet by the law of impact stay
+!> open: it is found anew until it shows no more such contacts.
 module rockdda_stepping_smooth_motion
    use rockdda_base_error, only : error_type
    use rockdda_base_phase_times, only : phase_times_type

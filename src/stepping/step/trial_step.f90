@@ -40,7 +40,7 @@ module rockdda_stepping_trial_step
       class(linear_solver_type), allocatable :: solver
       type(contact_finder_type) :: finder
       type(smooth_motion_type) :: newton
-      type(contact_table_type) :: room          !! scratch
+      type(contact_table_type) :: room          !! scratch of the next table of contacts
       integer, allocatable :: skipped(:)        !! stages that were over before their first step, since the last step
       type(phase_times_type) :: times           !! where the time went; nothing depends on it
       real(wp), allocatable :: last_motion(:, :)       !! (6, nb) x at the start of the step
@@ -69,8 +69,8 @@ module rockdda_stepping_trial_step
 
 contains
 
-   !> Find the motion `equations%x` of the step. On error (code 3) no attempt has succeeded, not even with the smallest
-   !> step.
+   !> Find the motion `equations%x` of the step. On error (exit code 3) no attempt has succeeded, not even with the
+   !> smallest step.
    subroutine find_motion(self, report, error)
       class(trial_step_type), intent(inout) :: self
       type(trial_report_type), intent(out) :: report
@@ -78,7 +78,7 @@ contains
       type(newton_report_type) :: of_attempt
       real(wp) :: reach
       logical :: at_floor, is_first
-      integer :: n_woken, sleepers
+      integer :: n_woken, n_solved
       if (.not. allocated(self%last_motion)) allocate (self%last_motion, mold=self%equations%x)
       self%last_motion(:, :) = self%equations%x
       call self%solver%pack(self%memory)
@@ -87,7 +87,7 @@ contains
          call self%control%trend%expect(self%dt, self%state%acceleration, self%equations%x)
       reach = self%finder%first_reach(self%step_context_type, self%control)
       call self%find_contacts(reach)
-      sleepers = 0
+      n_solved = 0
       is_first = .true.
       do
          report%attempts = report%attempts + 1
@@ -103,8 +103,9 @@ contains
          end if
          select case (of_attempt%outcome)
          case (attempt%converged)
-            sleepers = sleepers + 1
-            call wake_disturbed(self, self%equations, self%contacts, sleepers, self%asleep, self%calm, n_woken)
+            ! a motion that disturbs blocks asleep is no attempt that failed: wake them, and begin again
+            n_solved = n_solved + 1
+            call wake_disturbed(self, self%equations, self%contacts, n_solved, self%asleep, self%calm, n_woken)
             if (n_woken == 0) exit
             call self%find_contacts(reach)
             report%attempts = report%attempts - 1
@@ -113,7 +114,7 @@ contains
             call self%drop_attempts()
             return
          case (attempt%search_again)
-            ! a step that may be: search further, and begin again
+            ! the motion could be accepted, but goes beyond the search: search further, and begin again
             reach = self%finder%longer_reach(reach, report%displacement, self%parameters%w0)
             call self%find_contacts(reach)
             report%attempts = report%attempts - 1

@@ -1,17 +1,18 @@
 ! SPDX-License-Identifier: MIT
-!> Narrow phase: which vertex can meet which edge of a close pair of blocks.
+!> Which vertex of one block can meet which edge of another one that is close: candidates, which are no contacts yet.
 !>
-!> Vertex-edge: the foot of the vertex lies on the edge, both edges at the vertex lie on the outer side of the
-!> edge's line (within the angle tolerance: moving the vertex onto the edge gives no overlap, Fig. 3.3), and the gap
-!> is within reach. A vertex behind an edge must have come through it (module rockdda_contact_penetration): a vertex
-!> that only touches a block from another side does not. Concave vertices touch nothing; at a concave end of an edge the
-!> foot may lie a little beyond.
+!> The foot of the vertex lies on the edge, both edges at the vertex lie on the outer side of the edge's line, and the
+!> gap is within reach. So moving the vertex onto the edge gives no overlap (Shi 1988, Fig. 3.3), within the angle
+!> tolerance. A vertex behind an edge must have come through it (rockdda_contact_penetration): a vertex that only
+!> touches a block from another side does not. Concave vertices touch nothing; at a concave end of an edge the foot may
+!> lie a little beyond.
 !>
-!> Vertex-vertex: rockdda_contact_corner_search.
+!> The other searches beside this one: vertices that meet vertices (rockdda_contact_corner_search), edges that face
+!> edges (rockdda_contact_interval_search). rockdda_contact_narrow_search calls all three for all close pairs.
 !>
 !> The searches of a pair have up to 17 arguments: the innermost loops of a step read arrays of constant shape, and what
 !> belongs to the model, the last step and the threads stays apart, so that each thread writes its own list alone.
-module rockdda_contact_narrow_phase
+module rockdda_contact_vertex_search
    use rockdda_base_kinds, only : wp
    use rockdda_contact_table, only : contact_table_type, contact_state
    use rockdda_contact_topology, only : contact_topology_type
@@ -30,7 +31,7 @@ module rockdda_contact_narrow_phase
 
 contains
 
-   !> Append the candidates of blocks a < b.
+   !> Append the candidates of blocks a < b: find what is close (`collect_pair`), and search there (`search_near`).
    pure subroutine search_pair(range_a, range_b, box_a, box_b, vertices, topology, outlines, previous, history, &
                                exposure, limits, list)
       integer, intent(in) :: range_a(2), range_b(2)   !! first and last vertex of each block
@@ -134,8 +135,8 @@ contains
 
    end subroutine collect_near
 
-   !> Contacts of some vertices of one block with some edges of the other. Most pairs are out of reach. (Arrays of
-   !> constant shape, here and below, spare the compiler to work out where an element lies, each time.)
+   !> Candidates of some vertices of one block with some edges of the other. Most pairs are out of reach. (With arrays
+   !> of constant shape, here and below, the program need not work out where each element lies.)
    pure subroutine search_edges(near, n_near, edges, n_edges, side, nv, vertices, tangent, length, topology, outlines, &
                                 previous, history, exposure, limits, list)
       integer, intent(in) :: n_near, n_edges, nv
@@ -170,8 +171,8 @@ contains
       end do
    end subroutine search_edges
 
-   !> Contact by length of a vertex with an edge of the other block: within reach, not at the end of an edge that faces
-   !> it, nor where it is hidden.
+   !> Candidate of a vertex with an edge of the other block, with contacts by length: within reach, unless an edge at
+   !> the vertex faces the other edge (an interval has both then), or something hides the vertex.
    pure subroutine try_vertex(v, e, side, own_box, other_box, nv, vertices, tangent, length, topology, outlines, &
                               previous, history, exposure, limits, list)
       integer, intent(in) :: v, e, nv
@@ -231,7 +232,7 @@ contains
       s = r(1)*t(1) + r(2)*t(2)
    end subroutine place_on_edge
 
-   !> Is a point out of reach of an edge, or its foot beyond both ends?
+   !> Is a point out of reach of an edge, or its foot beyond one of the ends?
    pure logical function is_off_edge(gap, s, length, limits)
       real(wp), intent(in) :: gap, s            !! by `place_on_edge`
       real(wp), intent(in) :: length            !! of the edge
@@ -240,7 +241,8 @@ contains
                     s < -limits%zone .or. s > length + limits%zone
    end function is_off_edge
 
-   !> Do both ends of an edge, or a vertex, lie beyond one side of a box that is widened by the reach?
+   !> Do both points lie beyond the same side of a box that is widened by the reach? The points are the ends of an edge,
+   !> or twice the same vertex.
    pure logical function is_beyond(p, q, box, reach)
       real(wp), intent(in) :: p(2), q(2)
       real(wp), intent(in) :: box(4), reach                !! xmin ymin xmax ymax [length]
@@ -248,8 +250,8 @@ contains
                   min(p(1), q(1)) > box(3) + reach .or. min(p(2), q(2)) > box(4) + reach
    end function is_beyond
 
-   !> Vertex-edge contact of a vertex with an edge of the other block within its reach, unless it was paired with an end
-   !> of the edge as a corner.
+   !> Append the candidate of a vertex with an edge within its reach, unless the vertex was paired with an end of the
+   !> edge as a corner.
    !>
    !>                 v          gap > 0: v lies outside. Its foot is at the distance s from `first`; it counts
    !>                 |  gap     between the ends, and a little beyond an end whose corner is concave.
@@ -258,12 +260,12 @@ contains
    !>         |     block       |    larger gap decides, and v must have come in through e.
    !>
    !> Arrays and their size are arguments of their own for speed: this is the innermost procedure of the search.
-   pure subroutine try_edge(v, e, gap, s, in_v, out_v, side, nv, vertices, tangent, lengths, topology, outlines, &
+   pure subroutine try_edge(v, e, gap, s, into, outof, side, nv, vertices, tangent, lengths, topology, outlines, &
                             previous, history, limits, list)
       integer, intent(in) :: v, e, nv
       real(wp), intent(in) :: gap   !! of the vertex [length]
       real(wp), intent(in) :: s     !! how far its foot lies from the start of the edge [length]
-      real(wp), intent(in) :: in_v(2), out_v(2)   !! unit vectors along the edges that reach and leave v
+      real(wp), intent(in) :: into(2), outof(2)   !! unit vectors along the edges that reach and leave v
       integer, intent(in) :: side   !! 1: v is on the first block of the pair; 2: on the second
       real(wp), intent(in) :: vertices(2, nv)
       real(wp), intent(in) :: tangent(2, nv), lengths(nv)   !! of `outlines`
@@ -274,7 +276,7 @@ contains
       type(search_limits_type), intent(in) :: limits
       type(candidate_list_type), intent(inout) :: list
       real(wp) :: t(2), n(2), r(2), length, zone, gap_there, s_there
-      integer :: first, last, other, k
+      integer :: first, last, neighbour, k
       logical :: concave_first, concave_last
 
       length = lengths(e)
@@ -297,21 +299,21 @@ contains
       t = tangent(:, e)
       n = [t(2), -t(1)]
       ! `is_outside`, in place
-      if (.not. (out_v(1)*n(1) + out_v(2)*n(2) >= -limits%sine .and. &
-                 -(in_v(1)*n(1) + in_v(2)*n(2)) >= -limits%sine)) return
+      if (.not. (outof(1)*n(1) + outof(2)*n(2) >= -limits%sine .and. &
+                 -(into(1)*n(1) + into(2)*n(2)) >= -limits%sine)) return
       if (gap < 0) then
          ! at a convex corner the line with the larger gap decides
          do k = 1, 2
             if (merge(concave_first, concave_last, k == 1)) cycle
-            other = merge(topology%edge_in(first), topology%edge_out(last), k == 1)
-            r = vertices(:, v) - vertices(:, other)
-            t = tangent(:, other)
+            neighbour = merge(topology%edge_in(first), topology%edge_out(last), k == 1)
+            r = vertices(:, v) - vertices(:, neighbour)
+            t = tangent(:, neighbour)
             gap_there = r(1)*t(2) - r(2)*t(1)
             if (gap_there <= gap .or. gap_there > limits%reach) cycle
             ! a corner that touches the end of that edge may lie beyond it by an overlap
             s_there = r(1)*t(1) + r(2)*t(2)
-            if (s_there < -limits%zone .or. s_there > lengths(other) + limits%zone) cycle
-            if (is_outside(in_v, out_v, outward(t), limits%sine)) return
+            if (s_there < -limits%zone .or. s_there > lengths(neighbour) + limits%zone) cycle
+            if (is_outside(into, outof, outward(t), limits%sine)) return
          end do
          if (.not. is_entered(v, e, gap, s, topology, outlines, vertices, limits%sine, &
                               was_closed(v, e, previous, history))) return
@@ -344,4 +346,4 @@ contains
       are_paired = .false.
    end function are_paired
 
-end module rockdda_contact_narrow_phase
+end module rockdda_contact_vertex_search
