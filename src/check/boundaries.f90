@@ -27,7 +27,8 @@ contains
       type(diagnostics_type), intent(inout) :: messages
       integer :: k
       if (allocated(group%along)) then
-         if (size(group%along, 2) < 2) call fail('along: at least two points are needed')
+         if (size(group%along, 2) < 2) call fail('along: at least two points are needed, found '// &
+                                                    to_string(size(group%along, 2)))
          do k = 2, size(group%along, 2)
             if (any(abs(group%along(:, k) - group%along(:, k - 1)) > 0)) cycle
             call fail('along: points '//to_string(k - 1)//' and '//to_string(k)//' are the same')

@@ -8,7 +8,7 @@ module rockdda_check_material_names
    use rockdda_base_suggest, only : did_you_mean
    implicit none
    private
-   public :: no_material, check_joint_material
+   public :: no_material, unknown_number, check_joint_material
 
 contains
 
@@ -27,6 +27,16 @@ contains
       text = 'there is no '//kind//" material '"//word//"'"//did_you_mean(word, known)
    end function no_material
 
+   !> "block material 3 is unknown, there are 2 block materials".
+   pure function unknown_number(kind, number, n) result(text)
+      character(len=*), intent(in) :: kind                    !! 'block', 'joint'
+      integer, intent(in) :: number                           !! that is asked for
+      integer, intent(in) :: n                                !! materials of this kind
+      character(len=:), allocatable :: text
+      text = kind//' material '//to_string(number)//' is unknown, there '//trim(merge('is ', 'are', n == 1))//' '// &
+             counted(n, kind//' material')
+   end function unknown_number
+
    !> Check that a word stands for a joint material.
    subroutine check_joint_material(group, word, n_joints, materials, origin, messages)
       character(len=*), intent(in) :: group                   !! of the options
@@ -41,9 +51,7 @@ contains
          call messages%add(severity%error, group//': '//no_material('joint', trim(adjustl(word)), materials), &
                            at_word(origin, word))
       else if (joint > n_joints) then
-         call messages%add(severity%error, group//': joint material '//to_string(joint)//' is unknown, there '// &
-                           trim(merge('is ', 'are', n_joints == 1))//' '//counted(n_joints, 'joint material'), &
-                           at_word(origin, word))
+         call messages%add(severity%error, group//': '//unknown_number('joint', joint, n_joints), at_word(origin, word))
       end if
    end subroutine check_joint_material
 

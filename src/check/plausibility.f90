@@ -83,20 +83,20 @@ contains
             inspection%unit_weight = maxval([0.0_wp, pack(abs(materials%weight), inspection%block_used)])
          end if
       end associate
-      call check_units(blocks, parameters, analysis_file, options_file, messages)
+      call check_units(blocks, parameters, options%geometry_origin, analysis_file, options_file, messages)
       if (messages%has_errors()) return
       call inspection%check_friction(parameters)
       call inspection%check_weight(parameters)
       if (is_set(options%gravity)) call inspection%check_gravity(parameters, options%gravity)
       call inspection%check_modulus(parameters)
-      call inspection%check_stiffness(parameters, is_set(options%stiffness))
+      call inspection%check_stiffness(parameters, is_set(options%stiffness), options%stiffness_origin)
       call inspection%check_closure(blocks, parameters)
       call inspection%check_loads(blocks, parameters, is_set(options%gravity))
       call inspection%check_supports(blocks, parameters)
       call inspection%check_held_velocity(blocks, parameters)
       if (len(analysis_file) == 0) call check_damping(parameters, inspection%joint_used, inspection%warnings)
-      call inspection%check_sleep(parameters, is_set(options%sleep_tolerance))
-      call inspection%check_step(parameters, is_set(options%dt_max))
+      call inspection%check_sleep(parameters, options)
+      call inspection%check_step(parameters, is_set(options%dt_max), options%dt_max_origin)
       call check_ground(blocks, parameters, inspection%warnings)
       call messages%append(inspection%warnings)
    end subroutine check_plausibility
@@ -200,10 +200,11 @@ contains
    end subroutine check_modulus
 
    !> Check that contact springs are stiff enough for the model.
-   subroutine check_stiffness(self, parameters, from_options)
+   subroutine check_stiffness(self, parameters, from_options, place)
       class(inspection_type), intent(inout) :: self
       type(parameters_type), intent(in) :: parameters
       logical, intent(in) :: from_options              !! the options file has the stiffness
+      type(origin_type), intent(in) :: place       !! of the value in the options, empty: not there
       real(wp) :: penetration, e_max
       penetration = self%unit_weight*self%height/(2*parameters%normal_stiffness)
       e_max = maxval(parameters%block_materials%youngs_modulus, mask=self%block_used)
@@ -215,12 +216,12 @@ contains
          call self%warn('contact stiffness g0 = '//parameters%shown(parameters%normal_stiffness, 'force/length', 6)// &
             ': under the weight of the model, '//parameters%shown(self%unit_weight, 'force/length^2', 4)// &
             ' times its height '//parameters%shown(self%height, 'length', 4)// &
-            ', blocks sink into each other by '//to_string(100*penetration, 2)//' % of their size', from_options)
+            ', blocks sink into each other by '//to_string(100*penetration, 2)//' % of their size', from_options, place)
       else if (parameters%normal_stiffness < smallest_stiffness_ratio*e_max) then
          call self%warn('contact stiffness g0 = '//parameters%shown(parameters%normal_stiffness, 'force/length', 6)// &
                    ' is '//to_string(parameters%normal_stiffness/e_max, 2)//' times Young''s modulus '// &
                    parameters%shown(e_max, 'stress', 6)// &
-                   ': contacts are far softer than the blocks', from_options)
+                   ': contacts are far softer than the blocks', from_options, place)
       end if
    end subroutine check_stiffness
 
@@ -364,9 +365,6 @@ contains
       if (blocks%bolts%n > 0) then
          if (any(blocks%bolts%blocks == 0)) return
       end if
-      do k = 1, size(parameters%boundaries)
-         if (parameters%boundaries(k)%kind /= 'traction') return
-      end do
       call self%warn('the blocks have weight, but no fixed point or boundary holds one of them: all of them fall', &
                      .false.)
    end subroutine check_supports
@@ -391,15 +389,15 @@ contains
 
    !> Warn where `sleep = 'on'` has no effect because the model has what no block sleeps with
    !> (rockdda_stepping_acceptance), and where its tolerance is given without it.
-   subroutine check_sleep(self, parameters, tolerance_given)
+   subroutine check_sleep(self, parameters, options)
       class(inspection_type), intent(inout) :: self
       type(parameters_type), intent(in) :: parameters
-      logical, intent(in) :: tolerance_given
+      type(run_options_type), intent(in) :: options
       character(len=:), allocatable :: what
       real(wp) :: changes, ends
       integer :: k
-      if (tolerance_given .and. .not. parameters%sleeps) &
-         call self%warn("sleep_tolerance has no effect without sleep = 'on'", .true.)
+      if (is_set(options%sleep_tolerance) .and. .not. parameters%sleeps) &
+         call self%warn("sleep_tolerance has no effect without sleep = 'on'", .true., options%sleep_tolerance_origin)
       if (.not. parameters%sleeps) return
       what = ''
       ! steps are no longer than dt_max while tables change
@@ -407,7 +405,8 @@ contains
       if (parameters%n_steps > 0) ends = min(ends, parameters%n_steps*parameters%dt_max)
       changes = last_change(parameters)
       if (changes > 0 .and. changes >= ends*(1 - 1.0e-9_wp)) &
-         what = 'loads, supports or tractions that change until time '//to_string(changes, 4)//', when the run is over'
+         what = 'loads, supports or tractions that change until time '//parameters%shown(changes, 'time')// &
+                ', when the run is over'
       if (allocated(parameters%base%harmonics)) what = 'a harmonic base motion'
       do k = 1, size(self%joint_used)
          if (self%joint_used(k) .and. is_set(parameters%joint_materials(k)%restitution)) what = 'restitution'
@@ -417,8 +416,9 @@ contains
       end if
       if (parameters%sleep_tolerance > largest_sleep) call self%warn('sleep_tolerance = '// &
          to_string(parameters%sleep_tolerance, 3)//': blocks sleep that lack this share of the forces for balance, '// &
-         'and do not begin to slide', .true.)
-      if (len(what) > 0) call self%warn("sleep = 'on' has no effect: no block sleeps in a model with "//what, .true.)
+         'and do not begin to slide', .true., options%sleep_tolerance_origin)
+      if (len(what) > 0) call self%warn("sleep = 'on' has no effect: no block sleeps in a model with "//what, .true., &
+                                        options%sleep_origin)
    end subroutine check_sleep
 
    !> Time at which the last table of loads, supports or tractions ends to change; 0 without such tables.
@@ -455,10 +455,11 @@ contains
    end function last_change
 
    !> Check that steps are short enough to follow the motion of the base.
-   subroutine check_step(self, parameters, from_options)
+   subroutine check_step(self, parameters, from_options, place)
       class(inspection_type), intent(inout) :: self
       type(parameters_type), intent(in) :: parameters
       logical, intent(in) :: from_options      !! dt_max is from the options file
+      type(origin_type), intent(in) :: place       !! of the value in the options, empty: not there
       real(wp) :: longest
       integer :: i, n
       character(len=:), allocatable :: what
@@ -470,7 +471,7 @@ contains
                if (.not. frequency*parameters%dt_max*least_of_period > 1) cycle
                if (.not. 1 < longest*least_of_period*frequency) cycle
                longest = 1/(least_of_period*frequency)
-               what = 'the base has a period of '//to_string(1/frequency, 3)
+               what = 'the base has a period of '//parameters%shown(1/frequency, 'time', 3)
             end associate
          end do
       end if
@@ -482,13 +483,14 @@ contains
             associate (spacing => (parameters%quakes(i)%rows(1, n) - parameters%quakes(i)%rows(1, 1))/(n - 1))
                if (.not. parameters%dt_max > most_of_record*spacing .or. .not. most_of_record*spacing < longest) cycle
                longest = most_of_record*spacing
-               what = 'the record has a row each '//to_string(spacing, 3)
+               what = 'the record has a row each '//parameters%shown(spacing, 'time', 3)
             end associate
          end do
       end if
-      if (len(what) > 0) call self%warn('steps of '//to_string(parameters%dt_max, 3)//' (g1, dt_max) do not follow '// &
-                                        'the motion of the base: '//what//'; give dt_max, at most '// &
-                                        to_string(longest, 3), from_options)
+      if (len(what) > 0) call self%warn('steps of '//parameters%shown(parameters%dt_max, 'time', 3)// &
+                                        ' (g1, dt_max) do not follow the motion of the base: '//what// &
+                                        '; give dt_max, at most '//parameters%shown(longest, 'time', 3), from_options, &
+                                        place)
    end subroutine check_step
 
 end module rockdda_check_plausibility

@@ -92,11 +92,13 @@ contains
          if (change > start) then
             text = " counts from time 0 of the run, and stage '"//stage_name(parameters%stages, first)// &
                    "', which lasts until equilibrium, does not wait for its first change at time "// &
-                   to_string(change, 5)//'. To let it act in a stage of its own, end the stage before by until_time'
+                   parameters%shown(change, 'time', 5)// &
+                   '. To let it act in a stage of its own, end the stage before by until_time'
          else
             text = " counts from time 0 of the run and is over when stage '"//stage_name(parameters%stages, first)// &
                    "' ends, which lasts until equilibrium: stage '"//stage_name(parameters%stages, last)// &
-                   "' begins with its last row, of time "//to_string(table%rows(1, size(table%rows, 2)), 5)// &
+                   "' begins with its last row, of time "// &
+                   parameters%shown(table%rows(1, size(table%rows, 2)), 'time', 5)// &
                    '. To let other rows act there, end the stage before by until_time'
          end if
          call messages%add(severity%warning, table%name//text, table%origin)

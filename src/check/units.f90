@@ -19,19 +19,21 @@ module rockdda_check_units
 contains
 
    !> Report what cannot be.
-   subroutine check_units(blocks, parameters, analysis_file, options_file, messages)
+   subroutine check_units(blocks, parameters, geometry_origin, analysis_file, options_file, messages)
       type(block_system_type), intent(in) :: blocks
       type(parameters_type), intent(in) :: parameters
+      type(origin_type), intent(in) :: geometry_origin              !! where &model names it; or empty
       character(len=*), intent(in) :: analysis_file, options_file   !! for messages
       type(diagnostics_type), intent(inout) :: messages
-      call check_extent(blocks, parameters, options_file, messages)
+      call check_extent(blocks, parameters, geometry_origin, options_file, messages)
       if (len(analysis_file) > 0) call check_analysis(parameters, analysis_file, messages)
    end subroutine check_units
 
    !> A model of this extent is drawn in another unit of length.
-   subroutine check_extent(blocks, parameters, options_file, messages)
+   subroutine check_extent(blocks, parameters, geometry_origin, options_file, messages)
       type(block_system_type), intent(in) :: blocks
       type(parameters_type), intent(in) :: parameters
+      type(origin_type), intent(in) :: geometry_origin
       character(len=*), intent(in) :: options_file
       type(diagnostics_type), intent(inout) :: messages
       type(unit_system_type) :: system
@@ -42,7 +44,8 @@ contains
       if (.not. system%is_known()) return
       if (system%in_si(extent, 'length') >= possible_extent(1) .and. &
           system%in_si(extent, 'length') <= possible_extent(2)) return
-      origin%file = options_file
+      origin = geometry_origin
+      if (origin%line == 0) origin%file = options_file
       call messages%add(severity%error, 'the model is '//to_string(extent, 6)//' '//system%unit_of('length')// &
          ' wide or high (units = '''//trim(system%name)//'''), which cannot be: possible are 0.1 mm to 200 km. Is '// &
          "the geometry drawn in another unit of length? (units = 'none' of &model takes any)", origin)

@@ -27,7 +27,7 @@ module rockdda_cutting_cut
    use rockdda_base_kinds, only : wp
    use rockdda_base_diagnostics, only : diagnostics_type, origin_type, severity
    use rockdda_base_error, only : error_type, error_code, make_error
-   use rockdda_base_strings, only : to_string
+   use rockdda_base_strings, only : counted, to_string
    use rockdda_model_blocks, only : block_system_type
    use rockdda_model_geometry_input, only : geometry_input_type
    use rockdda_cutting_assignment, only : mark_holes, assign_materials, assign_points, assign_bolts
@@ -125,7 +125,7 @@ contains
 
       !> There is not one block.
       subroutine refuse()
-         call found%add(severity%error, 'no closed block: of '//to_string(n)//' lines none closes a block', &
+         call found%add(severity%error, 'no closed block: of '//counted(n, 'line')//' none closes a block', &
                         last_origin(geometry))
          call found%to_error(error)
       end subroutine refuse
@@ -242,8 +242,9 @@ contains
       report%area_sum = sum(outlines%area, mask=.not. is_hole)
       report%n_touching = sum(outlines%n_touching, mask=.not. is_hole)
       if (blocks%n_blocks == 0) then
-         call found%add(severity%error, 'no block left: hole points delete all '//to_string(outlines%n)//' blocks', &
-                        last_origin(geometry))
+         call found%add(severity%error, 'no block left: hole points delete '// &
+                        trim(merge('the one block', 'all blocks   ', outlines%n == 1)), &
+                        geometry%hole_origin(size(geometry%hole_origin)))
          return
       end if
       number = 0
@@ -270,6 +271,7 @@ contains
       type(outline_set_type), intent(in) :: outlines
       integer, intent(in) :: number(:)                         !! final number of each polygon, 0: hole
       type(diagnostics_type), intent(inout) :: messages
+      type(origin_type) :: file
       integer :: of_face(faces%n_cycles), g, i, line
       real(wp) :: place(2)
       of_face = 0
@@ -284,11 +286,13 @@ contains
                            ' that touches nothing around it; the block is joined to it by a bridge without contacts', &
                            geometry%line_origin(line))
       end do
+      if (allocated(geometry%line_origin(1)%file)) file%file = geometry%line_origin(1)%file
       do i = 1, outlines%n
          if (number(i) == 0 .or. outlines%n_touching(i) == 0) cycle
          place = graph%position(:, outlines%touching(i))
          call messages%add(severity%warning, 'the outline of block '//to_string(number(i))// &
-                           ' touches itself at a corner near ('//to_string(place(1))//', '//to_string(place(2))//')')
+                           ' touches itself at a corner near ('//to_string(place(1))//', '//to_string(place(2))//')', &
+                           file)
       end do
    end subroutine report_islands
 
@@ -338,14 +342,12 @@ contains
 
    contains
 
-      !> Keep the file and the largest line number.
+      !> Keep the last one in the file.
       subroutine look_at(origins)
          type(origin_type), intent(in) :: origins(:)
          integer :: i
          do i = 1, size(origins)
-            if (.not. allocated(origins(i)%file)) cycle
-            origin%file = origins(i)%file
-            origin%line = max(origin%line, origins(i)%line)
+            if (allocated(origins(i)%file) .and. origins(i)%line >= origin%line) origin = origins(i)
          end do
       end subroutine look_at
 

@@ -215,7 +215,8 @@ contains
 
    end subroutine report_moves
 
-   !> "line 3 lies on line 5", or where they cross at so small an angle that they share an edge.
+   !> "line 3 lies on line 5", or where they cross at so small an angle that they share an edge, or end so close to each
+   !> other.
    pure function meeting_of(lines, i, k, e0, place) result(text)
       real(wp), intent(in) :: lines(:, :)      !! (4, n)
       integer, intent(in) :: i, k
@@ -228,6 +229,11 @@ contains
       text = 'line '//to_string(i)//' lies on line '//to_string(k)
       ! lines side by side are within e0 all along the shorter of them
       if (sine*min(norm2(u), norm2(v)) <= 2*e0) return
+      if (sine > 0.5_wp) then
+         text = 'line '//to_string(i)//' and line '//to_string(k)//' share an edge near ('//to_string(place(1), 6)// &
+                ', '//to_string(place(2), 6)//'), where nodes are closer than the edge-node distance '//to_string(e0)
+         return
+      end if
       text = 'line '//to_string(i)//' crosses line '//to_string(k)//' near ('//to_string(place(1), 6)//', '// &
              to_string(place(2), 6)//') at an angle of '//to_string(asin(min(1.0_wp, sine))*180/pi, 2)// &
              ' degrees, closer than the edge-node distance over '//to_string(e0/sine, 2)

@@ -14,7 +14,7 @@ module rockdda_io_recognise
    use rockdda_io_posix, only : get_file_size
    use rockdda_io_statistics_names, only : statistics_groups
    use rockdda_io_source, only : source_type, read_source, file_text_problem, begins_as_xml
-   use rockdda_io_tokens, only : token_list_type, tokenise
+   use rockdda_io_tokens, only : token_list_type, token_kind, tokenise
    implicit none
    private
    public :: file_kind, recognise, kind_name, kind_of_ending, ddaml_advice
@@ -94,7 +94,7 @@ contains
          kind = file_kind%blocks
       else if (first(1:1) == '&' .or. first(1:1) == '$') then
          kind = kind_of_namelist(source)
-      else
+      else if (tokens%kind(1) /= token_kind%text) then
          n_fit = 0
          if (fits_windows_blocks(tokens)) call fits(file_kind%blocks)
          if (fits_geometry(tokens)) call fits(file_kind%geometry)

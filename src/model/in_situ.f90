@@ -386,7 +386,8 @@ contains
          end if
       end if
       if (.not. allocated(group%profile)) return
-      if (size(group%profile, 2) < 2) call fail('profile: at least two points are needed')
+      if (size(group%profile, 2) < 2) call fail('profile: at least two points are needed, found '// &
+                                                to_string(size(group%profile, 2)))
       do k = 2, size(group%profile, 2)
          if (group%profile(1, k) > group%profile(1, k - 1)) cycle
          call fail('profile: x must increase, point '//to_string(k)//' has '//to_string(group%profile(1, k))// &

@@ -2,17 +2,15 @@
 !> Tips that begin in a kink of another block's outline, with contact by length.
 !>
 !>          \    3    |             Block 3 lies along one side of the kink of block 1 and slides down on it. Its tip
-!>          meets
-!>           \        |    2        the other side at a point, under block 2. Between rigid blocks the tip would hold it
-!>        1   \       |_______      there; rock of no width bears nothing and crushes. The tip is let into that side by
-!>             \______/ 1           `crushed` of its shorter edge before it bears.
+!>           \        |    2        meets the other side at a point, under block 2. Between rigid blocks the tip would
+!>        1   \       |_______      hold it there; rock of no width bears nothing and crushes. The tip is let into that
+!>             \______/ 1           side by `crushed` of its shorter edge before it bears.
 !>            kink
 module rockdda_model_kinks
    use rockdda_base_kinds, only : wp
    use rockdda_base_diagnostics, only : diagnostics_type, severity
    use rockdda_base_strings, only : to_string, counted
    use rockdda_model_blocks, only : block_system_type
-   use rockdda_model_parameters, only : parameters_type
    implicit none
    private
    public :: edges_met_by_tips, report_tips, crushed
@@ -80,9 +78,8 @@ contains
    end function edges_met_by_tips
 
    !> A note on the tips in kinks.
-   subroutine report_tips(blocks, parameters, messages)
+   subroutine report_tips(blocks, messages)
       type(block_system_type), intent(in) :: blocks
-      type(parameters_type), intent(in) :: parameters
       type(diagnostics_type), intent(inout) :: messages
       integer, allocatable :: met(:), tips(:)
       character(len=:), allocatable :: text
@@ -96,8 +93,7 @@ contains
          if (size(tips) > 1) text = text//', and '//counted(size(tips) - 1, 'more tip')//','
          call messages%add(severity%note, text//' begins in a kink of block '//to_string(owner_of(met(v)))// &
             ', and would hold there by a point: it crushes by '//to_string(100*crushed, 2)// &
-               ' % of its shorter edge '// &
-            'before it bears, so that blocks slide on both planes')
+               ' % of its shorter edge before it bears, so that blocks slide on both planes')
       end associate
 
    contains

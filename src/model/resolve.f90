@@ -3,7 +3,7 @@
 !> file, which wins over the defaults of the table of options.
 module rockdda_model_resolve
    use rockdda_base_kinds, only : wp, pi
-   use rockdda_base_diagnostics, only : diagnostics_type, severity
+   use rockdda_base_diagnostics, only : diagnostics_type, origin_type, severity
    use rockdda_base_strings, only : to_string
    use rockdda_model_blocks, only : block_system_type
    use rockdda_model_analysis_input, only : analysis_input_type, dialect
@@ -97,41 +97,45 @@ contains
       if (parameters%dt_min > parameters%dt_max) call messages%add(severity%error, 'dt_min = '// &
          parameters%shown(parameters%dt_min, 'time', 6)//' is larger than the largest time step '// &
          parameters%shown(parameters%dt_max, 'time', 6), options%dt_min_origin)
-      call refuse_short_times(parameters, messages)
+      call refuse_short_times(options, parameters, messages)
       if (is_set(options%save_every) .and. is_set(options%save_dt)) call messages%add(severity%note, &
          'save_every and save_dt are both given: a frame is saved every '//to_string(options%save_every)// &
          ' steps and every '//parameters%shown(options%save_dt, 'time')//' of time')
       if (settings%strict .and. .not. parameters%energy) call messages%add(severity%error, &
-         'strict needs the energy balance, but &output energy is .false.: leave one of them out')
-      if (parameters%by_length) call report_tips(blocks, parameters, messages)
+         'strict needs the energy balance, but &output energy is .false.: leave one of them out', options%strict_origin)
+      if (parameters%by_length) call report_tips(blocks, messages)
       call resolve_stiffness(settings, parameters, messages)
       call resolve_lengths(blocks, settings, alone .and. parameters%by_length .and. .not. parameters%peer_contacts &
                            .and. .not. is_set(options%stiffness), parameters, messages)
    end subroutine resolve_parameters
 
    !> Steps, and what they are shortened to land on: inertia and accelerations divide by the square of a time.
-   subroutine refuse_short_times(parameters, messages)
+   subroutine refuse_short_times(options, parameters, messages)
+      type(run_options_type), intent(in) :: options
       type(parameters_type), intent(in) :: parameters
       type(diagnostics_type), intent(inout) :: messages
       !> Far below any time that matters; its square divides masses and displacements of any unit.
       real(wp), parameter :: shortest = 1.0e-100_wp
       integer :: i
-      call need(parameters%t_end, 'end time (t_end)')
-      call need(parameters%dt_max, 'largest time step (dt_max)')
-      call need(parameters%dt_min, 'smallest time step (dt_min)')
+      call need(parameters%t_end, 'end time (t_end)', options%t_end_origin)
+      call need(parameters%dt_max, 'largest time step (dt_max)', options%dt_max_origin)
+      call need(parameters%dt_min, 'smallest time step (dt_min)', options%dt_min_origin)
       do i = 1, size(parameters%stages)
-         call need(parameters%stages(i)%until_time, 'end time (until_time) of stage '//to_string(i))
-         call need(parameters%stages(i)%duration, 'duration of stage '//to_string(i))
+         associate (stage => parameters%stages(i))
+            call need(stage%until_time, 'end time (until_time) of stage '//to_string(i), stage%origin)
+            call need(stage%duration, 'duration of stage '//to_string(i), stage%origin)
+         end associate
       end do
 
    contains
 
       !> Refuse a time that is given and too short.
-      subroutine need(time, name)
+      subroutine need(time, name, origin)
          real(wp), intent(in) :: time
          character(len=*), intent(in) :: name
+         type(origin_type), intent(in) :: origin
          if (time > 0 .and. time < shortest) call messages%add(severity%error, name//' is too short: '// &
-            parameters%shown(time, 'time')//'; at least '//parameters%shown(shortest, 'time'))
+            parameters%shown(time, 'time')//'; at least '//parameters%shown(shortest, 'time'), origin)
       end subroutine need
 
    end subroutine refuse_short_times
@@ -298,7 +302,7 @@ contains
       else if (parameters%normal_stiffness > far_over_e/springs*e_max) then
          call messages%add(severity%warning, 'the contact stiffness (g0) is '// &
                            to_string(parameters%normal_stiffness/e_max)//' times the largest E: '// &
-                           stiffness_advice(parameters%by_length))
+                           stiffness_advice(parameters%by_length), settings%stiffness_origin)
       end if
       parameters%shear_stiffness = parameters%normal_stiffness/settings%shear_ratio
       parameters%fixed_stiffness = parameters%normal_stiffness*settings%fixed_stiffness_factor
@@ -321,7 +325,7 @@ contains
          'the displacement ratio (g2) lets a block move by '// &
          parameters%shown(parameters%displacement_ratio*parameters%w0, 'length')//' in a step, more than the mean '// &
          'length of edges, '//parameters%shown(edge, 'length')//': g2 = '// &
-         to_string(advised_ratio(edge, parameters%w0))//' is advised')
+         to_string(advised_ratio(edge, parameters%w0))//' is advised', settings%ratio_origin)
       parameters%angle_tolerance = settings%angle_tolerance*pi/180
       parameters%smooth_step = blocks%edge_node_distance
       parameters%stiffness_length = merge(0.0_wp, edge, by_blocks)

@@ -14,7 +14,7 @@ module rockdda_run_cells
    use rockdda_cutting_cell_lattice, only : cell_kind
    use rockdda_cutting_subdivision, only : cell_choice_type, count_cells, subdivide_blocks
    use rockdda_base_suggest, only : did_you_mean
-   use rockdda_check_material_names, only : no_material, check_joint_material
+   use rockdda_check_material_names, only : no_material, unknown_number, check_joint_material
    implicit none
    private
    public :: number_regions, check_regions, report_cut_blocks, count_regions, check_names, check_cells, make_cells
@@ -148,7 +148,7 @@ contains
       integer, intent(in) :: n_materials
       type(diagnostics_type), intent(inout) :: messages
       character(len=:), allocatable :: word
-      integer :: k, n
+      integer :: k, m, n
       if (.not. allocated(region%name)) return   ! reported by the reader
       if (len_trim(region%name) == 0 .or. index(region%name, ',') > 0) &
          call fail("name must have a letter and no comma, found '"//region%name//"'")
@@ -161,20 +161,33 @@ contains
       if (allocated(region%outline)) call check_names('&region: outline', before, region%outline, region%origin, &
                                                       messages, ' before it')
       if (allocated(region%boxes)) then
-         if (any(region%boxes(1:2, :) >= region%boxes(3:4, :))) call fail('box: xmin < xmax and ymin < ymax must hold')
+         do k = 1, size(region%boxes, 2)
+            associate (box => region%boxes(:, k))
+               if (all(box(1:2) < box(3:4))) cycle
+               call fail('box: xmin < xmax and ymin < ymax must hold, found '//to_string(box(1))//', '// &
+                         to_string(box(2))//', '//to_string(box(3))//', '//to_string(box(4)))
+            end associate
+            exit
+         end do
       end if
       if (allocated(region%circles)) then
-         if (any(region%circles(3, :) <= 0)) call fail('circle: the radius must be greater than 0')
+         if (any(region%circles(3, :) <= 0)) call fail('circle: the radius must be greater than 0, found '// &
+                                                       to_string(minval(region%circles(3, :))))
       end if
       if (allocated(region%polygon)) then
-         if (size(region%polygon, 2) < 3) call fail('polygon: at least three corners are needed')
+         if (size(region%polygon, 2) < 3) call fail('polygon: at least three corners are needed, found '// &
+                                                     to_string(size(region%polygon, 2)))
       end if
       if (.not. allocated(region%material)) return
       do k = 1, count_words(region%material)
          word = word_of(region%material, k)
-         if (material_number(word) < 1 .or. material_number(word) > n_materials) call fail("material '"//word// &
-            "' is unknown; there "//trim(merge('is ', 'are', n_materials == 1))//' '// &
-            counted(n_materials, 'block material')//', by their numbers')
+         m = material_number(word)
+         if (m < 1) then
+            call fail("there is no block material '"//word// &
+                      "': without names they are called by their numbers, 1 to "//to_string(n_materials))
+         else if (m > n_materials) then
+            call fail(unknown_number('block', m, n_materials))
+         end if
       end do
 
    contains
@@ -247,7 +260,8 @@ contains
       call subdivide_blocks(blocks, choices, choice, uncut)
       if (any(uncut)) call messages%add(severity%warning, counted(count(uncut), 'block')//' could not be cut into '// &
          'cells and '//trim(merge('stays', 'stay ', count(uncut) == 1))//' whole, the first is block '// &
-         to_string(findloc_true(uncut))//': narrower than the cells; choose another size')
+         to_string(findloc_true(uncut))//': narrower than the cells; choose another size', &
+         subdivisions(choice(findloc_true(uncut)))%origin)
       call messages%add(severity%note, 'cells: '//counted(count(choice > 0 .and. .not. uncut), 'block')// &
                         ' of '//to_string(n_blocks)//' cut into '// &
                         to_string(blocks%n_blocks - count(choice == 0 .or. uncut))//', '// &

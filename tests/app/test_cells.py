@@ -139,11 +139,12 @@ class Cells(ResultsTest):
             OPTIONS.replace("0.5,", "1e-5,"): "&subdivide: cells of size 1e-05 would be about 2e+10, more than 5e+06",
             region + "/": one_of,
             region + "box = 0,0,1,1, circle = 0,0,1 /": one_of,
-            region + "box = 1,0,0,1 /": "&region: box: xmin < xmax and ymin < ymax must hold",
-            region + "circle = 1,0,0 /": "&region: circle: the radius must be greater than 0",
-            region + "polygon = 1,0,0,1 /": "&region: polygon: at least three corners are needed",
-            region
-            + "material = '1, 2' /": "&region: material '2' is unknown; there is 1 block material, by their numbers",
+            region + "box = 1,0,0,1 /": "&region: box: xmin < xmax and ymin < ymax must hold, found 1, 0, 0, 1",
+            region + "circle = 1,0,0 /": "&region: circle: the radius must be greater than 0, found 0",
+            region + "polygon = 1,0,0,1 /": "&region: polygon: at least three corners are needed, found 2",
+            region + "material = '1, 2' /": "&region: block material 2 is unknown, there is 1 block material",
+            region + "material = 'rock' /": "&region: there is no block material 'rock': without names they are called "
+            "by their numbers, 1 to 1",
             "&region box = 0,0,1,1 /": "&region: 'name' is missing",
             "&region name = ' ', box = 0,0,1,1 /": "&region: name must have a letter and no comma, found ' '",
             "&subdivide size = 1 /": "&subdivide: 'joint_material' is missing",

@@ -327,7 +327,8 @@ class BadInput(ProgramTest):
             "(0.5, 0.5) and (1.5, 0.7) on its outline; &boundary kind = 'traction' loads the edges of several blocks",
             "&joint_law material = 1, law = 'velocity', parameters = 20 /": "law of joint material 1: velocity takes 2 "
             "parameters: friction angle at high rates [deg], rate",
-            "&joint_law material = 2, law = 'coulomb' /": "joint law 2: there is no joint material 2, they are 1 to 1",
+            "&joint_law material = 2, law = 'coulomb' /": "joint law 2: joint material 2 is unknown, there is "
+            "1 joint material",
         }
         self.write("run.nml", "\n".join([*groups, ""]))
         expected = {

@@ -85,10 +85,10 @@ class Plausibility(ProgramTest):
 
     def test_soft_contacts(self):
         soft = "&contact stiffness = 1e3 /\n"
-        self.check("contact stiffness g0 = 1000: under the weight", options=soft, file="x.nml")
+        self.check("contact stiffness g0 = 1000: under the weight", options=soft, file="x.nml:1:10")
         soft = "&contact stiffness = 1 /\n"
         stressed = PEER_ANALYSIS.replace("9810 1e8 0.2  0", "0 1e8 0.2  -1")
-        self.check("g0 = 1 is 1e-08 times Young's modulus 1e+08", stressed, options=soft, file="x.nml")
+        self.check("g0 = 1 is 1e-08 times Young's modulus 1e+08", stressed, options=soft, file="x.nml:1:10")
 
     def test_numbers_shifted_by_a_decimal_comma_end_as_sor_factor(self):
         for row, factor in (("20,5 0 0", "0"), ("30 0,5 1.5", "1.5"), ("20,5,0,0", "0")):
@@ -124,6 +124,10 @@ class Plausibility(ProgramTest):
         run = ("run", "x.dc", "x.df", "--config", "x.nml", "--quiet", "--force")
         message = "error: strict needs the energy balance, but &output energy is .false.: leave one of them out"
         self.assertFails(self.run_program(*run, "--strict"), 2, message)
+        self.write("x.nml", "&run strict = .true. /\n&output energy = .false. /\n")
+        outcome = self.run_program(*run)
+        self.assertEqual((outcome.code, outcome.err.splitlines()[0]), (2, "x.nml:1:6: " + message))
+        self.write("x.nml", "&run steps = 1 /\n&output energy = .false. /\n")
         self.assertEqual(self.run_program(*run).code, 0)
 
     def test_no_load(self):
@@ -150,9 +154,9 @@ class Plausibility(ProgramTest):
         sleep = "&run steps = 1 /\n&time sleep = 'on' /\n"
         self.assertEqual(self.warnings(options=sleep), [])
         harmonic = sleep + "&load harmonic = 1, 0, 2, 0, 0 /\n"
-        self.check("no block sleeps in a model with a harmonic base motion", options=harmonic, file="x.nml")
+        self.check("no block sleeps in a model with a harmonic base motion", options=harmonic, file="x.nml:2:7")
         restitution = sleep + "&joint_law material = 1, restitution = 0.5 /\n"
-        self.check("no block sleeps in a model with restitution", options=restitution, file="x.nml")
+        self.check("no block sleeps in a model with restitution", options=restitution, file="x.nml:2:7")
 
     def test_sleep_while_a_table_changes(self):
         """No block sleeps before the last table has ended: ten steps of 0.01 are not enough for one that lasts 0.1."""
@@ -161,7 +165,7 @@ class Plausibility(ProgramTest):
         self.check(
             "loads, supports or tractions that change until time 0.1, when the run is over",
             options=sleep.format(0.1, 2),
-            file="x.nml",
+            file="x.nml:2:7",
         )
         self.assertEqual(self.warnings(options=sleep.format(0.05, 2)), [])
         self.assertEqual(self.warnings(options=sleep.format(5, 1)), [])
@@ -170,12 +174,12 @@ class Plausibility(ProgramTest):
         self.check(
             "sleep_tolerance has no effect without sleep = 'on'",
             options="&run steps = 1 /\n&time sleep_tolerance = 1e-2 /\n",
-            file="x.nml",
+            file="x.nml:2:7",
         )
 
     def test_sleep_that_holds_what_slides(self):
         sleep = "&run steps = 1 /\n&time sleep = 'on', sleep_tolerance = {} /\n"
-        self.check("blocks sleep that lack this share of the forces", options=sleep.format(0.2), file="x.nml")
+        self.check("blocks sleep that lack this share of the forces", options=sleep.format(0.2), file="x.nml:2:21")
         self.assertEqual(self.warnings(options=sleep.format(0.05)), [])
 
     def test_steps_that_do_not_follow_the_base(self):
@@ -190,7 +194,9 @@ class Plausibility(ProgramTest):
         self.write("x.csv", "t,a\n" + "".join(f"{0.0005 * i},{i % 2}\n" for i in range(50)))
         record = "&run steps = 1 /\n&quake record = 'x.csv' /\n&time dt_max = {} /\n"
         self.check(
-            "the record has a row each 0.0005; give dt_max, at most 0.0025", options=record.format(3e-3), file="x.nml"
+            "the record has a row each 0.0005; give dt_max, at most 0.0025",
+            options=record.format(3e-3),
+            file="x.nml:3:7",
         )
         self.assertEqual(self.warnings(options=record.format(2.4e-3)), [])
 

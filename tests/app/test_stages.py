@@ -592,8 +592,8 @@ class Mistakes(StageTest):
         for place, text in (
             ("2:34", "&stage: there is no region 'heding'; did you mean 'heading'?"),
             ("3:31", "&stage: there is no region 'bench'"),
-            ("4:45", "&change: there is no joint material '7'"),
-            ("5:45", "&change: block material '3' is unknown; there is 1 block material"),
+            ("4:45", "&change: joint material 7 is unknown, there "),
+            ("5:45", "&change: block material 3 is unknown, there is 1 block material"),
             ("6:38", "&change: there is no region 'headin'; did you mean 'heading'?"),
         ):
             self.assertTrue(any(line.startswith(place) and text in line for line in found), (place, text, found))

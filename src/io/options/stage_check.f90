@@ -55,6 +55,7 @@ contains
       type(diagnostics_type), intent(inout) :: messages
       integer :: i, last_step
       real(wp) :: last_time
+      character(len=:), allocatable :: ends
       logical :: in_order, is_known
       last_step = 0
       last_time = 0
@@ -67,9 +68,11 @@ contains
             in_order = .true.
             if (is_set(stage%until_step)) then
                in_order = stage%until_step > last_step
+               ends = 'until_step = '//to_string(stage%until_step)//' after '//to_string(last_step)
                last_step = stage%until_step
             else if (is_set(stage%until_time)) then
                in_order = stage%until_time > last_time
+               ends = 'until_time = '//to_string(stage%until_time)//' after '//to_string(last_time)
                last_time = stage%until_time
                if (in_order .and. .not. is_known) call messages%add(severity%warning, '&stage '//to_string(i)// &
                   ': until_time counts from the start of the run, and how long the stages before it take to come '// &
@@ -87,7 +90,8 @@ contains
                                  'none)', stage%origin)
             end if
             if (.not. in_order) call messages%add(severity%error, '&stage '//to_string(i)// &
-                                                  ': must end later than the stage before it', stage%origin)
+                                                  ': must end later than the stage before it, found '//ends, &
+                                                  stage%origin)
          end associate
       end do
    end subroutine check_ends
@@ -112,7 +116,7 @@ contains
          else if (stage%max_steps < least_steps(stage)) then
             call fail('max_steps: equilibrium takes at least '//to_string(least_steps(stage))//' steps: '// &
                       'those in which forces are released (relax_steps), and '//to_string(confirming_steps)// &
-                      ' in a row that are in equilibrium')
+                      ' in a row that are in equilibrium; found '//to_string(stage%max_steps))
          end if
          if (.not. any([(is_given(stages(k)%excavate), k=1, i)])) then
             if (is_set(stage%relax)) call fail('relax needs excavate, here or in an earlier stage')

@@ -43,7 +43,9 @@ contains
                call get_reals(namelist, entry, 4, .false., window, messages)
                if (.not. allocated(window)) cycle
                if (.not. (window(3) > window(1) .and. window(4) > window(2))) call messages%add(severity%error, &
-                  'window: expected xmin, ymin, xmax, ymax with xmin < xmax and ymin < ymax', &
+                  'window: expected xmin, ymin, xmax, ymax with xmin < xmax and ymin < ymax, found '// &
+                  to_string(window(1))//', '//to_string(window(2))//', '//to_string(window(3))//', '// &
+                  to_string(window(4)), &
                   namelist%origin(entry%place))
             case ('vertices'); call get_reals(namelist, entry, 2, .true., vertices, messages)
             case ('slope_toe'); call get_reals(namelist, entry, 2, .false., toe, messages)

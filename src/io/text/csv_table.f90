@@ -96,11 +96,24 @@ contains
                name = name//','//trim(columns(c))
             end do
             call messages%add(severity%error, "the header must name the columns "//name//', whose '// &
-                              'numbers are in the units of the model', tokens%origin(1))
+                              "numbers are in the units of the model; found '"//words_of_row(1)//"'", &
+                              tokens%origin(1))
             header_ok = .false.
          end if
          reader%at = 2
       end subroutine read_header
+
+      !> The words of a row, with commas between them; of a long one the begin.
+      function words_of_row(row) result(text)
+         integer, intent(in) :: row
+         character(len=:), allocatable :: text
+         integer :: i
+         text = tokens%text(reader%first(row))
+         do i = reader%first(row) + 1, reader%first(row + 1) - 1
+            text = text//','//tokens%text(i)
+            if (len(text) > 60) exit
+         end do
+      end function words_of_row
 
    end subroutine read_csv_table
 

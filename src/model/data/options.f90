@@ -201,6 +201,7 @@ module rockdda_model_options
       character(len=:), allocatable :: title
       integer :: steps = unset_integer
       real(wp) :: t_end = unset_real
+      type(origin_type) :: t_end_origin, strict_origin   !! where they were read
       integer :: save_every = unset_integer       !! a frame every so many steps
       real(wp) :: save_dt = unset_real            !! and/or a frame every so much time
       integer :: threads = unset_integer
@@ -210,7 +211,8 @@ module rockdda_model_options
       logical :: strict = .false.                 !! an answer that is not to be trusted ends the run
       ! &time
       real(wp) :: dt_max = unset_real, dt_min = unset_real, k01 = unset_real, displacement_ratio = unset_real
-      type(origin_type) :: dt_min_origin         !! where dt_min was read
+      type(origin_type) :: dt_max_origin, dt_min_origin, ratio_origin   !! where they, displacement_ratio were read
+      type(origin_type) :: sleep_origin, sleep_tolerance_origin         !! where they were read
       character(len=:), allocatable :: length_scale  !! 'height' | 'largest'
       character(len=:), allocatable :: rotation      !! 'exact' | 'linear'
       real(wp) :: cut_factor = unset_real
@@ -231,7 +233,7 @@ module rockdda_model_options
       character(len=:), allocatable :: formulation    !! 'length' | 'vertex'
       integer :: points = unset_integer               !! contact points of an interval
       real(wp) :: corner_radius = unset_real          !! over the shorter edge
-      type(origin_type) :: formulation_origin, points_origin, corner_radius_origin   !! where they were read
+      type(origin_type) :: formulation_origin, points_origin, corner_radius_origin, stiffness_origin   !! likewise
       ! &solver
       character(len=:), allocatable :: method         !! auto|sor|pcg|cholmod|dense
       real(wp) :: tolerance = unset_real, omega = unset_real

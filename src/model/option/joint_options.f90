@@ -67,8 +67,9 @@ contains
          what = 'joint law '//to_string(i)//': '
          if (m == 0 .and. allocated(laws(i)%word)) cycle   ! reported by the reader
          if (m < 1 .or. m > size(materials)) then
-            call messages%add(severity%error, what//'there is no joint material '//to_string(m)//', they are 1 to '// &
-                              to_string(size(materials)), laws(i)%origin)
+            call messages%add(severity%error, what//'joint material '//to_string(m)//' is unknown, there '// &
+                              trim(merge('is ', 'are', size(materials) == 1))//' '// &
+                              counted(size(materials), 'joint material'), laws(i)%origin)
          else if (has_law(m)) then
             call messages%add(severity%error, what//'joint material '//to_string(m)//' already has a law', &
                               laws(i)%origin)

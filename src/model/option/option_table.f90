@@ -195,6 +195,7 @@ contains
                             in_analysis=.true.), o%steps, p%n_steps)
       call table%add(option('t_end', 'end time; the last step is shortened to end there', unit='time', &
                             quantity='end time', above=0.0_wp, default_text='none'), o%t_end, p%t_end)
+      call table%locate(o%t_end_origin)
       call table%add(option('save_every', 'a frame every so many steps', least=1.0_wp, &
                             default_text='about 100 frames in the run'), o%save_every)
       call table%add(option('save_dt', 'a frame every so much time; where save_every is given, too, both count', &
@@ -210,6 +211,7 @@ contains
       call table%add(option('strict', 'energy from nowhere, blocks inside each other, or a static stage that ends '// &
                             'without equilibrium, ends the run (exit 3); .false.: a warning', &
                             see='theory.md#9-energy-ledger', applies='not to a resumed run'), o%strict)
+      call table%locate(o%strict_origin)
    end subroutine describe_run
 
    !> &time.
@@ -220,6 +222,7 @@ contains
       call table%begin('time', 'Time steps.')
       call table%add(option('dt_max', 'largest time step (g1)', unit='time', quantity='largest time step (g1)', &
                             above=0.0_wp, in_analysis=.true., see='contact-numbers.md'), o%dt_max, p%dt_max)
+      call table%locate(o%dt_max_origin)
       call table%add(option('dt_min', 'smallest time step', unit='time', quantity='smallest time step', above=0.0_wp, &
                             default_text='dt_max/1000 (dialect '//dda_windows//': dt_max/100)'), &
                      o%dt_min, p%dt_min)
@@ -229,6 +232,7 @@ contains
       call table%add(option('displacement_ratio', 'largest displacement of a step over w0 (g2)', &
                             quantity='displacement ratio (g2)', above=0.0_wp, in_analysis=.true., &
                             see='contact-numbers.md'), o%displacement_ratio, p%displacement_ratio)
+      call table%locate(o%ratio_origin)
       call table%add(option('length_scale', 'w0 is half of this extent of the model', choices='height|largest', &
                             default_text='height (dialect '//dda_windows//': largest)'), o%length_scale)
       call table%add_computed('w0', 'reference length w0', 'length', p%w0)
@@ -256,10 +260,12 @@ contains
       call table%add_choice(option('sleep', 'blocks at rest are left out of dynamic steps until something disturbs '// &
                                    'them', choices='off|on', default_word='off', see='theory.md#blocks-asleep'), &
                             o%sleep, p%sleeps, 2)
+      call table%locate(o%sleep_origin)
       call table%add(option('sleep_tolerance', 'resultant force with which a block may sleep, over the sum of '// &
                             'magnitudes of its forces; beyond twice as much it wakes', above=0.0_wp, below=1.0_wp, &
                             applies='sleep on'), &
                      o%sleep_tolerance, p%sleep_tolerance)
+      call table%locate(o%sleep_tolerance_origin)
    end subroutine describe_time
 
    !> &contact.
@@ -286,6 +292,7 @@ contains
                             '0: twice the largest E (vertex: E, preset: 50 E)', unit='force/length', &
                             quantity='contact stiffness (g0)', least=0.0_wp, remark='0: automatic', &
                             in_analysis=.true., see='contact-numbers.md'), o%stiffness, p%normal_stiffness)
+      call table%locate(o%stiffness_origin)
       call table%add_computed('stiffness_length', 'length of joint with this stiffness (0: by the blocks that meet)', &
                               'length', p%stiffness_length)
       call table%add_computed('smooth_step', 'largest step in a surface that a block slides over', 'length', &
