@@ -147,9 +147,10 @@ LANDMARKS: list[tuple[str, list[tuple[str, str]]]] = [
     ("shear strength of a joint", [("shear_strength", "strength = friction")]),
     ("friction coefficient of a joint", [("friction_coefficient", "friction_coefficient = law%friction")]),
     (
-        "a bolt yields",
+        "a bolt that is a spring yields",
         [("bolt_response", "yields = abs(new_force) > strength")],
     ),
+    ("steel of other bolts yields", [("measure_elements", "call law(stiffness(e), yield(e)")]),
     (
         "force of the normal spring: g0 times the overlap",
         [
@@ -165,9 +166,11 @@ LANDMARKS: list[tuple[str, list[tuple[str, str]]]] = [
         [("set_stiffness", "k_n = parameters%normal_stiffness")],
     ),
     ("g0 as the files have it, or 2 E", [("*", "parameters%normal_stiffness = automatic_over_e/springs*e_max")]),
+    ("length of the next step", [("accepted", "self%dt = max(parameters%dt_min, wanted)")]),
     ("g2 cuts a step", [("*", "= cut_for_displacement(")]),
     ("k01 reduces the velocity", [("accept_step", "step%state%velocity = k01*step%state%velocity")]),
     ("the blocks move", [("accept_step", "call move(step")]),
+    ("results of a step are written", [("write_rows", "call self%results%append_history(self%sim%record)")]),
 ]
 
 

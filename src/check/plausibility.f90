@@ -3,7 +3,7 @@
 !>
 !> Each rule gives one warning at most, with the value that was read and the reason. Only materials that blocks and
 !> edges use are checked. The limits allow other units (feet, millimetres), centrifuges and soft rock; they are listed
-!> in docs/file-formats.md.
+!> in docs/notes/checks.md.
 module rockdda_check_plausibility
    use rockdda_base_kinds, only : wp, pi
    use rockdda_base_strings, only : counted, to_string
@@ -382,7 +382,8 @@ contains
          if (holds(i) < 2 .or. .not. any(abs(parameters%block_materials(k)%velocity) > 0)) cycle
          call self%warn('block '//to_string(i)//' is held by '//counted(nint(holds(i)), 'fixed point')// &
                         ', and block material '//to_string(k)//' gives it a velocity: it swings on these and shakes '// &
-                        'what it touches; give it a material of its own', .false.)
+                        'what it touches; give it a material of its own', .false., &
+                        parameters%block_materials(k)%origin)
          return
       end do
    end subroutine check_held_velocity

@@ -183,10 +183,12 @@ contains
          word = word_of(region%material, k)
          m = material_number(word)
          if (m < 1) then
-            call fail("there is no block material '"//word// &
-                      "': without names they are called by their numbers, 1 to "//to_string(n_materials))
+            call messages%add(severity%error, "&region: there is no block material '"//word// &
+                              "': without names they are called by their numbers, 1 to "//to_string(n_materials), &
+                              at_word(region%origin, word))
          else if (m > n_materials) then
-            call fail(unknown_number('block', m, n_materials))
+            call messages%add(severity%error, '&region: '//unknown_number('block', m, n_materials), &
+                              at_word(region%origin, word))
          end if
       end do
 
