@@ -381,8 +381,8 @@ contains
          k = blocks%block_material(i)
          if (holds(i) < 2 .or. .not. any(abs(parameters%block_materials(k)%velocity) > 0)) cycle
          call self%warn('block '//to_string(i)//' is held by '//counted(nint(holds(i)), 'fixed point')// &
-                        ', and block material '//to_string(k)//' gives it a velocity: it swings on these and shakes '// &
-                        'what it touches; give it a material of its own', .false., &
+                        ', and block material '//to_string(k)//' gives it a velocity: it swings on these and '// &
+                        'shakes what it touches; give it a material of its own', .false., &
                         parameters%block_materials(k)%origin)
          return
       end do

@@ -119,8 +119,8 @@ contains
       end associate
    end subroutine close_step
 
-   !> Weight of all blocks but those that are held, which can neither fall nor be thrown: a heavy floor must not hide what
-   !> is given to a light block.
+   !> Weight of all blocks but those that are held, which can neither fall nor be thrown: a heavy floor must not hide
+   !> what is given to a light block.
    pure real(wp) function free_weight(weight, holds) result(total)
       real(wp), intent(in) :: weight(:, :)   !! (2, nb) [force]
       real(wp), intent(in) :: holds(:)       !! (nb) a block with two cannot move

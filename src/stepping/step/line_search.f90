@@ -107,7 +107,8 @@ contains
             exit
          end if
       end do
-      ! a force jumps at the start, such as the cohesion of a joint that opens: by short steps alone the motion stays there
+      ! a force jumps at the start, such as the cohesion of a joint that opens: by short steps alone the motion stays
+      ! there
       self%is_stuck = .not. (self%is_stuck .or. least < at_start)
       if (.not. (self%is_stuck .or. least < at_start)) fraction = 1
       self%reached = least
