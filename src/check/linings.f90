@@ -16,7 +16,7 @@ module rockdda_check_linings
    use rockdda_model_regions, only : has_region, same_name
    use rockdda_interaction_liner_places, only : stretch_type, find_stretches, faces_of_path, segment_outline, &
       opening_side, reach_over_thickness
-   use rockdda_check_material_names, only : check_joint_material
+   use rockdda_check_material_names, only : check_joint_material, stiffens
    use rockdda_check_support_numbers, only : line_type, check_numbers_of_liner, check_same_place
    use rockdda_base_suggest, only : did_you_mean
    implicit none
@@ -83,6 +83,11 @@ contains
             end if
             if (is_given(liner%joint_material)) call check_joint_material('&liner', trim(adjustl( &
                liner%joint_material)), n_joints, [options%joint_materials, options%joint_laws], liner%origin, messages)
+            if (is_given(liner%joint_material)) then
+               if (stiffens(liner%joint_material, [options%joint_materials, options%joint_laws])) &
+                  call fail("the joint of a lining has a constant stiffness, but '"// &
+                            trim(adjustl(liner%joint_material))//"' has maximum_closure", liner%joint_material)
+            end if
             call check_times()
             if (.not. sound(k)) cycle
             if (lower_liner(options%liners, k) == 0) call check_line(k, options, blocks, messages, lines(k)%xy)

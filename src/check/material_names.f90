@@ -5,10 +5,11 @@ module rockdda_check_material_names
    use rockdda_base_strings, only : counted, to_string
    use rockdda_model_analysis_input, only : named_material_type, joint_material_type
    use rockdda_model_material_names, only : number_of_material
+   use rockdda_model_options, only : is_set
    use rockdda_base_suggest, only : did_you_mean
    implicit none
    private
-   public :: no_material, unknown_number, check_joint_material
+   public :: no_material, unknown_number, check_joint_material, stiffens
 
 contains
 
@@ -54,5 +55,17 @@ contains
          call messages%add(severity%error, group//': '//unknown_number('joint', joint, n_joints), at_word(origin, word))
       end if
    end subroutine check_joint_material
+
+   !> Does the normal stiffness of a joint material grow with its closure?
+   pure logical function stiffens(word, materials)
+      character(len=*), intent(in) :: word                    !! number or name
+      type(joint_material_type), intent(in) :: materials(:)   !! groups of the options that may name joint materials
+      integer :: i, joint
+      joint = number_of_material(word, materials)
+      stiffens = .false.
+      do i = 1, size(materials)
+         if (materials(i)%number == joint) stiffens = stiffens .or. is_set(materials(i)%maximum_closure)
+      end do
+   end function stiffens
 
 end module rockdda_check_material_names

@@ -91,7 +91,7 @@ contains
       real(wp), allocatable :: pressure(:, :)   !! of water at time 0
       associate (blocks => context%blocks, parameters => context%parameters)
          call new_contact_laws(parameters%joint_materials, self%contacts%laws, known)
-         if (parameters%by_length) call act_along_length(parameters%penalty_joints(), self%contacts%laws)
+         if (parameters%by_length) call act_along_length(parameters%joint_materials, self%contacts%laws)
          call self%elasticity%init(parameters)
          call self%loads%init(blocks, parameters, context%line_ends, known)
          call self%supports%init(blocks, parameters)

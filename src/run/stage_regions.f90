@@ -5,11 +5,11 @@ module rockdda_run_stage_regions
    use rockdda_base_strings, only : to_string
    use rockdda_model_analysis_input, only : block_material_type, joint_material_type
    use rockdda_model_material_names, only : number_of_material
-   use rockdda_model_options, only : stage_type, change_type, region_type
+   use rockdda_model_options, only : stage_type, change_type, region_type, is_set
    use rockdda_model_regions, only : material_number
    use rockdda_model_stage_options, only : is_given
    use rockdda_run_cells, only : check_names
-   use rockdda_check_material_names, only : no_material, unknown_number, check_joint_material
+   use rockdda_check_material_names, only : no_material, unknown_number, check_joint_material, stiffens
    implicit none
    private
    public :: number_changes, check_stage_regions
@@ -62,13 +62,30 @@ contains
       type(diagnostics_type), intent(inout) :: messages
       integer :: m
       if (is_given(change%region)) call check_names('&change', regions, change%region, change%origin, messages)
-      if (is_given(change%joint_material)) call check_joint_material('&change', change%joint_material, n_joints, &
-                                                                     named_joints, change%origin, messages)
+      if (is_given(change%joint_material)) then
+         call check_joint_material('&change', change%joint_material, n_joints, named_joints, change%origin, messages)
+         if (is_set(change%joint%maximum_closure)) then
+            call fail('maximum_closure cannot change with a stage', 'maximum_closure')
+         else if (is_set(change%joint%normal_stiffness) .and. stiffens(change%joint_material, named_joints)) then
+            call fail('the normal_stiffness of a joint with maximum_closure cannot change with a stage', &
+                      'normal_stiffness')
+         end if
+      end if
       if (.not. is_given(change%block_material)) return
       ! `number_changes` has put a number there
       m = material_number(trim(adjustl(change%block_material)))
       if (m > n_materials) call messages%add(severity%error, '&change: '//unknown_number('block', m, n_materials), &
                                              at_word(change%origin, change%block_material))
+
+   contains
+
+      !> An error about the change.
+      subroutine fail(text, word)
+         character(len=*), intent(in) :: text
+         character(len=*), intent(in) :: word     !! which is wrong
+         call messages%add(severity%error, '&change: '//text, at_word(change%origin, word))
+      end subroutine fail
+
    end subroutine check_change
 
 end module rockdda_run_stage_regions

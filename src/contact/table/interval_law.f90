@@ -26,18 +26,35 @@
 !>
 !> It is convex too, has the energy and the forces of above where q = 0, and is homogeneous of degree 2 in the gaps, so
 !> that F = - k L H g with H its second derivatives.
+!>
+!> A law that is curved (rockdda_contact_normal_law) is integrated over the closed part by Gauss's rule, on pieces on
+!> which its tangent changes by a factor of 2 at most: to rounding. Then
+!>
+!>     F = k L (P - H g),   H the second derivatives,
+!>
+!> P what a force is more than that of springs of the stiffness k L H without stress at the gap 0.
 module rockdda_contact_interval_law
    use rockdda_base_kinds, only : wp
+   use rockdda_contact_normal_law, only : normal_law_type, place_type
    implicit none
    private
    public :: first_place, second_place, n_points, at_end, end_gaps, at_point, closed_part_type, find_closed_part, &
-      cut_bond, part_forces, depth_of_energy
+      cut_bond, part_forces, part_energies, depth_of_energy, press_points
 
    !> Rows of an interval in the contact table.
    integer, parameter :: n_points = 2
    !> Places of the two points; over the share that both are apart.
    real(wp), parameter :: apart = 0.577350269189625764509_wp
    real(wp), parameter :: first_place = 0.5_wp*(1 - apart), second_place = 0.5_wp*(1 + apart)
+   !> Gauss's rule of 8 points on 0 ... 1.
+   real(wp), parameter :: half_gauss(4) = [0.183434642495649805_wp, 0.525532409916328986_wp, 0.796666477413626740_wp, &
+                                           0.960289856497536232_wp]
+   real(wp), parameter :: half_weight(4) = [0.362683783378361983_wp, 0.313706645877887287_wp, 0.222381034453374471_wp, &
+                                            0.101228536290376259_wp]
+   real(wp), parameter :: gauss_place(8) = 0.5_wp*[1 - half_gauss, 1 + half_gauss]
+   real(wp), parameter :: gauss_weight(8) = 0.5_wp*[half_weight, half_weight]
+   !> Rounds of Newton's method at most; far from the solution each halves the distance.
+   integer, parameter :: most_rounds = 100
 
    !> The closed part of an interval.
    type :: closed_part_type
@@ -46,6 +63,8 @@ module rockdda_contact_interval_law
       real(wp) :: bears = 0       !! share on which a linear stress has its resultant
       real(wp) :: own(2) = 0      !! H_11, H_22
       real(wp) :: cross = 0       !! H_12
+      real(wp) :: push(2) = 0     !! P [length]
+      real(wp) :: surplus = 0     !! energy beyond half of the forces times the closures [length^2]
    end type closed_part_type
 
 contains
@@ -71,11 +90,11 @@ contains
    end function at_point
 
    !> The closed part for gaps at the two points. A bond is sound from bond(1) to bond(2), nowhere when these are not in
-   !> this order. `penalty`: what is closed on a part, without a bond, presses the edge of the block (`press_edge`).
-   pure subroutine find_closed_part(gap, bond, penalty, part)
+   !> this order. With a penalty what is closed on a part, without a bond, presses the edge of the block (`press_edge`).
+   pure subroutine find_closed_part(gap, bond, law, part)
       real(wp), intent(in) :: gap(2)        !! [length]
       real(wp), intent(in) :: bond(2)       !! shares of the interval
-      logical, intent(in) :: penalty
+      type(normal_law_type), intent(in) :: law
       type(closed_part_type), intent(out) :: part
       real(wp) :: ends(2), closed(2), zero
       ends = end_gaps(gap)
@@ -88,7 +107,7 @@ contains
       end if
       if (.not. bond(2) > bond(1)) then
          call add_stretch(closed, part)
-         if (penalty .and. any(ends < 0) .and. any(ends > 0)) call press_edge(ends, part)
+         if (law%penalty .and. any(ends < 0) .and. any(ends > 0)) call press_edge(ends, part)
       else if (.not. closed(2) > closed(1)) then
          call add_stretch(bond, part)
       else if (bond(1) > closed(2) .or. closed(1) > bond(2)) then
@@ -97,7 +116,35 @@ contains
       else
          call add_stretch([min(closed(1), bond(1)), max(closed(2), bond(2))], part)
       end if
+      if (law%is_curved() .and. closed(2) > closed(1)) call bend(closed, ends, law, part)
    end subroutine find_closed_part
+
+   !> Put a curved law in place of the linear one on the closed stretch.
+   pure subroutine bend(closed, ends, law, part)
+      real(wp), intent(in) :: closed(2)     !! shares of the interval
+      real(wp), intent(in) :: ends(2)       !! gaps at both ends [length]
+      type(normal_law_type), intent(in) :: law
+      type(closed_part_type), intent(inout) :: part
+      type(place_type) :: place
+      real(wp) :: n(2), s, gap, weight, more
+      real(wp), allocatable :: cuts(:)
+      integer :: i, k
+      allocate (cuts, source=law%cuts(ends(1) + closed*(ends(2) - ends(1))))
+      do k = 1, size(cuts) - 1
+         do i = 1, size(gauss_place)
+            s = closed(1) + (closed(2) - closed(1))*(cuts(k) + gauss_place(i)*(cuts(k + 1) - cuts(k)))
+            weight = gauss_weight(i)*(closed(2) - closed(1))*(cuts(k + 1) - cuts(k))
+            gap = min(0.0_wp, ends(1) + s*(ends(2) - ends(1)))
+            place = law%at(gap)
+            n = [second_place - s, s - first_place]/apart
+            more = place%tangent - 1
+            part%own = part%own + weight*more*n**2
+            part%cross = part%cross + weight*more*n(1)*n(2)
+            part%push = part%push + weight*(place%stress + place%tangent*gap)*n
+            part%surplus = part%surplus + weight*(place%energy + 0.5_wp*place%stress*gap)
+         end do
+      end do
+   end subroutine bend
 
    !> Second derivatives of the energy of a penalty, with one end closed by p and the other one open by q. A linear
    !> stress with the same resultant bears on three times its distance from the end.
@@ -141,22 +188,54 @@ contains
       real(wp), intent(in) :: gap(2)        !! [length]
       real(wp) :: force(2)
       force = -stiffness*[part%own(1)*gap(1) + part%cross*gap(2), part%cross*gap(1) + part%own(2)*gap(2)]
+      if (any(abs(part%push) > 0)) force = force + stiffness*part%push
    end function part_forces
 
+   !> Energy, of which each point has a part.
+   pure function part_energies(part, stiffness, gap) result(energy)
+      type(closed_part_type), intent(in) :: part
+      real(wp), intent(in) :: stiffness     !! of the whole interval, k L [force/length]
+      real(wp), intent(in) :: gap(2)        !! [length]
+      real(wp) :: energy(2)
+      energy = -0.5_wp*part_forces(part, stiffness, gap)*gap + 0.5_wp*stiffness*part%surplus
+   end function part_energies
+
+   !> Gaps at both points at which an interval that is closed on all its length carries forces there: by Newton's method,
+   !> from those of each force alone.
+   pure function press_points(law, stiffness, force) result(gap)
+      type(normal_law_type), intent(in) :: law
+      real(wp), intent(in) :: stiffness     !! of the whole interval, k L [force/length]
+      real(wp), intent(in) :: force(2)      !! compression positive
+      real(wp) :: gap(2), missing(2)
+      type(closed_part_type) :: part
+      integer :: round
+      gap = -force/law%secant(0.5_wp*stiffness, force)
+      if (.not. law%is_curved()) return
+      do round = 1, most_rounds
+         call find_closed_part(gap, [0.0_wp, 0.0_wp], law, part)
+         missing = force - part_forces(part, stiffness, gap)
+         if (.not. maxval(abs(missing)) > 4*epsilon(1.0_wp)*maxval(abs(force))) return
+         gap = gap - [part%own(2)*missing(1) - part%cross*missing(2), part%own(1)*missing(2) - part%cross*missing(1)]/ &
+               (stiffness*(part%own(1)*part%own(2) - part%cross**2))
+      end do
+   end function press_points
+
    !> How far an interval is to be pressed together, without turning, to have an energy. Without energy it is 0.
-   pure real(wp) function depth_of_energy(gap, stiffness, penalty, energy) result(depth)
+   pure real(wp) function depth_of_energy(gap, stiffness, law, energy) result(depth)
       real(wp), intent(in) :: gap(2)        !! [length]
       real(wp), intent(in) :: stiffness     !! of the whole interval, k L [force/length]
-      logical, intent(in) :: penalty        !! as `find_closed_part`
+      type(normal_law_type), intent(in) :: law
       real(wp), intent(in) :: energy        !! >= 0
-      real(wp) :: ends(2), tilt, short
+      real(wp) :: ends(2), tilt, short, more
+      type(closed_part_type) :: part
+      integer :: round
       ends = end_gaps(gap)
       depth = 0
       if (.not. (energy > 0 .and. stiffness > 0)) return
       ! closed on a part from one end, where p is the depth of that end
       tilt = maxval(ends) - minval(ends)
       depth = minval(ends)
-      if (penalty .and. tilt > 0) then
+      if (law%penalty .and. tilt > 0) then
          ! k L p^2 tilt/(6 (2 tilt - p))
          short = 6*energy/(stiffness*tilt)
          depth = depth + 4*short*tilt/(hypot(short, sqrt(8*short*tilt)) + short)
@@ -164,9 +243,17 @@ contains
          ! k L p^3/(6 tilt)
          depth = depth + (6*tilt*energy/stiffness)**(1.0_wp/3)
       end if
-      if (depth - minval(ends) < tilt) return
       ! on all of it: k L/4 times the squares of the depths of both points
-      depth = 0.5_wp*sum(gap) + sqrt(max(0.0_wp, 2*energy/stiffness - 0.25_wp*(gap(1) - gap(2))**2))
+      if (.not. depth - minval(ends) < tilt) &
+         depth = 0.5_wp*sum(gap) + sqrt(max(0.0_wp, 2*energy/stiffness - 0.25_wp*(gap(1) - gap(2))**2))
+      if (.not. law%is_curved()) return
+      ! a stiffer law is less deep, and its energy convex: Newton's method comes down to it
+      do round = 1, most_rounds
+         call find_closed_part(gap - depth, [0.0_wp, 0.0_wp], law, part)
+         more = sum(part_energies(part, stiffness, gap - depth)) - energy
+         if (.not. more > 4*epsilon(1.0_wp)*energy) return
+         depth = depth - more/sum(part_forces(part, stiffness, gap - depth))
+      end do
    end function depth_of_energy
 
    !> Take from a bond what is stretched beyond its strength.

@@ -2,6 +2,7 @@
 !> Distances and angles within which contacts are searched for, and which contacts they are.
 module rockdda_contact_search_limits
    use rockdda_base_kinds, only : wp
+   use rockdda_contact_normal_law, only : normal_law_type
    implicit none
    private
    public :: search_limits_type, placing_share
@@ -23,25 +24,26 @@ module rockdda_contact_search_limits
       logical, allocatable :: is_born(:)    !! (blocks) contacts begin as at the start; or none
       real(wp) :: touch = 0                 !! gap up to which they touch, at most [length]
       logical, allocatable :: bears_tension(:)   !! (joints) their bonds do
-      logical, allocatable :: penalty(:)         !! (joints) `penalty_joints` of the parameters; not allocated: none
+      type(normal_law_type), allocatable :: normal(:)   !! (joints) laws along the normal; not allocated: all linear
       integer, allocatable :: edge_joint(:) !! (nv) joint material of each edge; not allocated: no bond bears tension
       real(wp) :: radius = 0.01_wp !! of rounded corners, share of the shortest edge
       real(wp) :: smooth = 0       !! steps of a surface up to this count as plane [length]
       real(wp), allocatable :: sunk(:)      !! (blocks) the same, for what touches a block; or none [length]
    contains
-      procedure :: has_penalty
+      procedure :: law_of
       procedure :: facing_sine
    end type search_limits_type
 
 contains
 
-   !> Is the stiffness of a joint material a penalty, no property of the joint?
-   pure logical function has_penalty(self, joint)
+   !> Law of a joint material along the normal. What a bond holds presses no edge.
+   pure type(normal_law_type) function law_of(self, joint, bonded) result(law)
       class(search_limits_type), intent(in) :: self
       integer, intent(in) :: joint
-      has_penalty = .false.
-      if (allocated(self%penalty)) has_penalty = self%penalty(joint)
-   end function has_penalty
+      logical, intent(in), optional :: bonded   !! absent: no
+      if (allocated(self%normal)) law = self%normal(joint)
+      if (present(bonded)) law%penalty = law%penalty .and. .not. bonded
+   end function law_of
 
    !> Sine of the widest angle that edges have which face each other.
    pure real(wp) function facing_sine(self)

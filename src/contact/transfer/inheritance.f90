@@ -144,7 +144,7 @@ contains
             ! what touches at the start is in contact; the first solve tells what stays so
             if (touches .and. table%partner(k) == 0) table%state(k) = contact_state%locked
             if ((limits%by_length .or. limits%corrected) .and. .not. is_of_interval(table, k)) &
-               call begin_row(previous, work%pressed, facing_edge(table, k, topology, outlines, limits), k, table)
+               call begin_row(previous, work%pressed, facing_edge(table, k, topology, outlines, limits), limits, k, table)
          end if
          table%distance(k) = table%gap(k)
          table%gap(k) = table%gap(k) - table%offset(k)
@@ -344,7 +344,7 @@ pure subroutine follow_intervals(first, last, n, station, source, state, tied, b
             call stand_for_interval(previous, row, k, depth, table)
             if (table%state(k) == contact_state%open) return
          else
-            depth = max(0.0_wp, depth_of(previous, row))
+            depth = max(0.0_wp, depth_of(previous, limits, row))
          end if
          table%offset(k) = min(max(0.0_wp, previous%offset(row)), table%gap(k) + depth)
       else
@@ -352,7 +352,7 @@ pure subroutine follow_intervals(first, last, n, station, source, state, tied, b
          if (.not. (limits%by_length .and. is_closed) .or. table%bonded(k)) return
          if (table%station(k) /= 0 .and. table%station(k) /= corner_station) return
          ! the normal between two corners has turned, or passed to another edge: the spring is compressed as it was
-         depth = max(0.0_wp, depth_of(previous, row))
+         depth = max(0.0_wp, depth_of(previous, limits, row))
          if (table%gap(k) - table%offset(k) < -most_deeper*depth) table%offset(k) = table%gap(k) + depth
       end if
    end subroutine keep_energy
@@ -395,8 +395,8 @@ pure subroutine follow_intervals(first, last, n, station, source, state, tied, b
          if (previous%state(c) == contact_state%open) cycle
          f = facing_edge(previous, c, topology, outlines, limits)
          if (f == 0) cycle
-         if (pressed(f) >= 0) call keep_deeper(previous, c, pressed(f))
-         if (pressed(previous%edge(c)) >= 0) call keep_deeper(previous, c, pressed(previous%edge(c)))
+         if (pressed(f) >= 0) call keep_deeper(previous, limits, c, pressed(f))
+         if (pressed(previous%edge(c)) >= 0) call keep_deeper(previous, limits, c, pressed(previous%edge(c)))
       end do
    end subroutine find_pressed
 
@@ -422,10 +422,11 @@ pure subroutine follow_intervals(first, last, n, station, source, state, tied, b
    !> A row without a predecessor. Behind the edge it is as deep as the springs beside it on the same edges compressed
    !> like them, the rest of its depth is free of force. Where these springs are free of force at a gap, by the initial
    !> stress, that is its gap too.
-   pure subroutine begin_row(previous, pressed, f, k, table)
+   pure subroutine begin_row(previous, pressed, f, limits, k, table)
       type(contact_table_type), intent(in) :: previous
       integer, intent(in) :: pressed(:)
       integer, intent(in) :: f             !! edge that lies against that of the row, 0 none
+      type(search_limits_type), intent(in) :: limits
       integer, intent(in) :: k
       type(contact_table_type), intent(inout) :: table
       real(wp) :: depth, free
@@ -436,12 +437,12 @@ pure subroutine follow_intervals(first, last, n, station, source, state, tied, b
       if (row == 0) then
          row = pressed(table%edge(k))
       else if (pressed(table%edge(k)) > 0) then
-         if (depth_of(previous, pressed(table%edge(k))) > depth_of(previous, row)) row = pressed(table%edge(k))
+         if (depth_of(previous, limits, pressed(table%edge(k))) > depth_of(previous, limits, row)) row = pressed(table%edge(k))
       end if
       if (row == 0) return
       free = max(0.0_wp, previous%offset(row))
       if (table%gap(k) >= free) return
-      depth = max(0.0_wp, depth_of(previous, row))
+      depth = max(0.0_wp, depth_of(previous, limits, row))
       table%offset(k) = min(free, table%gap(k) + depth)
       table%state(k) = previous%state(row)
       table%shear(k) = previous%shear(row)

@@ -4,6 +4,7 @@
 module rockdda_contact_interval_history
    use rockdda_base_kinds, only : wp
    use rockdda_contact_interval_law, only : at_end, end_gaps, depth_of_energy
+   use rockdda_contact_normal_law, only : normal_law_type
    use rockdda_contact_search_limits, only : search_limits_type
    use rockdda_contact_table, only : contact_table_type, contact_state
    implicit none
@@ -73,19 +74,19 @@ contains
          if (any(table%state(k:k + 1) /= contact_state%open)) table%state(k:k + 1) = contact_state%locked
          table%gap(k:k + 1) = table%distance(k:k + 1) - table%offset(k:k + 1)
          if (any(source(k:k + 1) < 0)) then
-            call stand_for_corners(previous, -source(k:k + 1), limits%has_penalty(table%joint(k)), k, table)
+            call stand_for_corners(previous, -source(k:k + 1), limits%law_of(table%joint(k)), k, table)
          else
-            call press_like_others(previous, pressed, k, table)
+            call press_like_others(previous, pressed, limits, k, table)
          end if
       end do
    end subroutine begin_intervals
 
    !> An interval that is as close as the corners at its ends were. It is pressed together until it has the energy of
    !> their normal springs, and carries their shear forces.
-   pure subroutine stand_for_corners(previous, rows, penalty, k, table)
+   pure subroutine stand_for_corners(previous, rows, law, k, table)
       type(contact_table_type), intent(in) :: previous
       integer, intent(in) :: rows(2)         !! of corners at the low and the high end, 0 none
-      logical, intent(in) :: penalty         !! the stiffness is none of the joint
+      type(normal_law_type), intent(in) :: law
       integer, intent(in) :: k
       type(contact_table_type), intent(inout) :: table
       real(wp) :: energy, shear, stiffness(2), free
@@ -109,7 +110,7 @@ contains
       table%k_n(k:k + 1) = stiffness(1)*table%length(k:k + 1)
       table%k_s(k:k + 1) = stiffness(2)*table%length(k:k + 1)
       table%offset(k:k + 1) = table%offset(k) + &
-                              depth_of_energy(table%gap(k:k + 1), sum(table%k_n(k:k + 1)), penalty, energy)
+                              depth_of_energy(table%gap(k:k + 1), sum(table%k_n(k:k + 1)), law, energy)
       table%offset(k:k + 1) = min(free, table%offset(k))
       table%gap(k:k + 1) = table%distance(k:k + 1) - table%offset(k:k + 1)
       table%shear(k:k + 1) = 0.5_wp*shear/table%k_s(k:k + 1)
@@ -118,9 +119,10 @@ contains
 
    !> A new interval is as deep in the other block as the springs beside it on the same edges are compressed, the rest
    !> of its depth is free of force. Where these are free of force at a gap, by the initial stress, that is its gap too.
-   pure subroutine press_like_others(previous, pressed, k, table)
+   pure subroutine press_like_others(previous, pressed, limits, k, table)
       type(contact_table_type), intent(in) :: previous
       integer, intent(in) :: pressed(:)
+      type(search_limits_type), intent(in) :: limits
       integer, intent(in) :: k
       type(contact_table_type), intent(inout) :: table
       real(wp) :: free, lowest
@@ -129,13 +131,13 @@ contains
       if (row == 0) then
          row = max(pressed(table%edge(k)), 0)
       else if (pressed(table%edge(k)) > 0) then
-         call keep_deeper(previous, pressed(table%edge(k)), row)
+         call keep_deeper(previous, limits, pressed(table%edge(k)), row)
       end if
       if (row == 0) return
       free = max(0.0_wp, previous%offset(row))
       lowest = minval(end_gaps(table%distance(k:k + 1)))
       if (lowest >= free) return
-      table%offset(k:k + 1) = min(free, lowest + max(0.0_wp, depth_of(previous, row)))
+      table%offset(k:k + 1) = min(free, lowest + max(0.0_wp, depth_of(previous, limits, row)))
       table%gap(k:k + 1) = table%distance(k:k + 1) - table%offset(k:k + 1)
       table%state(k:k + 1) = previous%state(row)
       table%shear(k:k + 1) = previous%shear(row)
@@ -145,21 +147,25 @@ contains
    end subroutine press_like_others
 
    !> Row c instead of a row that is compressed less.
-   pure subroutine keep_deeper(table, c, row)
+   pure subroutine keep_deeper(table, limits, c, row)
       type(contact_table_type), intent(in) :: table
+      type(search_limits_type), intent(in) :: limits
       integer, intent(in) :: c
       integer, intent(inout) :: row
       if (row > 0) then
-         if (depth_of(table, row) >= depth_of(table, c)) return
+         if (depth_of(table, limits, row) >= depth_of(table, limits, c)) return
       end if
       row = c
    end subroutine keep_deeper
 
    !> Compression of the normal spring of a row at the end of its step.
-   pure real(wp) function depth_of(table, row)
+   pure real(wp) function depth_of(table, limits, row)
       type(contact_table_type), intent(in) :: table
+      type(search_limits_type), intent(in) :: limits
       integer, intent(in) :: row
-      depth_of = table%normal_force(row)/table%k_n(row)
+      type(normal_law_type) :: law
+      law = limits%law_of(table%joint(row))
+      depth_of = table%normal_force(row)/law%secant(table%k_n(row), table%normal_force(row))
    end function depth_of
 
 end module rockdda_contact_interval_history

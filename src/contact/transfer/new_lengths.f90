@@ -4,7 +4,8 @@ module rockdda_contact_new_lengths
    use rockdda_base_first_use, only : take_pages
    use rockdda_base_kinds, only : wp, i1, l1
    use rockdda_base_parallel, only : parallel_contacts, piece, n_pieces, n_ranges, range_of
-   use rockdda_contact_interval_law, only : closed_part_type, depth_of_energy, end_gaps, find_closed_part, part_forces
+   use rockdda_contact_interval_law, only : closed_part_type, depth_of_energy, end_gaps, find_closed_part, part_energies
+   use rockdda_contact_normal_law, only : normal_law_type
    use rockdda_contact_search_limits, only : search_limits_type
    use rockdda_contact_table, only : contact_table_type, contact_state, cut_no_interval, is_of_interval
    implicit none
@@ -138,18 +139,18 @@ contains
          if (length_before(k) > 0) more = length(k)/length_before(k)
          energy(1, k) = 0.5_wp*(energy_before(r) + energy_before(r + 1))
          energy(2, k) = 0.5_wp*interval_energy(gap(r:r + 1), shear(r:r + 1), more*k_n(k), more*k_s(k), &
-                                              limits%has_penalty(joint(k)) .and. .not. bonded(k))
+                                              limits%law_of(joint(k), logical(bonded(k))))
       end do
    end subroutine compare_energies
 
    !> Energy of the springs of an interval that is not bonded.
-   pure real(wp) function interval_energy(gap, shear, k_n, k_s, penalty) result(energy)
+   pure real(wp) function interval_energy(gap, shear, k_n, k_s, law) result(energy)
       real(wp), intent(in) :: gap(2), shear(2)   !! [length]
       real(wp), intent(in) :: k_n, k_s           !! of one of the rows [force/length]
-      logical, intent(in) :: penalty             !! they are none of the joint
+      type(normal_law_type), intent(in) :: law
       type(closed_part_type) :: part
-      call find_closed_part(gap, [0.0_wp, 0.0_wp], penalty, part)
-      energy = 0.5_wp*(k_s*sum(shear**2) - dot_product(gap, part_forces(part, 2*k_n, gap)))
+      call find_closed_part(gap, [0.0_wp, 0.0_wp], law, part)
+      energy = 0.5_wp*k_s*sum(shear**2) + sum(part_energies(part, 2*k_n, gap))
    end function interval_energy
 
    !> Of some of the edges: the length that bears before and now, the energy that springs have gained and lost since the
@@ -231,7 +232,8 @@ contains
       real(wp), intent(inout) :: gap(n), offset(n), shear(n)
       real(wp) :: growth, rise, share, shift, covered
       integer :: k, f, e
-      logical :: grows, rises, penalty
+      logical :: grows, rises
+      type(normal_law_type) :: law
       do k = first, last
          if (station(k) /= 1 .or. .not. energy(1, k) >= 0) cycle
          f = vertex(k)
@@ -253,9 +255,9 @@ contains
             share = min(share, sqrt((energy(1, k) + rise*covered)/energy(2, k)))
          end if
          if (share >= 1) cycle
-         penalty = limits%has_penalty(joint(k)) .and. .not. bonded(k)
-         shift = depth_of_energy(gap(k:k + 1), 1.0_wp, penalty, &
-                                 share**2*interval_energy(gap(k:k + 1), [0.0_wp, 0.0_wp], 0.5_wp, 0.0_wp, penalty))
+         law = limits%law_of(joint(k), logical(bonded(k)))
+         shift = depth_of_energy(gap(k:k + 1), 1.0_wp, law, &
+                                 share**2*interval_energy(gap(k:k + 1), [0.0_wp, 0.0_wp], 0.5_wp, 0.0_wp, law))
          offset(k:k + 1) = offset(k:k + 1) + shift
          gap(k:k + 1) = gap(k:k + 1) - shift
          shear(k:k + 1) = shear(k:k + 1)*share
@@ -290,8 +292,8 @@ contains
       else
          share = table%length(k)/previous%length(like)
          e(2) = 0.5_wp*interval_energy(table%gap(r:r + 1), table%shear(r:r + 1), share*previous%k_n(like), &
-                                       share*previous%k_s(like), limits%has_penalty(table%joint(k)) .and. &
-                                          .not. table%bonded(k))
+                                       share*previous%k_s(like), &
+                                       limits%law_of(table%joint(k), logical(table%bonded(k))))
       end if
    end function energies
 

@@ -113,7 +113,7 @@ contains
       type(contact_law_type), intent(in) :: laws(:)      !! per joint material
       type(contact_table_type), intent(in) :: table
       real(wp), allocatable :: drag(:, :)
-      real(wp) :: springs(2), dashpots(2), across(2), length
+      real(wp) :: springs(2), dashpots(2), across(2), length, k_n
       integer :: c, l
       if (self%has_joints .or. size(self%group) == 0 .or. .not. context%state%quiet) return
       self%has_joints = .true.
@@ -128,8 +128,8 @@ contains
             if (.not. (all([table%block_a(c), table%block_b(c)] == self%block(l - 1:l)) .or. &
                        all([table%block_b(c), table%block_a(c)] == self%block(l - 1:l)))) cycle
             across = table%normal(:, c)**2               ! the tangent has the same, the other way round
-            springs = springs + [table%k_n(c)*across(1) + table%k_s(c)*across(2), &
-                                 table%k_n(c)*across(2) + table%k_s(c)*across(1)]
+            k_n = laws(table%joint(c))%normal%tangent(table%k_n(c), table%normal_force(c))
+            springs = springs + [k_n*across(1) + table%k_s(c)*across(2), k_n*across(2) + table%k_s(c)*across(1)]
             dashpots = dashpots + [drag(1, c)*across(1) + drag(2, c)*across(2), &
                                    drag(1, c)*across(2) + drag(2, c)*across(1)]
             length = length + table%length(c)*abs(table%normal(2, c))

@@ -79,7 +79,7 @@ contains
       real(wp) :: lowest(widest_piece), at_start(widest_piece), widest(widest_piece), mean(widest_piece)
       real(wp) :: s0, x1, s1, half, start, before, carried, friction, dissipated, discarded, geometry, stored, worst(4)
       real(wp) :: gained, level, where_acts, moved, opens
-      real(wp) :: used(2), forces(2, 2)
+      real(wp) :: used(2), forces(2, 2), stored_before(2)
       integer :: c, first, k, last, r
       logical :: was_held, dilates, is_interval
       carried = 0
@@ -109,14 +109,14 @@ contains
             ! locked and closed on all its length, at the start, in the solve and at the end: two springs like any others
             k = c - first + 1
             if (trial%state_used(c) == contact_state%locked .and. was_closed .and. at_start(k) <= 0 .and. &
-                widest(k) <= 0 .and. .not. (trial%partly_used(c) .or. dilates .or. allocated(trial%extra))) &
-               is_interval = .false.
+                widest(k) <= 0 .and. .not. (trial%partly_used(c) .or. dilates .or. allocated(trial%extra) .or. &
+                                            laws(table%joint(c))%normal%is_curved())) is_interval = .false.
             if (was_closed) before = spring_energy(kn, ks, merge(x0, 0.0_wp, was_held), s0)
             if (is_interval .and. (was_closed .or. trial%state_used(c) /= contact_state%open)) then
                ! forces of its springs at the start, and where they act in the step
                r = c + 1 - table%station(c)
-               forces = interval_forces(trial, laws(table%joint(c)), table, r)
-               if (was_closed) before = -0.5_wp*forces(table%station(c), 1)*x0 + 0.5_wp*ks*s0**2
+               call interval_forces(trial, laws(table%joint(c)), table, r, forces, stored_before)
+               if (was_closed) before = stored_before(table%station(c)) + 0.5_wp*ks*s0**2
             end if
             carried = carried + start
             geometry = geometry + (before - start)
@@ -298,13 +298,13 @@ contains
       call trial%find_ends(table, first, last, ends)
       do c = first, last
          if (table%station(c) /= 1 .or. trial%state_used(c) == contact_state%open .or. table%tied(c)) cycle
-         if (all(end_gaps(trial%gap(c:c + 1)) <= 0)) cycle
+         if (all(end_gaps(trial%gap(c:c + 1)) <= 0) .and. .not. laws(table%joint(c))%normal%is_curved()) cycle
          bond = trial%bond(c:c + 1)
          call respond(laws(table%joint(c)), table, c, trial%both_bonded(c), trial%gap(c:c + 1), 0.0_wp, bond, interval)
          do i = 1, 2
             k = c + i - first
             ends(k)%normal_force = interval%force(i)
-            ends(k)%energy = 0.5_wp*(table%k_s(c + i - 1)*ends(k)%shear**2 - interval%force(i)*trial%gap(c + i - 1))
+            ends(k)%energy = 0.5_wp*table%k_s(c + i - 1)*ends(k)%shear**2 + interval%energy(i)
          end do
       end do
    end subroutine find_ends

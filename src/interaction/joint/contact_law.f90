@@ -26,6 +26,7 @@ module rockdda_interaction_contact_law
    use rockdda_base_kinds, only : wp, pi
    use rockdda_base_diagnostics, only : diagnostics_type, severity
    use rockdda_base_strings, only : to_string
+   use rockdda_contact_normal_law, only : normal_law_type, new_normal_law
    use rockdda_model_analysis_input, only : joint_material_type
    use rockdda_model_options, only : is_set
    implicit none
@@ -66,7 +67,7 @@ module rockdda_interaction_contact_law
       real(wp) :: restitution = -1      !! in [0, 1]; < 0: no law of impact
       real(wp) :: reduction = 1         !! by which friction has been divided
       logical :: brittle = .true.       !! slip breaks the bond
-      logical :: penalty = .false.      !! the stiffness is none of the joint: `parameters%penalty_joints`
+      type(normal_law_type) :: normal   !! along the normal
    end type contact_law_type
 
 contains
@@ -96,6 +97,7 @@ contains
          call set_law(materials(i), laws(i), fault)
          if (len(fault) == 0) fault = unused_parameter(materials(i), laws(i)%law)
          if (len(fault) == 0) call set_dilation(materials(i), laws(i), fault)
+         if (len(fault) == 0) fault = closure_fault(materials(i))
          if (materials(i)%damping_ratio < 0) fault = 'the damping ratio must not be negative'
          if (.not. all(materials(i)%reduction > 0)) fault = 'the reduction of the strength must be positive'
          if (len(fault) == 0) call reduce_strength(materials(i)%reduction, laws(i))
@@ -111,10 +113,10 @@ contains
    !>
    !> of critical damping, e = 0: critical. Without it blocks that no impact may throw back would bounce on their
    !> springs.
-   elemental subroutine act_along_length(penalty, law)
-      logical, intent(in) :: penalty          !! the stiffness is none of the joint
+   elemental subroutine act_along_length(material, law)
+      type(joint_material_type), intent(in) :: material
       type(contact_law_type), intent(inout) :: law
-      law%penalty = penalty
+      law%normal = new_normal_law(material, .true.)
       if (law%restitution < 0 .or. law%damping_ratio > 0) return
       law%damping_ratio = 1
       if (law%restitution > 0) law%damping_ratio = -log(law%restitution)/hypot(pi, log(law%restitution))
@@ -284,6 +286,17 @@ contains
 
    end function unused_parameter
 
+   !> What cannot be with a largest closure; empty: nothing.
+   pure function closure_fault(material) result(fault)
+      type(joint_material_type), intent(in) :: material
+      character(len=:), allocatable :: fault
+      fault = ''
+      if (.not. is_set(material%maximum_closure)) return
+      if (.not. material%normal_stiffness > 0) fault = 'maximum_closure needs normal_stiffness, that without stress'
+      if (material%tie) fault = 'a tie has no closure: maximum_closure and tie = .true. exclude each other'
+      if (is_set(material%restitution)) fault = 'maximum_closure and restitution exclude each other'
+   end function closure_fault
+
    !> Dilation. Above the lowest friction angle the joint would give more work than it takes.
    pure subroutine set_dilation(material, law, fault)
       type(joint_material_type), intent(in) :: material
@@ -380,7 +393,7 @@ contains
       opened = 0
       ! none: a row that is new there
       if (.not. (law%dilation > 0 .and. k_n > 0 .and. normal_force > 0)) return
-      opened = -normal_force/k_n - gap
+      opened = -normal_force/law%normal%secant(k_n, normal_force) - gap
       opened = max(-dilated_gap(law, slip), min(dilated_gap(law, slip), opened))
    end function opened_last
 

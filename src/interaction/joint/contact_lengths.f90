@@ -289,6 +289,7 @@ contains
                                                           maxval(abs(context%state%centroid(:, a))), &
                                                           maxval(abs(context%state%centroid(:, b))))) off = 0
          force = table%k_n(c)*abs(off(1))
+         if (trial%joint(c)%partly .and. abs(trial%push(c)) > 0) force = trial%own(c)*abs(off(1))
          if (state_of(c) == contact_state%locked) force = max(force, table%k_s(c)*abs(off(2)))
          scale = max(table%k_n(c)*abs(trial%gap(c)), &
                      min(equations%block_force(a), equations%block_force(b)))

@@ -38,7 +38,7 @@ contains
       !$omp parallel do default(none) shared(context, laws, stiffness, holds, keep_force, table, dilates) private(p) &
       !$omp schedule(static) if (table%n > parallel_contacts)
       do p = 1, n_pieces(table%n)
-         call set_some_springs((p - 1)*piece + 1, min(p*piece, table%n), context, stiffness, holds, &
+         call set_some_springs((p - 1)*piece + 1, min(p*piece, table%n), context, laws, stiffness, holds, &
                                keep_force, table)
          ! from here on the gap is that of the springs: what dilation has opened carries no stress
          if (dilates) call take_off_dilation((p - 1)*piece + 1, min(p*piece, table%n), laws, table)
@@ -47,9 +47,10 @@ contains
    end subroutine start_contacts
 
    !> Stiffness of some of the rows.
-   pure subroutine set_some_springs(first, last, context, stiffness, holds, keep_force, table)
+   pure subroutine set_some_springs(first, last, context, laws, stiffness, holds, keep_force, table)
       integer, intent(in) :: first, last
       type(step_context_type), intent(in) :: context
+      type(contact_law_type), intent(in) :: laws(:)      !! per joint material
       type(joint_stiffness_type), intent(in) :: stiffness
       real(wp), intent(in) :: holds(:)             !! (nb) a block with two cannot move
       logical, intent(in) :: keep_force
@@ -67,7 +68,9 @@ contains
             if (.not. k(1) > 0) k = stiffness%of_pair(table%joint(c), table%block_a(c), table%block_b(c))
             table%k_n(c) = k(1)*length
             table%k_s(c) = k(2)*length
-            if (keep_force .and. by_length .and. old(1) > 0) call keep_forces(old, table, c)
+            ! a law that is not linear has its stiffness for good
+            if (keep_force .and. by_length .and. old(1) > 0 .and. .not. laws(table%joint(c))%normal%is_curved()) &
+               call keep_forces(old, table, c)
          else if (context%state%step == 0 .or. .not. table%k_n(c) > 0) then
             a = table%block_a(c)
             b = table%block_b(c)

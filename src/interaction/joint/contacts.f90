@@ -182,7 +182,7 @@ contains
          rows(n) = c
       end do
       call linearise_joints(n, rows, self%table, self%trial%joint, self%trial%extra, self%trial%own, self%trial%cross, &
-                            stiffness, force, coupling)
+                            self%trial%push, stiffness, force, coupling)
       if (any(abs(self%trial%level - 1) > 0 .or. abs(self%trial%factor - 1) > 0)) then
          do k = 1, n
             c = rows(k)
@@ -422,6 +422,7 @@ contains
             if (joint%partly) then
                self%trial%own(c) = self%trial%own_used(c)
                self%trial%cross(c) = self%trial%cross_used(c)
+               self%trial%push(c) = self%trial%push_used(c)
             end if
          end associate
       end do

@@ -78,7 +78,7 @@ contains
          counts(c) = table%state(c) /= contact_state%open
          if (.not. counts(c)) counts(c) = expected_gap(context, table, c) < 0
          if (.not. counts(c)) cycle
-         springs = [table%k_n(c), table%k_s(c)]
+         springs = springs_of(laws, table, c)
          stiffness(:, table%block_a(c)) = stiffness(:, table%block_a(c)) + springs
          stiffness(:, table%block_b(c)) = stiffness(:, table%block_b(c)) + springs
       end do
@@ -87,7 +87,7 @@ contains
          if (slides(table, c)) ratio = max(ratio, laws(table%joint(c))%sliding_damping)
          associate (share => level(merge(2, 1, table%state(c) == contact_state%open)))
             if (.not. (ratio > 0 .and. share > 0)) cycle
-            springs = [table%k_n(c), table%k_s(c)]
+            springs = springs_of(laws, table, c)
             squared = 0
             do k = 1, 2
                block = merge(table%block_a(c), table%block_b(c), k == 1)
@@ -95,6 +95,8 @@ contains
                squared = squared + (stiffness(:, block) + merge(0.0_wp, springs, counts(c)))/context%state%mass(block)
             end do
             extra(c)%normal_drag = dashpot_coefficient(ratio, springs(1), squared(1))/(share*context%dt)
+            ! it acts as the spring does: of a law that is not linear more where that is stiffer
+            if (springs(1) > 0) extra(c)%normal_drag = extra(c)%normal_drag*(table%k_n(c)/springs(1))
             extra(c)%drag = dashpot_coefficient(ratio, springs(2), squared(2))/(share*context%dt)
             ! a dashpot that is not there before the contact closes: its force must vanish where that of the spring does
             extra(c)%drag_gap = table%gap(c)
@@ -108,6 +110,15 @@ contains
          end associate
       end do
    end subroutine share_damping
+
+   !> Stiffness of the springs of a contact at the start of the step, normal and shear.
+   pure function springs_of(laws, table, c) result(springs)
+      type(contact_law_type), intent(in) :: laws(:)      !! per joint material
+      type(contact_table_type), intent(in) :: table
+      integer, intent(in) :: c
+      real(wp) :: springs(2)                             !! [force/length]
+      springs = [laws(table%joint(c))%normal%tangent(table%k_n(c), table%normal_force(c)), table%k_s(c)]
+   end function springs_of
 
    !> Does a contact slide, or either row of its interval?
    pure logical function slides(table, c)

@@ -10,6 +10,7 @@
 !> The stress is the total one: where water stands in the joint the springs carry what the water leaves.
 module rockdda_interaction_initial_traction
    use rockdda_base_kinds, only : wp
+   use rockdda_contact_interval_law, only : closed_part_type, find_closed_part, part_energies, press_points
    use rockdda_contact_table, only : contact_table_type, contact_state
    use rockdda_interaction_contact_law, only : contact_law_type, shear_strength
    use rockdda_interaction_context, only : step_context_type
@@ -71,14 +72,37 @@ contains
             if (abs(shear) > strength + rounding) n_weak(1) = n_weak(1) + 1
             shear = max(-strength, min(strength, shear))
          end if
-         table%offset(c) = table%offset(c) + table%gap(c) + normal/table%k_n(c)
-         table%gap(c) = -normal/table%k_n(c)
+         associate (closure => normal/laws(table%joint(c))%normal%secant(table%k_n(c), normal))
+            table%offset(c) = table%offset(c) + table%gap(c) + closure
+            table%gap(c) = -closure
+         end associate
          table%shear(c) = -shear/table%k_s(c)
          table%normal_force(c) = normal
          if (allocated(table%shear_force)) table%shear_force(c) = shear
          table%energy(c) = spring_energy(table%k_n(c), table%k_s(c), table%gap(c), table%shear(c))
       end do
+      do c = 1, table%n
+         if (table%station(c) /= 1 .or. .not. laws(table%joint(c))%normal%is_curved()) cycle
+         if (table%state(c) /= contact_state%open .and. all(table%normal_force(c:c + 1) > 0)) &
+            call press_both(laws(table%joint(c)), c, table)
+      end do
       if (present(weak)) weak = n_weak
    end subroutine start_with_stress
+
+   !> Both rows of an interval of which neither is a spring by itself, by their forces.
+   pure subroutine press_both(law, c, table)
+      type(contact_law_type), intent(in) :: law
+      integer, intent(in) :: c                           !! first row
+      type(contact_table_type), intent(inout) :: table
+      type(closed_part_type) :: part
+      real(wp) :: gap(2), stiffness
+      stiffness = sum(table%k_n(c:c + 1))
+      gap = press_points(law%normal, stiffness, table%normal_force(c:c + 1))
+      table%offset(c:c + 1) = table%offset(c:c + 1) + (table%gap(c:c + 1) - gap)
+      table%gap(c:c + 1) = gap
+      call find_closed_part(gap, [0.0_wp, 0.0_wp], law%normal, part)
+      table%energy(c:c + 1) = spring_energy(0.0_wp, table%k_s(c:c + 1), gap, table%shear(c:c + 1)) + &
+                              part_energies(part, stiffness, gap)
+   end subroutine press_both
 
 end module rockdda_interaction_initial_traction

@@ -13,13 +13,15 @@ module rockdda_interaction_interval_forces
 
 contains
 
-   !> Forces of the springs of an interval: (rows, at the start of the step and where they act in it).
-   pure function interval_forces(trial, law, table, c) result(forces)
+   !> Forces of the springs of an interval: (rows, at the start of the step and where they act in it), and their energies
+   !> at the start.
+   pure subroutine interval_forces(trial, law, table, c, forces, energy)
       type(open_close_type), intent(in) :: trial
       type(contact_law_type), intent(in) :: law
       type(contact_table_type), intent(in) :: table
       integer, intent(in) :: c                    !! first row
-      real(wp) :: forces(2, 2)
+      real(wp), intent(out) :: forces(2, 2)
+      real(wp), intent(out) :: energy(2)
       type(interval_response_type) :: interval
       real(wp) :: where_acts(2), bond(2)
       integer :: i
@@ -27,15 +29,17 @@ contains
       call respond(law, table, c, logical(table%bonded(c) .and. table%bonded(c + 1)), &
                    table%gap(c:c + 1), 0.0_wp, bond, interval)
       forces(:, 1) = interval%force
+      energy = interval%energy
       do i = 1, 2
          where_acts(i) = acting_gap(trial, table, c + i - 1)
       end do
       if (trial%partly_used(c)) then
-         forces(:, 2) = -(trial%own_used(c:c + 1)*where_acts + trial%cross_used(c)*where_acts([2, 1]))
+         forces(:, 2) = trial%push_used(c:c + 1) - (trial%own_used(c:c + 1)*where_acts + &
+                                                    trial%cross_used(c)*where_acts([2, 1]))
       else
          forces(:, 2) = spring_force(table%k_n(c:c + 1), where_acts)
       end if
-   end function interval_forces
+   end subroutine interval_forces
 
    !> Gap at which the spring of a contact acts in the step, by that at its end.
    pure real(wp) function acting_gap(trial, table, c) result(gap)

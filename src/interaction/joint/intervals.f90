@@ -10,19 +10,24 @@ module rockdda_interaction_intervals
    use rockdda_base_kinds, only : wp
    use rockdda_base_parallel, only : parallel_contacts
    use rockdda_contact_interval_law, only : closed_part_type, first_place, at_end, end_gaps, find_closed_part, &
-      cut_bond, part_forces
+      cut_bond, part_forces, part_energies
    use rockdda_contact_table, only : contact_table_type, contact_state, is_of_interval, other_row
    use rockdda_interaction_contact_law, only : contact_law_type, tension_at
    implicit none
    private
-   public :: find_extremes, find_leans, end_gap, mean_gap, interval_response_type, respond, &
+   public :: find_extremes, find_leans, end_gap, mean_gap, interval_response_type, respond, place_to_linearise, &
       bond_after
+
+   !> Largest closure at which a joint that has been open is linearised, share of the largest one of its law.
+   real(wp), parameter :: first_closure = 0.9_wp
 
    !> An interval at a motion.
    type :: interval_response_type
       type(closed_part_type) :: part
       real(wp) :: own(2) = 0, cross = 0   !! stiffness along the normal [force/length]
+      real(wp) :: push(2) = 0             !! forces less those of the stiffness at the gaps, 0 of a linear law
       real(wp) :: force(2) = 0            !! of the springs at both points, compression positive
+      real(wp) :: energy(2) = 0           !! of these, of which each point has a part
       real(wp) :: pressing = 0            !! half of the whole force, by which each row slides
       real(wp) :: length = 0              !! half of the length that is closed [length]
       real(wp) :: broken = 0              !! of that what has lost its bond [length]
@@ -180,14 +185,35 @@ contains
          end if
          if (.not. bond(2) > bond(1)) bond = 0
       end if
-      call find_closed_part(gap, holding, law%penalty, interval%part)
+      call find_closed_part(gap, holding, law%normal, interval%part)
       interval%own = stiffness*interval%part%own
       interval%cross = stiffness*interval%part%cross
+      interval%push = stiffness*interval%part%push
       interval%force = part_forces(interval%part, stiffness, gap)
+      interval%energy = part_energies(interval%part, stiffness, gap)
       interval%pressing = 0.5_wp*sum(interval%force)
       interval%length = 0.5_wp*length*interval%part%bears
       interval%broken = broken_length(interval%length, bond(2) - bond(1), interval%part%length)
    end subroutine respond
+
+   !> Gaps of both rows at which the law of an interval is to be linearised after a solve. Those of the motion, unless the
+   !> law is so curved that its stiffness there says nothing of the one at the force which the solve gave the interval:
+   !> then those at which it has this force. One that has been open has no force yet, and begins within the curve.
+   pure function place_to_linearise(law, k_n, gap, used) result(place)
+      type(contact_law_type), intent(in) :: law
+      real(wp), intent(in) :: k_n                      !! of one of the rows [force/length]
+      real(wp), intent(in) :: gap(2)                   !! of the motion [length]
+      real(wp), intent(in) :: used(2)                  !! forces of the solve, compression positive
+      real(wp) :: place(2)
+      place = gap
+      if (.not. law%normal%is_curved()) return
+      if (all(used > 0)) then
+         place = -used/law%normal%secant(k_n, used)
+         if (.not. law%normal%is_stiff_at(minval(end_gaps(gap)), minval(end_gaps(place)))) place = gap
+      else if (.not. any(abs(used) > 0)) then
+         place = gap + max(0.0_wp, -first_closure*law%normal%largest - minval(end_gaps(gap)))
+      end if
+   end function place_to_linearise
 
    !> Part of a length of a closed interval that has lost its bond.
    pure real(wp) function broken_length(length, sound, closed) result(broken)

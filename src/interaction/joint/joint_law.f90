@@ -219,9 +219,9 @@ contains
    end subroutine map_joint
 
    !> The kernel beside `map_joint`: which rows of the table go on as they are, as most do at most times, and their forces
-   !> along the lines of their links, bit by bit those of `map_joint`. Steady are closed rows of Coulomb's law without a
-   !> partner, of intervals those closed on all their length, that stay locked, or slide on without a bond. The forces of
-   !> others are not used.
+   !> along the lines of their links, bit by bit those of `map_joint`. Steady are closed rows of Coulomb's law, linear
+   !> along the normal, without a partner, of intervals those closed on all their length, that stay locked, or slide on
+   !> without a bond. The forces of others are not used.
    pure subroutine map_steady(laws, table, first, settings, state, extra, widest, mean, gap, slip, steady, force)
       type(contact_law_type), intent(in) :: laws(:)              !! per joint material
       type(contact_table_type), intent(in) :: table
@@ -235,10 +235,11 @@ contains
       real(wp), intent(inout), contiguous :: force(:, :)         !! (2, n)
       real(wp) :: limit, margin, pressing, trial, drag
       integer :: c, k
-      logical :: has_extra, friction_alone
+      logical :: has_extra, friction_alone, may_be_steady(size(laws))
       has_extra = allocated(extra)
-      friction_alone = all(laws%law == contact_law%coulomb .and. laws%friction > 0 .and. .not. &
-                           (laws%cohesion > 0 .or. laws%residual_cohesion > 0 .or. laws%tension > 0))
+      may_be_steady = laws%law == contact_law%coulomb .and. laws%friction > 0 .and. .not. laws%normal%is_curved()
+      friction_alone = all(may_be_steady .and. .not. (laws%cohesion > 0 .or. laws%residual_cohesion > 0 .or. &
+                                                      laws%tension > 0))
       drag = 0
       do k = 1, size(steady)
          c = first - 1 + k
@@ -265,7 +266,7 @@ contains
             end if
             margin = k_s*settings%round_off
             steady(k) = .not. state(c)%tied .and. widest(k) <= settings%open_tolerance .and. table%partner(c) == 0
-            if (.not. friction_alone) steady(k) = steady(k) .and. law%law == contact_law%coulomb .and. law%friction > 0
+            if (.not. friction_alone) steady(k) = steady(k) .and. may_be_steady(table%joint(c))
             if (state(c)%state == contact_state%locked) then
                steady(k) = steady(k) .and. abs(trial) <= limit + margin
                force(2, k) = trial

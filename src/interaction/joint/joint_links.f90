@@ -31,13 +31,14 @@ contains
 
    !> `linearise_joint` for some rows of the table at the start of the step. Those of an interval that is closed on a
    !> part are coupled along the normal, by the second one.
-   pure subroutine linearise_joints(n, rows, table, state, extra, own, cross, stiffness, force, coupling)
+   pure subroutine linearise_joints(n, rows, table, state, extra, own, cross, push, stiffness, force, coupling)
       integer, intent(in) :: n
       integer, intent(in) :: rows(n)
       type(contact_table_type), intent(in) :: table
       type(joint_state_type), intent(in), contiguous :: state(:)    !! (>= rows)
       type(joint_extra_type), allocatable, intent(in) :: extra(:)   !! (>= rows), or none
       real(wp), intent(in), contiguous :: own(:), cross(:)          !! (>= rows) stiffness of those closed on a part
+      real(wp), intent(in), contiguous :: push(:)                   !! (>= rows) their forces at the gaps 0
       real(wp), intent(inout) :: stiffness(2, n), force(2, n)       !! [force/length], [force]
       real(wp), intent(inout) :: coupling(n)                        !! with the next row [force/length]
       type(joint_type) :: joint
@@ -72,7 +73,7 @@ contains
             call linearise_joint(joint, stiffness(:, k), force(:, k))
             other = table%gap(d)
             if (has_extra) other = other + extra(d)%late
-            force(1, k) = force(1, k) - cross(c)*other
+            force(1, k) = force(1, k) - cross(c)*other + push(c)
             if (has_extra) force(1, k) = force(1, k) - drag_ratio*cross(c)*(other - extra(d)%drag_gap)
             if (c < d) coupling(k) = (1 + drag_ratio)*cross(c)
          else

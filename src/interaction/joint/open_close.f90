@@ -11,7 +11,7 @@ module rockdda_interaction_open_close
    use rockdda_contact_table, only : contact_table_type, contact_state
    use rockdda_interaction_closing, only : closing_gap, stays_closed
    use rockdda_interaction_contact_law, only : contact_law_type
-   use rockdda_interaction_intervals, only : find_extremes, mean_gap, interval_response_type, respond
+   use rockdda_interaction_intervals, only : find_extremes, mean_gap, interval_response_type, respond, place_to_linearise
    use rockdda_interaction_joint_law, only : joint_settings_type, joint_state_type, joint_extra_type, joint_type, &
       joint_response_type, map_joint, map_steady, keep_steady, miss_of_joint, spring_force
    use rockdda_interaction_trial_states, only : trial_states_type, no_state, at_level, piece_of_rows, widest_piece
@@ -135,7 +135,8 @@ contains
                              .not. (self%joint(i)%partly .or. self%joint(i)%strikes)
                   if (.not. is_apart .and. &
                       is_one_contact(widest(i - first + 1), self%joint(i), table%station(i), self%joint(i)%partly .or. &
-                                     self%start(i) == at_level%may_strike)) then
+                                     self%start(i) == at_level%may_strike .or. &
+                                     laws(table%joint(i))%normal%is_curved())) then
                      ! both rows at a time
                      judged = i + 1
                      if (table%station(i) == 1) &
@@ -155,14 +156,15 @@ contains
       end do
    end subroutine judge_rows
 
-   !> Is a row one of an interval whose rows are not two contacts by themselves: open, or closed on a part?
-   pure logical function is_one_contact(widest, joint, station, was_partly)
+   !> Is a row one of an interval whose rows are not two contacts by themselves: open, closed on a part, or of a law that
+   !> is not linear?
+   pure logical function is_one_contact(widest, joint, station, is_sure)
       real(wp), intent(in) :: widest                  !! `find_extremes` [length]
       type(joint_state_type), intent(in) :: joint
       integer(i1), intent(in) :: station
-      logical, intent(in) :: was_partly               !! in the last solve
+      logical, intent(in) :: is_sure                  !! it is, if it is one of an interval
       is_one_contact = (station == 1 .or. station == 2) .and. .not. joint%tied
-      if (is_one_contact) is_one_contact = widest > 0 .or. was_partly .or. joint%strikes .or. &
+      if (is_one_contact) is_one_contact = widest > 0 .or. is_sure .or. joint%strikes .or. &
                                            joint%state == contact_state%open
    end function is_one_contact
 
@@ -175,16 +177,19 @@ contains
       integer, intent(in) :: c                        !! first row
       integer, intent(inout) :: n_changes
       real(wp), intent(inout) :: worst_friction
-      type(interval_response_type) :: interval
+      type(interval_response_type) :: interval, next
       type(joint_type) :: memory
       type(joint_response_type) :: response
-      real(wp) :: used(2), bond(2), missed
+      real(wp) :: used(2), bond(2), again(2), at_end(2), place(2), missed
       integer :: old, new, new_sign, i, r
-      logical :: is_closed, was_open, is_new, strikes
+      logical :: is_closed, was_open, is_new, is_stiffer, keeps_matrix, strikes
       was_open = self%joint(c)%state == contact_state%open
       strikes = self%start(c) == at_level%may_strike
-      if (strikes) strikes = any(end_gaps(table%gap(c:c + 1)) > 0 .and. &
-                                 end_gaps([self%gap_at_end(table, c), self%gap_at_end(table, c + 1)]) < 0)
+      if (strikes) then
+         at_end = end_gaps([self%gap_at_end(table, c), self%gap_at_end(table, c + 1)])
+         strikes = any(end_gaps(table%gap(c:c + 1)) > 0 .and. at_end < 0) .or. &
+                   law%normal%is_stiff_at(minval(at_end), minval(end_gaps(self%gap(c:c + 1))))
+      end if
       if (strikes) call self%strike(table, c)
       bond = self%bond(c:c + 1)
       call respond(law, table, c, self%both_bonded(c), self%gap(c:c + 1), settings%open_tolerance, bond, interval)
@@ -193,7 +198,14 @@ contains
                                                               logical(any(self%joint(c:c + 1)%strikes)))
       used = 0
       if (.not. was_open) used = [self%spring_force(table, c), self%spring_force(table, c + 1)]
+      next = interval
+      if (is_closed .and. law%normal%is_curved()) then
+         again = bond
+         place = place_to_linearise(law, table%k_n(c), self%gap(c:c + 1), used)
+         call respond(law, table, c, self%both_bonded(c), place, settings%open_tolerance, again, next)
+      end if
       is_new = strikes
+      keeps_matrix = is_closed .and. law%normal%is_curved() .and. .not. (was_open .or. strikes)
       do r = c, c + 1
          i = r - c + 1
          associate (joint => self%joint(r))
@@ -205,6 +217,7 @@ contains
             self%partly_used(r) = joint%partly
             self%own_used(r) = self%own(r)
             self%cross_used(r) = self%cross(r)
+            self%push_used(r) = self%push(r)
             self%miss(r) = 0
             self%normal_force(r) = 0
             if (.not. was_open) self%normal_force(r) = interval%force(i)
@@ -243,6 +256,7 @@ contains
             if (.not. was_open) missed = abs(interval%force(i) - used(i))
             ! the last solve had it act within the step
             if (strikes) missed = table%k_n(r)*maxval(abs(self%gap(c:c + 1) - table%gap(c:c + 1)))
+            if (strikes .and. law%normal%is_curved()) missed = max(missed, maxval(abs(interval%force)))
             if (missed > table%k_n(r)*settings%round_off) self%miss(r) = max(self%miss(r), missed)
             if (new /= old .or. (new == contact_state%sliding .and. new_sign /= self%sign_used(r))) then
                self%miss(r) = max(self%miss(r), miss_of_joint(memory, 0.0_wp, self%slip(r), new, new_sign, &
@@ -251,15 +265,24 @@ contains
                n_changes = n_changes + 1
                if (self%changes(r) < huge(1_i2)) self%changes(r) = self%changes(r) + 1_i2
             end if
-            is_new = is_new .or. (is_closed .and. abs(interval%own(i) - merge(self%own(r), table%k_n(r), &
-                                  logical(joint%partly))) > same_part*table%k_n(r))
+            is_stiffer = abs(next%own(i) - merge(self%own(r), table%k_n(r), logical(joint%partly))) > &
+                         same_part*max(table%k_n(r), merge(next%own(i), 0.0_wp, law%normal%is_curved()))
+            keeps_matrix = keeps_matrix .and. .not. is_stiffer
+            is_new = is_new .or. (is_closed .and. is_stiffer)
             joint%state = int(new, i1)
             joint%slip_sign = int(new_sign, i1)
             joint%partly = is_closed
-            self%own(r) = interval%own(i)
-            self%cross(r) = interval%cross
+            self%own(r) = next%own(i)
+            self%cross(r) = next%cross
+            self%push(r) = next%push(i)
          end associate
       end do
+      if (keeps_matrix) then
+         ! the matrix stays: the forces are right at this place, with the stiffness that it has
+         self%own(c:c + 1) = merge(self%own_used(c:c + 1), table%k_n(c:c + 1), self%partly_used(c:c + 1))
+         self%cross(c:c + 1) = merge(self%cross_used(c:c + 1), 0.0_wp, self%partly_used(c:c + 1))
+         self%push(c:c + 1) = next%force + self%own(c:c + 1)*place + self%cross(c)*place([2, 1])
+      end if
       ! bonds break for good
       self%bond(c:c + 1) = bond
       if (is_new) n_changes = n_changes + 1
@@ -406,7 +429,7 @@ contains
          do c = first, last
             k = c - first + 1
             if (steady(k)) cycle
-            if (is_one_contact(widest(k), joint(c), table%station(c), .false.)) then
+            if (is_one_contact(widest(k), joint(c), table%station(c), laws(law(c))%normal%is_curved())) then
                force(:, c) = 0
                if (joint(c)%state == contact_state%open .and. lowest(k) >= 0) cycle
                ! both rows at a time

@@ -47,6 +47,7 @@ module rockdda_interaction_trial_states
       !> Stiffness along the normal of rows of intervals that are closed on a part: their own, and with the other row;
       !> of the trial and in the last solve [force/length].
       real(wp), allocatable :: own(:), cross(:), own_used(:), cross_used(:)
+      real(wp), allocatable :: push(:), push_used(:)   !! their forces at the gaps 0, of a law that is not linear
       logical(l1), allocatable :: partly_used(:)   !! was one of these in the last solve
       real(wp), allocatable :: bond(:)        !! as `bond_end` of the table, what is sound in this attempt
       real(wp), allocatable :: gap(:)         !! predicted gap
@@ -154,7 +155,7 @@ contains
       real(wp) :: widest
       integer :: i
       widest = maxval(end_gaps(table%gap(c:c + 1)))
-      if (widest <= 0) return
+      if (widest <= 0 .and. .not. laws(table%joint(c))%normal%is_curved()) return
       ! where it touches without force, rounding would decide on which part it is closed, or that it has no stiffness;
       ! in a dynamic step it may have none
       if (.not. any(abs(table%normal_force(c:c + 1)) > 0) .and. &
@@ -164,6 +165,7 @@ contains
       self%joint(c:c + 1)%partly = .true.
       self%own(c:c + 1) = interval%own
       self%cross(c:c + 1) = interval%cross
+      self%push(c:c + 1) = interval%push
       do i = 1, 2
          if (table%state(c + i - 1) /= contact_state%sliding) cycle
          call self%recall(table, c + i - 1, joint)
@@ -195,7 +197,7 @@ contains
       type(contact_table_type), intent(in) :: table
       integer, intent(in) :: c                         !! row
       if (self%joint(c)%partly) then
-         force = -(self%own(c)*self%gap(c) + self%cross(c)*self%gap(other_row(table, c)))
+         force = self%push(c) - (self%own(c)*self%gap(c) + self%cross(c)*self%gap(other_row(table, c)))
       else
          force = spring_force_of(table%k_n(c), self%gap(c))
       end if
@@ -214,7 +216,7 @@ contains
       type(contact_table_type), intent(in) :: table
       integer, intent(in) :: c                         !! row
       if (self%partly_used(c)) then
-         force = -(self%own_used(c)*self%gap(c) + self%cross_used(c)*self%gap(other_row(table, c)))
+         force = self%push_used(c) - (self%own_used(c)*self%gap(c) + self%cross_used(c)*self%gap(other_row(table, c)))
       else
          force = spring_force_of(table%k_n(c), self%gap(c))
       end if
@@ -324,14 +326,15 @@ contains
          if (size(self%gap) < n) deallocate (self%joint, self%normal_force, self%miss, self%gap, self%slip, &
                                                self%changes, self%state_used, self%sign_used, self%friction_used, &
                                                self%bonded_used, self%opened, self%start, self%own, self%cross, &
-                                               self%own_used, self%cross_used, self%partly_used, self%bond)
+                                               self%own_used, self%cross_used, self%partly_used, self%bond, &
+                                               self%push, self%push_used)
       end if
       if (.not. allocated(self%gap)) then
          m = n + n/32 + 16
          allocate (self%joint(m), self%changes(m), self%state_used(m), self%sign_used(m), self%opened(m), &
                    self%bonded_used(m), self%start(m), self%normal_force(m), self%miss(m), self%gap(m), self%slip(m), &
                    self%friction_used(m), self%own(m), self%cross(m), self%own_used(m), self%cross_used(m), &
-                   self%partly_used(m), self%bond(m))
+                   self%partly_used(m), self%bond(m), self%push(m), self%push_used(m))
          self%n_begun = 0
       end if
       if (n <= self%n_begun) return

@@ -196,7 +196,7 @@ contains
                           is_set(m%residual_friction) .or. is_set(m%residual_cohesion) .or. &
                           is_set(m%residual_tension) .or. is_set(m%slip_length) .or. is_set(m%slip_rate) .or. &
                           is_set(m%jrc) .or. is_set(m%jcs) .or. is_set(m%dilation) .or. is_set(m%dilation_slip) .or. &
-                          is_set(m%damping_ratio) .or. is_set(m%restitution)
+                          is_set(m%damping_ratio) .or. is_set(m%restitution) .or. is_set(m%maximum_closure)
          end associate
       end function joint_given
 

@@ -47,6 +47,7 @@ module rockdda_model_analysis_input
       real(wp) :: tension = 0            !! tensile strength, stress, >= 0
       real(wp) :: normal_stiffness = 0   !! stress/length, > 0; 0: not given
       real(wp) :: shear_stiffness = 0    !! stress/length, > 0; 0: not given
+      real(wp) :: maximum_closure = unset_real   !! [length], > 0; unset: the normal stiffness is constant
       character(len=:), allocatable :: law   !! not allocated or empty: 'coulomb'
       real(wp), allocatable :: parameters(:) !! of the law, in its order (the other way is by name)
       real(wp) :: residual_friction = unset_real  !! [deg] in [0, 90)

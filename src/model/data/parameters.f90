@@ -81,7 +81,6 @@ module rockdda_model_parameters
       logical :: single_frames = .false.      !! reals of frames, but places and times, of 32 bits
    contains
       procedure :: keeps_old_ways
-      procedure :: penalty_joints
       procedure :: shown
    end type parameters_type
 
@@ -94,14 +93,6 @@ contains
       class(parameters_type), intent(in) :: self
       keeps_old_ways = self%peer_contacts .and. .not. self%by_length
    end function keeps_old_ways
-
-   !> Which joint materials have no stiffness of their own: that of the run is a penalty on overlap, no property of
-   !> them.
-   pure function penalty_joints(self) result(are)
-      class(parameters_type), intent(in) :: self
-      logical :: are(size(self%joint_materials))
-      are = self%by_length .and. .not. self%joint_materials%normal_stiffness > 0
-   end function penalty_joints
 
    !> A value as it is shown in the units of the run, '5.3 mm'; the number alone where they are not known.
    pure function shown(self, value, dimension, digits) result(text)

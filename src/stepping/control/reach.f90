@@ -9,6 +9,7 @@ module rockdda_stepping_reach
    use rockdda_model_parameters, only : parameters_type
    use rockdda_model_state, only : block_state_type, radius_of_inertia
    use rockdda_contact_interval_law, only : end_gaps
+   use rockdda_contact_normal_law, only : normal_law_type, new_normal_law
    use rockdda_contact_table, only : contact_table_type, contact_state, is_of_interval, other_row
    use rockdda_contact_search_limits, only : search_limits_type
    use rockdda_contact_bonds, only : pressed_cosine
@@ -82,7 +83,8 @@ contains
       !$omp reduction(max:deepest, widest, pulled) schedule(static) if (contacts%n > parallel_contacts)
       do c = 1, contacts%n
          ! what the springs are compressed by, less that of the stress with which the contact began
-         deepest = max(deepest, pressed_depth(contacts, c))
+         deepest = max(deepest, pressed_depth(contacts, c, new_normal_law(parameters%joint_materials(contacts%joint(c)), &
+                                                                          parameters%by_length)))
          if (opens) then
             widest = max(widest, opened(parameters%joint_materials(contacts%joint(c)), c))
             if (placed .and. contacts%state(c) /= contact_state%open) widest = max(widest, contacts%offset(c))
@@ -105,9 +107,9 @@ contains
       limits%corrected = .not. (parameters%by_length .or. parameters%keeps_old_ways())
       if (.not. allocated(limits%is_tied)) allocate (limits%is_tied(size(parameters%joint_materials)), &
                                                      limits%bears_tension(size(parameters%joint_materials)), &
-                                                     limits%penalty(size(parameters%joint_materials)))
+                                                     limits%normal(size(parameters%joint_materials)))
       limits%is_tied(:) = parameters%joint_materials%tie
-      limits%penalty(:) = parameters%penalty_joints()
+      limits%normal(:) = new_normal_law(parameters%joint_materials, parameters%by_length)
       limits%bears_tension(:) = parameters%joint_materials%tension > 0 .or. limits%is_tied
       limits%radius = parameters%corner_radius
       limits%smooth = max(parameters%smooth_step, 1.0e-9_wp*parameters%w0)
@@ -116,7 +118,7 @@ contains
       limits%sunk = 0
       do c = 1, merge(contacts%n, 0, limits%by_length .or. limits%corrected)
          associate (a => contacts%block_a(c), b => contacts%block_b(c), &
-                    twice => 2*pressed_depth(contacts, c))
+                    twice => 2*pressed_depth(contacts, c, limits%normal(contacts%joint(c))))
             limits%sunk(a) = max(limits%sunk(a), twice)
             limits%sunk(b) = max(limits%sunk(b), twice)
          end associate
@@ -136,10 +138,11 @@ contains
    end subroutine set_search_limits
 
    !> How deep a contact has pressed the blocks into each other; an interval at the end where it is deepest.
-   pure real(wp) function pressed_depth(contacts, c) result(depth)
+   pure real(wp) function pressed_depth(contacts, c, law) result(depth)
       type(contact_table_type), intent(in) :: contacts   !! of the last step
       integer, intent(in) :: c                           !! row
-      depth = contacts%normal_force(c)/contacts%k_n(c) - max(0.0_wp, contacts%offset(c))
+      type(normal_law_type), intent(in) :: law
+      depth = contacts%normal_force(c)/law%secant(contacts%k_n(c), contacts%normal_force(c)) - max(0.0_wp, contacts%offset(c))
       if (contacts%state(c) == contact_state%open .or. contacts%tied(c) .or. .not. is_of_interval(contacts, c)) return
       depth = max(depth, min(0.0_wp, contacts%offset(c)) - minval(end_gaps(contacts%distance([c, other_row(contacts, &
          c)]))))

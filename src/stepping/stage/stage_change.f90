@@ -140,7 +140,7 @@ contains
       if (.not. is_new) return
       call new_contact_laws(step%parameters%joint_materials, step%families%contacts%laws, ignored)
       if (step%parameters%by_length) &
-         call act_along_length(step%parameters%penalty_joints(), step%families%contacts%laws)
+         call act_along_length(step%parameters%joint_materials, step%families%contacts%laws)
       call step%families%elasticity%init(step%parameters)
       call balance%add(energy%discarded, sum(before) - &
                        sum(block_energies(step%blocks, step%families%elasticity, step%state)))

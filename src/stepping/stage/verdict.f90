@@ -198,11 +198,20 @@ contains
       associate (table => step%contacts)
          do c = 1, table%n
             if (table%state(c) == contact_state%open .or. .not. min(table%k_n(c), table%k_s(c)) > 0) cycle
-            twice_energy = twice_energy + table%normal_force(c)**2/table%k_n(c) + table%shear_force(c)**2/table%k_s(c)
+            twice_energy = twice_energy + table%normal_force(c)**2/stiffness_of(step, table, c) + &
+                           table%shear_force(c)**2/table%k_s(c)
          end do
       end associate
       if (carried > 0) deformation = max(deformation, twice_energy/carried)
    end function deformation_by_now
+
+   !> Normal force of a contact over its closure.
+   pure real(wp) function stiffness_of(step, table, c)
+      class(trial_step_type), intent(in) :: step
+      type(contact_table_type), intent(in) :: table   !! of the last step
+      integer, intent(in) :: c                        !! row
+      stiffness_of = step%families%contacts%laws(table%joint(c))%normal%secant(table%k_n(c), table%normal_force(c))
+   end function stiffness_of
 
    !> What its loads deform a model by: the mean strain of blocks, and what joints turn by that close by their mean
    !> closure at one end, times its extent. A trial changes the loads or what carries them by their own order, so that
@@ -231,7 +240,8 @@ contains
       if (n == 0) return
       do c = 1, table%n
          if (table%state(c) == contact_state%open .or. .not. min(table%k_n(c), table%k_s(c)) > 0) cycle
-         closing = closing + hypot(table%normal_force(c)/table%k_n(c), table%shear_force(c)/table%k_s(c))
+         closing = closing + hypot(table%normal_force(c)/stiffness_of(step, table, c), &
+                                   table%shear_force(c)/table%k_s(c))
          n_closed = n_closed + 1
          if (.not. is_of_interval(table, c)) cycle
          joint_length = joint_length + table%length(c)

@@ -3,6 +3,7 @@
 module scenes
    use rockdda_base_kinds, only : wp
    use rockdda_model_blocks, only : block_system_type
+   use rockdda_contact_normal_law, only : linear_law
    use rockdda_contact_interval_law, only : n_points, closed_part_type, find_closed_part, part_forces
    use rockdda_contact_intervals, only : interval_type, place_points
    use rockdda_contact_outlines, only : outlines_type
@@ -161,7 +162,7 @@ contains
             table%normal_force(k) = -table%k_n(k)*table%gap(k)
          else if (table%station(k) == 1) then
             part = closed_part_type()
-            call find_closed_part(table%gap(k:k + 1), [0.0_wp, 0.0_wp], .false., part)
+            call find_closed_part(table%gap(k:k + 1), [0.0_wp, 0.0_wp], linear_law, part)
             table%normal_force(k:k + 1) = part_forces(part, sum(table%k_n(k:k + 1)), table%gap(k:k + 1))
          end if
       end do

@@ -194,7 +194,7 @@ contains
       call check%is_there(allocated(m%law), name//'_law')
       call check%is_finite([m%cohesion, m%tension, m%normal_stiffness, m%shear_stiffness, m%damping_ratio], name)
       call check%is_finite([m%residual_friction, m%residual_cohesion, m%residual_tension, m%slip_length, m%slip_rate, &
-                            m%jrc, m%jcs, m%dilation_slip, m%restitution], name)
+                            m%jrc, m%jcs, m%dilation_slip, m%restitution, m%maximum_closure], name)
       if (allocated(m%parameters)) call check%is_finite(m%parameters, name//'_parameters')
       call check%holds(m%friction_angle >= 0 .and. m%friction_angle < 90, name//'_friction')
       call check%holds(m%cohesion >= 0, name//'_cohesion')
