@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Joints that stiffen as they close (maximum_closure): k v/(1 - v/vm), its integrals, its energy, and what is refused."""
+"""Joints that stiffen as they close (maximum_closure): closed forms, energy, and what is refused."""
 
 import math
 import unittest

@@ -200,8 +200,8 @@ contains
       energy = -0.5_wp*part_forces(part, stiffness, gap)*gap + 0.5_wp*stiffness*part%surplus
    end function part_energies
 
-   !> Gaps at both points at which an interval that is closed on all its length carries forces there: by Newton's method,
-   !> from those of each force alone.
+   !> Gaps at both points at which an interval that is closed on all its length carries forces there: by Newton's
+   !> method, from those of each force alone.
    pure function press_points(law, stiffness, force) result(gap)
       type(normal_law_type), intent(in) :: law
       real(wp), intent(in) :: stiffness     !! of the whole interval, k L [force/length]

@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: MIT
 !> The normal law of a joint: its stress at a closure.
 !>
-!> Linear, sigma = k v at the closure v, or the hyperbola of Bandis, Lumsden and Barton (1983) with the initial stiffness
-!> k and the largest closure vm,
+!> Linear, sigma = k v at the closure v, or the hyperbola of Bandis, Lumsden and Barton (1983) with the initial
+!> stiffness k and the largest closure vm,
 !>
 !>     stress
 !>       ^              :
@@ -110,8 +110,8 @@ contains
       end associate
    end function at
 
-   !> Shares 0 ... 1 of a stretch with these gaps at its ends, both <= 0, between which the tangent changes by a factor of
-   !> 2 at most.
+   !> Shares 0 ... 1 of a stretch with these gaps at its ends, both <= 0, between which the tangent changes by a factor
+   !> of 2 at most.
    pure function cuts(self, ends)
       class(normal_law_type), intent(in) :: self
       real(wp), intent(in) :: ends(2)       !! [length]

@@ -144,7 +144,8 @@ contains
             ! what touches at the start is in contact; the first solve tells what stays so
             if (touches .and. table%partner(k) == 0) table%state(k) = contact_state%locked
             if ((limits%by_length .or. limits%corrected) .and. .not. is_of_interval(table, k)) &
-               call begin_row(previous, work%pressed, facing_edge(table, k, topology, outlines, limits), limits, k, table)
+               call begin_row(previous, work%pressed, facing_edge(table, k, topology, outlines, limits), limits, k, &
+                              table)
          end if
          table%distance(k) = table%gap(k)
          table%gap(k) = table%gap(k) - table%offset(k)
@@ -437,7 +438,8 @@ pure subroutine follow_intervals(first, last, n, station, source, state, tied, b
       if (row == 0) then
          row = pressed(table%edge(k))
       else if (pressed(table%edge(k)) > 0) then
-         if (depth_of(previous, limits, pressed(table%edge(k))) > depth_of(previous, limits, row)) row = pressed(table%edge(k))
+         if (depth_of(previous, limits, pressed(table%edge(k))) > depth_of(previous, limits, row)) &
+            row = pressed(table%edge(k))
       end if
       if (row == 0) return
       free = max(0.0_wp, previous%offset(row))

@@ -13,8 +13,8 @@ module rockdda_interaction_interval_forces
 
 contains
 
-   !> Forces of the springs of an interval: (rows, at the start of the step and where they act in it), and their energies
-   !> at the start.
+   !> Forces of the springs of an interval: (rows, at the start of the step and where they act in it), and their
+   !> energies at the start.
    pure subroutine interval_forces(trial, law, table, c, forces, energy)
       type(open_close_type), intent(in) :: trial
       type(contact_law_type), intent(in) :: law

@@ -11,7 +11,8 @@ module rockdda_interaction_open_close
    use rockdda_contact_table, only : contact_table_type, contact_state
    use rockdda_interaction_closing, only : closing_gap, stays_closed
    use rockdda_interaction_contact_law, only : contact_law_type
-   use rockdda_interaction_intervals, only : find_extremes, mean_gap, interval_response_type, respond, place_to_linearise
+   use rockdda_interaction_intervals, only : find_extremes, mean_gap, interval_response_type, respond, &
+      place_to_linearise
    use rockdda_interaction_joint_law, only : joint_settings_type, joint_state_type, joint_extra_type, joint_type, &
       joint_response_type, map_joint, map_steady, keep_steady, miss_of_joint, spring_force
    use rockdda_interaction_trial_states, only : trial_states_type, no_state, at_level, piece_of_rows, widest_piece
@@ -156,8 +157,8 @@ contains
       end do
    end subroutine judge_rows
 
-   !> Is a row one of an interval whose rows are not two contacts by themselves: open, closed on a part, or of a law that
-   !> is not linear?
+   !> Is a row one of an interval whose rows are not two contacts by themselves: open, closed on a part, or of a law
+   !> that is not linear?
    pure logical function is_one_contact(widest, joint, station, is_sure)
       real(wp), intent(in) :: widest                  !! `find_extremes` [length]
       type(joint_state_type), intent(in) :: joint

@@ -153,8 +153,8 @@ contains
       call table%add(option('normal_stiffness', 'normal stiffness per length', unit='stress/length', above=0.0_wp, &
                             default_text='from the contact stiffness', by_length=.true.), &
                      m%normal_stiffness)
-      call table%add(option('maximum_closure', 'largest closure: normal stiffness grows with it by a hyperbola, from '// &
-                            'normal_stiffness without stress', unit='length', above=0.0_wp, &
+      call table%add(option('maximum_closure', 'largest closure: normal stiffness grows with it by a hyperbola, '// &
+                            'from normal_stiffness without stress', unit='length', above=0.0_wp, &
                             default_text='none: constant', by_length=.true., see='theory.md#joints-that-stiffen'), &
                      m%maximum_closure)
       call table%add(option('shear_stiffness', 'shear stiffness per length', unit='stress/length', above=0.0_wp, &

@@ -83,8 +83,9 @@ contains
       !$omp reduction(max:deepest, widest, pulled) schedule(static) if (contacts%n > parallel_contacts)
       do c = 1, contacts%n
          ! what the springs are compressed by, less that of the stress with which the contact began
-         deepest = max(deepest, pressed_depth(contacts, c, new_normal_law(parameters%joint_materials(contacts%joint(c)), &
-                                                                          parameters%by_length)))
+         associate (material => parameters%joint_materials(contacts%joint(c)))
+            deepest = max(deepest, pressed_depth(contacts, c, new_normal_law(material, parameters%by_length)))
+         end associate
          if (opens) then
             widest = max(widest, opened(parameters%joint_materials(contacts%joint(c)), c))
             if (placed .and. contacts%state(c) /= contact_state%open) widest = max(widest, contacts%offset(c))
@@ -142,7 +143,8 @@ contains
       type(contact_table_type), intent(in) :: contacts   !! of the last step
       integer, intent(in) :: c                           !! row
       type(normal_law_type), intent(in) :: law
-      depth = contacts%normal_force(c)/law%secant(contacts%k_n(c), contacts%normal_force(c)) - max(0.0_wp, contacts%offset(c))
+      depth = contacts%normal_force(c)/law%secant(contacts%k_n(c), contacts%normal_force(c)) - &
+              max(0.0_wp, contacts%offset(c))
       if (contacts%state(c) == contact_state%open .or. contacts%tied(c) .or. .not. is_of_interval(contacts, c)) return
       depth = max(depth, min(0.0_wp, contacts%offset(c)) - minval(end_gaps(contacts%distance([c, other_row(contacts, &
          c)]))))
