@@ -68,7 +68,10 @@ contains
    elemental logical function is_stiff_at(self, gap, other)
       class(normal_law_type), intent(in) :: self
       real(wp), intent(in) :: gap, other    !! [length]
-      is_stiff_at = self%is_curved() .and. self%largest + gap < 0.5_wp*(self%largest + other)
+      real(wp) :: least
+      ! beyond the end of the curve it stays
+      least = (1 - end_of_curve)*self%largest
+      is_stiff_at = self%is_curved() .and. max(least, self%largest + gap) < 0.5_wp*max(least, self%largest + other)
    end function is_stiff_at
 
    !> Stiffness by which a row with a force is compressed: force over closure. That of a linear law is k_n, to the last
