@@ -1,13 +1,13 @@
 ! SPDX-License-Identifier: MIT
 !> Functions of the HDF5 C library that its Fortran interface (1.10) lacks: the reason of the last failure, opening
-!> files without a lock, writing a chunk as it is. Used by the other modules of that name only.
+!> files without a lock, what an object is, writing a chunk as it is. Used by the other modules of that name only.
 module rockdda_io_hdf5_extras
    use, intrinsic :: iso_c_binding, only : c_ptr, c_null_char, c_char, c_int, c_int32_t, c_int64_t, c_size_t, &
       c_funptr, c_funloc, c_loc, c_f_pointer, c_associated, c_bool
    use rockdda_base_kinds, only : i8
    implicit none
    private
-   public :: get_reason, disable_file_locking, write_chunk
+   public :: get_reason, disable_file_locking, is_valid, write_chunk
 
    integer, parameter :: longest = 600
    !> Both filters of a table left out: shuffle and compression.
@@ -43,6 +43,12 @@ module rockdda_io_hdf5_extras
          logical(c_bool), value :: use_locking, ignore_when_disabled
       end function c_set_file_locking
 
+      !> Is this an object that the library knows?
+      integer(c_int) function c_is_valid(object) bind(C, name='H5Iis_valid')
+         import :: c_int, c_int64_t
+         integer(c_int64_t), value :: object
+      end function c_is_valid
+
       !> Write the bytes of a chunk as they are.
       integer(c_int) function c_write_chunk(dataset, transfer, filters_left_out, offset, n_bytes, values) &
          bind(C, name='H5Dwrite_chunk')
@@ -63,6 +69,12 @@ contains
       integer, intent(out) :: status        !! < 0: failed
       status = int(c_set_file_locking(int(access, c_int64_t), .false._c_bool, .true._c_bool))
    end subroutine disable_file_locking
+
+   !> Is this an object of the library, such as a type or a file that is open? Needs no library that has been started.
+   logical function is_valid(object)
+      integer(i8), intent(in) :: object
+      is_valid = c_is_valid(int(object, c_int64_t)) > 0
+   end function is_valid
 
    !> Write the bytes of a chunk with all filters left out; the file's byte order is that of this machine.
    integer function write_chunk(dataset, skip, rank, n_bytes, values, first)

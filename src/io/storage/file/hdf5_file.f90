@@ -15,7 +15,7 @@ module rockdda_io_hdf5_file
    use rockdda_base_strings, only : to_string
    use rockdda_io_hdf5_driver, only : use_driver, use_driver_for_trial, walk, commit_pieces, sync_pieces, &
       drop_pieces, begin_undo, digest_length
-   use rockdda_io_hdf5_extras, only : get_reason, disable_file_locking
+   use rockdda_io_hdf5_extras, only : get_reason, disable_file_locking, is_valid
    use rockdda_io_hdf5_structure, only : structure_problem
    implicit none
    private
@@ -268,7 +268,9 @@ contains
       integer(hid_t), intent(out) :: access
       integer, intent(out) :: status
       access = H5P_DEFAULT_F
-      call h5open_f(status)
+      status = 0
+      ! once: a second call fails in HDF5 1.10.10, that of Ubuntu 24.04
+      if (.not. is_valid(int(H5T_NATIVE_CHARACTER, i8))) call h5open_f(status)
       if (status == 0) call h5eset_auto_f(0, status)
       if (status == 0) call h5pcreate_f(H5P_FILE_ACCESS_F, access, status)
       ! the oldest layout that serves, by default in HDF5 1: the driver and the reader of the package know no other
