@@ -66,6 +66,7 @@ class Mechanism:
     kind: str  #: "sliding", "toppling", "fall" or "mixed"
     #: how each of the blocks moves; empty when no results were written
     kinds: tuple[str, ...] = ()
+    linings: tuple[str, ...] = ()  #: that move; empty when the search was read from a results file
 
 
 @dataclass(frozen=True)
@@ -275,7 +276,11 @@ def _is_verdict(code: int, out: str) -> bool:
 
 def _from_json(found: dict[str, Any], results: Results | None) -> CriticalFactor:
     trials = tuple(Trial(**{name: trial[name] for name in Trial.__dataclass_fields__}) for trial in found["trials"])
-    mechanism = Mechanism(tuple(found["mechanism"]["blocks"]), found["mechanism"]["kind"] or "none")
+    mechanism = Mechanism(
+        tuple(found["mechanism"]["blocks"]),
+        found["mechanism"]["kind"] or "none",
+        linings=tuple(found["mechanism"]["linings"]),
+    )
     if results is not None and "search/factor" in results:
         mechanism = _mechanism(results, mechanism.kind)
     factor, low, high = (math.inf if found[name] is None else float(found[name]) for name in ("factor", "low", "high"))

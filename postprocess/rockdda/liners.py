@@ -6,7 +6,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-__all__ = ["cracked_limit", "share_of_strength", "sound_limit"]
+__all__ = ["crack_limit", "cracked_limit", "plastic_limit", "share_of_strength", "sound_limit"]
 
 FloatArray = npt.NDArray[np.float64]
 SMALL = 1e-3  # of the largest axial force that a section bears: smaller forces do not break a cracked section
@@ -28,6 +28,28 @@ def cracked_limit(thickness: float, compression: float, tension: float) -> tuple
     depth = np.linspace(0, thickness, 41)
     n = 0.5 * compression * depth
     return np.append(n, compression * thickness), np.append(n * (0.5 * thickness - depth / 3), 0.0)
+
+
+def crack_limit(thickness: float, compression: float, tension: float) -> tuple[FloatArray, FloatArray]:
+    """Compression and moment at which a section cracks: elastic, and beyond the corner of `sound_limit` with a part at
+    the compressive strength; empty without strengths."""
+    if not np.isfinite(compression * tension):
+        return np.zeros(0), np.zeros(0)
+    elastic = np.linspace(thickness, 0.0, 41)  # depth of the elastic part, from -compression to tension
+    crushed = thickness - elastic
+    n = compression * crushed + 0.5 * (compression - tension) * elastic
+    m = 0.5 * compression * crushed * elastic + elastic * (
+        (compression + tension) * elastic / 12 - 0.25 * (compression - tension) * crushed
+    )
+    return np.insert(n, 0, -tension * thickness), np.insert(m, 0, 0.0)
+
+
+def plastic_limit(thickness: float, compression: float) -> tuple[FloatArray, FloatArray]:
+    """Compression and largest moment of a section without tension: all that is pressed at the strength."""
+    if not np.isfinite(compression):
+        return np.zeros(0), np.zeros(0)
+    n = compression * np.linspace(0, thickness, 41)
+    return n, 0.5 * n * (thickness - n / compression)
 
 
 def share_of_strength(

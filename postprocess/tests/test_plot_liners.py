@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import rockdda
 from rockdda import export, plot
-from rockdda.plot.liner_maps import cracked_limit, sound_limit
+from rockdda.liners import crack_limit, cracked_limit, plastic_limit, sound_limit
 
 MODEL = """\
 &model geometry = 'beam.dc', units = 'SI' /
@@ -59,6 +59,21 @@ def test_limits_of_a_section():
     """L3: t 0.3, fc 30, ft 3 MPa."""
     n, m = sound_limit(0.3, 30.0, 3.0)
     assert (n[1], m[1]) == (pytest.approx(4.05), pytest.approx(0.2475))
+    # the whole of a section by the stresses over 20,000 fibres: elastic between the strengths, or without tension
+    y = (np.arange(20000) + 0.5) / 20000 * 0.3 - 0.15
+    for k, (n, m) in enumerate(zip(*crack_limit(0.3, 30.0, 3.0), strict=True)):
+        if k in (0, 41):  # pulled, and pressed all over: without curvature
+            assert (n, m) == (pytest.approx((-0.9, 9.0)[k > 0]), pytest.approx(0, abs=1e-12))
+            continue
+        elastic = 0.3 * (1 - (k - 1) / 40)
+        stress = np.minimum(-3.0 + 33.0 * (y + 0.15) / elastic, 30.0)
+        assert n == pytest.approx(stress.mean() * 0.3, abs=2e-3)
+        assert m == pytest.approx((stress * y).mean() * 0.3, abs=2e-4)
+    assert crack_limit(0.3, 30.0, 3.0)[1].max() > 0.2475
+    n, m = plastic_limit(0.3, 30.0)
+    for depth in (0.05, 0.15, 0.25):  # of the block of stress: N = fc a, M = fc a (t - a)/2
+        assert np.interp(30 * depth, n, m) == pytest.approx(30 * depth * (0.3 - depth) / 2, rel=2e-3)
+    assert m.max() == pytest.approx(1.5 * np.interp(4.5, *cracked_limit(0.3, 30.0, 3.0)), rel=1e-3)
     n, m = cracked_limit(0.3, 30.0, 3.0)
     # first crushing without tension: chords of a parabola are below it by less than 1e-3
     assert np.interp(2.0, n, m) == pytest.approx(0.21111, rel=1e-3)

@@ -2,8 +2,9 @@
 !> What `rockdda fos` shows: its progress, and the factor as text and JSON.
 module rockdda_app_search_report
    use rockdda_base_kinds, only : wp
-   use rockdda_base_strings, only : to_string
+   use rockdda_base_strings, only : counted, to_string
    use rockdda_io_checkpoint, only : checkpoint_path
+   use rockdda_model_liner_layout, only : title_of_liner
    use rockdda_run_factor_search, only : factor_search_type
    use rockdda_run_mechanism, only : kind_of
    use rockdda_run_input, only : model_input_type, run_name
@@ -105,7 +106,7 @@ contains
       text = joints_text(search)
       if (search%options%has_factors()) text = text//'factors: '//search%factors%to_text()//nl
       if (search%has_factor()) then
-         text = text//mechanism_text(failing)//nl
+         text = text//mechanism_text(search, failing)//nl
          if (len(output) > 0) text = text//'results of the failing trial: '//output//nl
          text = text//factor_text(search)
       end if
@@ -129,6 +130,7 @@ contains
       character(len=*), parameter :: nl = new_line('a')
       character(len=6) :: percent
       real(wp) :: length(size(search%searched%joints)), open(size(search%searched%joints))
+      integer, allocatable :: blocks(:)
       integer :: i
       length = search%joint_length()
       open = search%open_at_limit()
@@ -170,20 +172,66 @@ contains
       end associate
    end function label
 
-   !> The blocks that move, and how.
-   pure function mechanism_text(failing) result(text)
+   !> The blocks that move, and how; of linings how many segments.
+   pure function mechanism_text(search, failing) result(text)
+      type(factor_search_type), intent(in) :: search
       type(trial_type), intent(in) :: failing
       character(len=:), allocatable :: text
-      integer :: i
+      integer, allocatable :: segments(:)
+      integer :: i, k
       text = 'mechanism: '//kind_of(failing%mechanism)//' of '
-      associate (blocks => failing%mechanism%blocks)
-         text = text//trim(merge('block ', 'blocks', size(blocks) == 1))
+      associate (blocks => moving_blocks(search, failing))
+         if (size(blocks) > 0) text = text//trim(merge('block ', 'blocks', size(blocks) == 1))
          do i = 1, min(size(blocks), most_listed)
             text = text//trim(merge(' ', ',', i == 1))//' '//to_string(blocks(i))
          end do
          if (size(blocks) > most_listed) text = text//', ... ('//to_string(size(blocks))//' blocks)'
+         segments = moving_segments(search, failing)
+         do k = 1, size(segments)
+            if (segments(k) == 0) cycle
+            if (.not. text(len(text) - 2:) == 'of ') text = text//' and '
+            text = text//"lining '"//liner_name(search, k)//"' ("//counted(segments(k), 'segment')//')'
+         end do
       end associate
    end function mechanism_text
+
+   !> Blocks of the model that move.
+   pure function moving_blocks(search, failing) result(blocks)
+      type(factor_search_type), intent(in) :: search
+      type(trial_type), intent(in) :: failing
+      integer, allocatable :: blocks(:)
+      associate (all => search%settled%blocks)
+         blocks = pack(failing%mechanism%blocks, failing%mechanism%blocks <= all%n_blocks - all%n_segments)
+      end associate
+   end function moving_blocks
+
+   !> Numbers of segments of each lining that move.
+   pure function moving_segments(search, failing) result(segments)
+      type(factor_search_type), intent(in) :: search
+      type(trial_type), intent(in) :: failing
+      integer, allocatable :: segments(:)
+      integer :: i, k, n
+      n = 0
+      associate (p => search%settled%parameters, all => search%settled%blocks)
+         if (allocated(p%liners)) n = size(p%liners)
+         allocate (segments(n), source=0)
+         do i = 1, size(failing%mechanism%blocks)
+            associate (b => failing%mechanism%blocks(i))
+               if (b <= all%n_blocks - all%n_segments) cycle
+               k = all%block_material(b) - p%first_liner_material
+               segments(k) = segments(k) + 1
+            end associate
+         end do
+      end associate
+   end function moving_segments
+
+   !> Name of a lining.
+   pure function liner_name(search, k) result(name)
+      type(factor_search_type), intent(in) :: search
+      integer, intent(in) :: k
+      character(len=:), allocatable :: name
+      name = title_of_liner(search%settled%parameters%liners(k), k)
+   end function liner_name
 
    !> The factor and its bracket.
    pure function factor_text(search) result(text)
@@ -246,6 +294,7 @@ contains
       logical, intent(out) :: ok
       type(json_type) :: json
       real(wp) :: length(size(search%searched%joints)), open(size(search%searched%joints))
+      integer, allocatable :: blocks(:)
       integer :: i
       length = search%joint_length()
       open = search%open_at_limit()
@@ -300,8 +349,17 @@ contains
       call json%open('{', 'mechanism')
       call json%open('[', 'blocks')
       if (search%has_factor()) then
-         do i = 1, size(failing%mechanism%blocks)
-            call json%put('', failing%mechanism%blocks(i) - 1)
+         blocks = moving_blocks(search, failing)
+         do i = 1, size(blocks)
+            call json%put('', blocks(i) - 1)
+         end do
+      end if
+      call json%close(']')
+      call json%open('[', 'linings')
+      if (search%has_factor()) then
+         blocks = moving_segments(search, failing)
+         do i = 1, size(blocks)
+            if (blocks(i) > 0) call json%put('', liner_name(search, i))
          end do
       end if
       call json%close(']')

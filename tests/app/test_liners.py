@@ -387,6 +387,12 @@ class Liners(ProgramTest):
         self.assertLessEqual(found["low"], truth)
         self.assertGreaterEqual(found["high"], truth)
         self.near(found["factor"], truth, 0.01)
+        # of blocks that the model does not have nothing is said
+        self.assertEqual((found["mechanism"]["blocks"], found["mechanism"]["linings"]), ([], ["liner 1"]))
+        with h5py.File(self.path("factor.h5")) as file:
+            self.assertEqual(file["search/blocks"].size, 0)
+        outcome = self.run_program("fos", "factor.nml", "--search", "strength", "--tolerance", "0.1", "--force")
+        self.assertRegex(outcome.out, r"mechanism: \w+ of lining 'liner 1' \(\d+ segments\)")
 
     def test_opened_bond_in_a_static_stage(self):
         """A lining across a gap that opens peels off from a joint with cohesion alone: forces jumped where it came off,

@@ -10,7 +10,7 @@ import numpy as np
 from ..columns import Columns
 from ..errors import InputError
 from ..frames import Frame
-from ..liners import cracked_limit, sound_limit
+from ..liners import crack_limit, cracked_limit, plastic_limit
 from ..units import Units
 from .block_maps import add_fixed_points, add_plain_blocks, frame_axes
 from .block_maps import moment as moment_of
@@ -66,8 +66,8 @@ def capacity(
     title: str | None = None,
 ) -> Axes:
     """Axial force (compression to the right) and moment at all nodes of the linings, and the capacity of their
-    sections: the sound section up to the first crack or crushing (dashed), the cracked one, without tension, up to the
-    first crushing (solid)."""
+    sections: where the sound one cracks (dashed), where the cracked one, without tension, begins to crush (dotted), and
+    what it bears at most, all that is pressed at the strength (solid)."""
     from .style import new_axes, title_of
 
     now, units = results.frames[frame], Units.parse(units, results)
@@ -83,8 +83,11 @@ def capacity(
             colour = f"C{k}"
             axes.plot(-factor * chosen["N"], moment * chosen["M"], ".", color=colour, label=name, zorder=3)
             thickness, compression, tension = results.liner_section[k][:3]
-            for curve, line, words in ((sound_limit, "--", "first crack or crushing"), (cracked_limit, "-", "cracked")):
-                n, m = curve(thickness, compression, tension)
+            for (n, m), line, words in (
+                (crack_limit(thickness, compression, tension), "--", "cracks"),
+                (cracked_limit(thickness, compression, tension), ":", "cracked: begins to crush"),
+                (plastic_limit(thickness, compression), "-", "cracked: capacity"),
+            ):
                 if len(n):
                     n, m = factor * np.concatenate([n, n[::-1]]), moment * np.concatenate([m, -m[::-1]])
                     label = f"{name}: {words}" if len(results.liner_names) > 1 else words

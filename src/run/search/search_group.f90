@@ -50,8 +50,11 @@ contains
       call put_reals('seconds', search%trials%seconds)
       call put_integers('stable', merge(1, 0, search%trials%stable))
       call put_integers('steps', search%trials%steps)
-      call put_integers('blocks', trial%mechanism%blocks - 1)
-      call put_integers('block_kind', trial%mechanism%kinds)
+      ! segments of linings are no blocks of the results
+      associate (m => trial%mechanism, all => search%settled%blocks)
+         call put_integers('blocks', pack(m%blocks, m%blocks <= all%n_blocks - all%n_segments) - 1)
+         call put_integers('block_kind', pack(m%kinds, m%blocks <= all%n_blocks - all%n_segments))
+      end associate
       if (.not. allocated(error)) call write_units(file, search%settled%parameters%units, error, group='search')
       if (allocated(error)) then
          call file%abandon()
