@@ -355,14 +355,16 @@ contains
          end do
       end if
       call json%close(']')
-      call json%open('[', 'linings')
       if (search%has_factor()) then
          blocks = moving_segments(search, failing)
-         do i = 1, size(blocks)
-            if (blocks(i) > 0) call json%put('', liner_name(search, i))
-         end do
+         if (any(blocks > 0)) then
+            call json%open('[', 'linings')
+            do i = 1, size(blocks)
+               if (blocks(i) > 0) call json%put('', liner_name(search, i))
+            end do
+            call json%close(']')
+         end if
       end if
-      call json%close(']')
       if (search%has_factor()) then
          call json%put('kind', kind_of(failing%mechanism))
       else
