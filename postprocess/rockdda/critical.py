@@ -279,7 +279,7 @@ def _from_json(found: dict[str, Any], results: Results | None) -> CriticalFactor
     mechanism = Mechanism(
         tuple(found["mechanism"]["blocks"]),
         found["mechanism"]["kind"] or "none",
-        linings=tuple(found["mechanism"]["linings"]),
+        linings=tuple(found["mechanism"].get("linings", ())),
     )
     if results is not None and "search/factor" in results:
         mechanism = _mechanism(results, mechanism.kind)
