@@ -30,6 +30,7 @@ contains
       real(wp) :: k01
       logical :: is_dynamic, is_static
       logical :: is_first   !! a dynamic part begins, if the step is one
+      logical :: has_struck
       call take_attempt(step, report)
       k01 = step%control%k01(step%parameters)
       is_dynamic = step%control%is_dynamic(step%parameters)
@@ -48,6 +49,7 @@ contains
          call step%families%predict(step%equations)
          call step%newton%impact%keep_slip(slip, step%families%contacts%trial)
       end if
+      has_struck = step%families%contacts%has_struck()
       call step%families%reach_end(step%step_context_type, step%equations)
       ledger%resting_energy = 0
       if (step%parameters%energy .and. allocated(step%resting)) ledger%resting_energy = energy_at_rest(step)
@@ -64,6 +66,8 @@ contains
                                         ledger%contact_energy)
          step%state%accelerates = .false.   ! the motion of the step is not that of its equations
       end if
+      ! an end that struck leaves no acceleration behind: it would be thrown back faster than it came
+      if (has_struck) step%state%accelerates = .false.
       if (step%parameters%energy) call ledger%close_step(step%step_context_type, step%families, k01, &
                                                           step%newton%impact%happened)
       if (step%parameters%energy .and. is_dynamic) &

@@ -64,6 +64,7 @@ module rockdda_interaction_contacts
       procedure :: slip_share
       procedure :: reach_end
       procedure :: add_impulses
+      procedure :: has_struck
    end type contacts_type
 
    interface
@@ -383,8 +384,7 @@ contains
       real(wp) :: p(2)
       integer :: c, l
       do c = 1, self%table%n
-         if (all(self%trial%start(c) /= [at_level%closes, at_level%strikes]) .or. &
-             self%trial%state_used(c) == contact_state%open) cycle
+         if (self%table%state(c) /= contact_state%open .or. self%trial%state_used(c) == contact_state%open) cycle
          call self%trial%find_ends(self%table, c, c, last)
          call self%trial%recall(self%table, c, joint)
          p = dt*[self%trial%force_used(self%table, c), last(1)%shear_force]
@@ -394,6 +394,21 @@ contains
          call equations%add_link_force(l, p, impulse)
       end do
    end subroutine add_impulses
+
+   !> Has the open end of an interval struck in the step (rockdda_interaction_striking_ends), a blow that is more than
+   !> what the interval bore before? Asked before the step is taken over.
+   pure logical function has_struck(self)
+      class(contacts_type), intent(in) :: self
+      integer :: c
+      has_struck = .true.
+      do c = 1, self%table%n
+         if (self%table%station(c) /= 1 .or. self%trial%start(c) /= at_level%strikes) cycle
+         if (self%trial%state_used(c) == contact_state%open) cycle
+         if (self%trial%force_used(self%table, c) + self%trial%force_used(self%table, c + 1) > &
+             2*sum(self%table%normal_force(c:c + 1))) return
+      end do
+      has_struck = .false.
+   end function has_struck
 
    !> Judge all contacts. Whether their forces are settled is decided by `count_unsettled`.
    subroutine judge(self, n_changes, n_unsettled)

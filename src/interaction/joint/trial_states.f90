@@ -25,7 +25,7 @@ module rockdda_interaction_trial_states
    integer(i1), parameter :: no_state = -1
    !> After which share of the step's motion the force of a contact acts: of one that is closed at its start, that of
    !> the scheme; of one that closes in the step, 1, as an impulse; of an interval whose open end may strike, or strikes
-   !> (rockdda_interaction_striking_ends), that of the scheme, or 1 as an impulse.
+   !> (rockdda_interaction_striking_ends), that of the scheme, or 1.
    type :: at_level_enum
       integer(i1) :: closed = 1, closes = 2, may_strike = 3, strikes = 4
    end type at_level_enum
@@ -93,9 +93,9 @@ contains
       integer :: first, last, n, p
       n = table%n
       self%doubt = 0
-      ! what closes in the step does not know when: its force at the end is an impulse
+      ! one that is open at the start and closes does not know when: its force at the end is an impulse
       self%level = [settings%level, 1.0_wp, settings%level, 1.0_wp]
-      self%factor = [1.0_wp, settings%impact, 1.0_wp, settings%impact]
+      self%factor = [1.0_wp, settings%impact, 1.0_wp, 1.0_wp]
       call make_room(self, n)
       call make_extra_room(self, table, laws)
       if (allocated(self%extra)) self%extra(1:n) = joint_extra_type()
