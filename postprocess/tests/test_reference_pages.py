@@ -49,7 +49,7 @@ def test_entries_are_complete_and_in_order():
     for section in sections:
         keys = re.findall(r"^- <a id=\"(\w+)\"></a>([\w'-]+), .*?\((\d{4})\):", section, re.M | re.S)
         assert len(keys) == len(re.findall(r"^- ", section, re.M))
-        assert all(key == name.lower().replace("'", "") + year for key, name, year in keys)
+        assert all(key == re.sub("['-]", "", name.lower()) + year for key, name, year in keys)
         assert [k[0] for k in keys] == sorted(k[0] for k in keys)
 
 
