@@ -235,11 +235,13 @@ contains
       real(wp), intent(inout), contiguous :: force(:, :)         !! (2, n)
       real(wp) :: limit, margin, pressing, trial, drag
       integer :: c, k
-      logical :: has_extra, friction_alone, may_be_steady(size(laws))
+      logical :: has_extra, friction_alone
       has_extra = allocated(extra)
-      may_be_steady = laws%law == contact_law%coulomb .and. laws%friction > 0 .and. .not. laws%normal%is_curved()
-      friction_alone = all(may_be_steady .and. .not. (laws%cohesion > 0 .or. laws%residual_cohesion > 0 .or. &
-                                                      laws%tension > 0))
+      friction_alone = .true.
+      do k = 1, size(laws)
+         friction_alone = friction_alone .and. may_be_steady(laws(k)) .and. .not. &
+                          (laws(k)%cohesion > 0 .or. laws(k)%residual_cohesion > 0 .or. laws(k)%tension > 0)
+      end do
       drag = 0
       do k = 1, size(steady)
          c = first - 1 + k
@@ -266,7 +268,7 @@ contains
             end if
             margin = k_s*settings%round_off
             steady(k) = .not. state(c)%tied .and. widest(k) <= settings%open_tolerance .and. table%partner(c) == 0
-            if (.not. friction_alone) steady(k) = steady(k) .and. may_be_steady(table%joint(c))
+            if (.not. friction_alone) steady(k) = steady(k) .and. may_be_steady(law)
             if (state(c)%state == contact_state%locked) then
                steady(k) = steady(k) .and. abs(trial) <= limit + margin
                force(2, k) = trial
@@ -278,6 +280,12 @@ contains
          end associate
       end do
    end subroutine map_steady
+
+   !> Does `map_steady` know the law?
+   pure logical function may_be_steady(law)
+      type(contact_law_type), intent(in) :: law
+      may_be_steady = law%law == contact_law%coulomb .and. law%friction > 0 .and. .not. law%normal%is_curved()
+   end function may_be_steady
 
    !> Rows that `map_steady` has found steady, after a solve: what is noted of it, what their forces miss of their law,
    !> their normal and their new friction forces.
