@@ -46,6 +46,8 @@ contains
       call check_start(blocks, parameters, messages)
       call warn_of_time(parameters, messages)
       call warn_of_weight(parameters, messages)
+      call warn_of_velocity(parameters, messages)
+      call warn_of_supports(blocks, parameters, messages)
       call warn_of_tables(parameters, messages)
       if (.not. messages%has_errors()) call report_stage_effects(blocks, parameters, messages)
    end subroutine check_options
@@ -71,6 +73,44 @@ contains
                            'the motion begin with a later stage (&load base_stage)', parameters%stages(i)%origin)
       end do
    end subroutine warn_of_time
+
+   !> Warn of velocities that a static stage takes away before they act.
+   subroutine warn_of_velocity(parameters, messages)
+      type(parameters_type), intent(in) :: parameters
+      type(diagnostics_type), intent(inout) :: messages
+      real(wp) :: k01
+      integer :: i
+      k01 = parameters%k01
+      if (allocated(parameters%stages)) then
+         if (size(parameters%stages) > 0) k01 = stage_k01(parameters%stages(1), k01)
+      end if
+      if (k01 > 0) return
+      do i = 1, size(parameters%block_materials)
+         if (.not. any(abs(parameters%block_materials(i)%velocity) > 0)) cycle
+         call messages%add(severity%warning, 'block material '//to_string(i)//' has a velocity, but the run begins '// &
+                           'with static steps, which begin at rest: it is lost; begin with a dynamic stage')
+         return
+      end do
+   end subroutine warn_of_velocity
+
+   !> Warn of supports that are soft beside joints which stiffen: they are springs of a multiple of the stiffness that
+   !> these begin with.
+   subroutine warn_of_supports(blocks, parameters, messages)
+      type(block_system_type), intent(in) :: blocks
+      type(parameters_type), intent(in) :: parameters
+      type(diagnostics_type), intent(inout) :: messages
+      integer :: i
+      if (blocks%fixed%n == 0 .and. size(parameters%boundaries) == 0) return
+      do i = 1, size(parameters%joint_materials)
+         if (.not. parameters%joint_materials(i)%maximum_closure > 0) cycle
+         call messages%add(severity%warning, 'joint material '//to_string(i)//' stiffens (maximum_closure): fixed '// &
+                           'points and boundaries are springs of a multiple (&contact '// &
+                           'fixed_stiffness_factor) of the stiffness with which joints begin, and sink by '// &
+                           'stress over that; where that '// &
+                           'counts, give a larger one')
+         return
+      end do
+   end subroutine warn_of_supports
 
    !> Warn of weight that nothing carries: quiet boundaries hold in static steps only.
    subroutine warn_of_weight(parameters, messages)

@@ -8,7 +8,7 @@ module rockdda_run_block_warnings
    use rockdda_stepping_simulation, only : simulation_type
    implicit none
    private
-   public :: lodged_warning, strain_warning, slid_lining_warning
+   public :: lodged_warning, strain_warning, slid_lining_warning, sheared_lining_warning
 
    !> Largest strain that linear elasticity is meant for.
    real(wp), parameter :: much_strain = 0.05_wp
@@ -65,6 +65,27 @@ contains
          end do
       end associate
    end function slid_lining_warning
+
+   !> Warning about linings whose mean shear stress is beyond their tensile strength; '' for none. Sections are limited in
+   !> N and M alone, and blocks that hang on one are cut out of it by shear.
+   function sheared_lining_warning(sim) result(text)
+      type(simulation_type), intent(in) :: sim
+      character(len=:), allocatable :: text
+      real(wp) :: shear
+      integer :: k
+      text = ''
+      do k = 1, size(sim%families%liners%liners)
+         shear = sim%families%liners%largest_shear(k)
+         associate (liner => sim%families%liners%liners(k))
+            if (.not. shear > liner%section%tension*liner%section%thickness) cycle
+            text = "lining '"//liner%name//"' has a mean shear stress of "// &
+                   sim%parameters%shown(shear/liner%section%thickness, 'stress', 3)//', more than its tensile strength ('// &
+                   sim%parameters%shown(liner%section%tension, 'stress', 3)// &
+                   '): N and M limit its sections, shear does not; check it for blocks that are cut out'
+            return
+         end associate
+      end do
+   end function sheared_lining_warning
 
    !> Warning about the block of largest strain; '' when linear elasticity holds.
    function strain_warning(sim) result(text)

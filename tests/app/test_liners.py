@@ -366,6 +366,32 @@ class Liners(ProgramTest):
             for brittle, tough in zip(*found, strict=True):
                 self.assertAlmostEqual(brittle[1], tough[1], delta=1e-8)
 
+    def test_breaks_over_a_joint_wherever_its_nodes_lie(self):
+        """Two blocks without weight are drawn apart: sprayed concrete across their joint bears f_t t, and breaks. A
+        segment that lay on both blocks held them together with 100 times that."""
+        for element in ("", "element = 0.05, ", "element = 0.1, ", "element = 0.17, ", "element = 0.4, "):
+            groups = FIXED.format(0, 0, 2.03, 0)
+            groups += "&boundary along = 4.03, 0, 4.03, 1, kind = 'moving', velocity = 1e-3, 0 /\n"
+            groups += "&liner along = 0, 1, 2.03, 1, 4.03, 1, thickness = 0.1, young = 20e9, "
+            groups += element + "compressive_strength = 25e6, tensile_strength = 2e6 /\n"
+            groups += "&time dt_max = 0.02 /\n&stage kind = 'static', until_time = 1 /\n"
+            self.boxes("pull", [(0, 0, 2.03, 1), (2.03, 0, 4.03, 1)], groups)
+            with self.solve("pull") as file:
+                normal = file["frames/liner_force"][:, :, 0]
+                # what has cracked keeps 1e-6 of its stiffness
+                self.assertLess(abs(normal).max(), 1.05 * 2e6 * 0.1)
+                self.assertLess(abs(normal[-1]).max(), 1e3)
+
+    def test_warns_of_shear(self):
+        """A block of 0.8 m x 1 m hangs between two that are held, on 5 mm of sprayed concrete: 9.8 kN at each side are
+        2 MPa and more of shear, which N and M do not limit."""
+        boxes = [(-2, 0, -0.4, 1), (-0.4, 0, 0.4, 1), (0.4, 0, 2, 1)]
+        groups = "&liner along = 2, 0, -2, 0, thickness = 0.005, young = 20e9, tensile_strength = 1e6 /\n"
+        groups += FIXED.format(-2, 0, -2, 1) + FIXED.format(2, 0, 2, 1) + REST
+        self.boxes("shear", boxes, groups, gravity=9.81, friction=0)
+        outcome = self.run_program("run", "shear.nml", "--force")
+        self.assertIn("mean shear stress", outcome.err)
+
     def test_slides_by_friction(self):
         """A lining of 4 m that lies on a slope of 25 degrees, let go: g (sin - cos tan phi) t^2/2, by both schemes;
         with more friction it stays but for what the weight, which acts at once, shakes it."""

@@ -193,22 +193,33 @@ contains
       end do
    end function distances_along
 
-   !> Distances from the start of a path at which one block follows another, ascending.
-   pure function block_ends(path, stretches) result(ends)
+   !> Distances from the start of a path at which one block follows another, without a gap, ascending.
+   pure function block_ends(path, stretches, least) result(ends)
       real(wp), intent(in) :: path(:, :)         !! (2, points) [length]
       type(stretch_type), intent(in) :: stretches(:)   !! ascending along the path
+      real(wp), intent(in) :: least              !! gaps below are none [length]
       real(wp), allocatable :: ends(:)
-      real(wp) :: s(size(path, 2))
+      real(wp) :: s(size(path, 2)), reached(size(stretches)), from(size(stretches))
+      logical :: follows(size(stretches))
       integer :: j
       s = distances_along(path)
-      ends = pack([(s(stretches(j)%piece) + stretches(j)%ends(1)*(s(stretches(j)%piece + 1) - s(stretches(j)%piece)), &
-                    j=2, size(stretches))], stretches(2:)%block /= stretches(:size(stretches) - 1)%block)
+      do j = 1, size(stretches)
+         associate (k => stretches(j)%piece, shares => stretches(j)%ends)
+            from(j) = s(k) + shares(1)*(s(k + 1) - s(k))
+            reached(j) = s(k) + shares(2)*(s(k + 1) - s(k))
+         end associate
+         follows(j) = .false.
+         if (j == 1) cycle
+         follows(j) = stretches(j)%block /= stretches(j - 1)%block .and. from(j) - reached(j - 1) <= least
+         reached(j) = max(reached(j), reached(j - 1))
+      end do
       ! around a closed line
       if (size(stretches) > 1) then
-         if (stretches(1)%block /= stretches(size(stretches))%block .and. norm2(path(:, size(s)) - path(:, 1)) <= &
-             1.0e-9_wp*s(size(s))) ends = [ends, s(stretches(1)%piece) + stretches(1)%ends(1)* &
-                                           (s(stretches(1)%piece + 1) - s(stretches(1)%piece))]
+         j = size(stretches)
+         follows(1) = stretches(1)%block /= stretches(j)%block .and. norm2(path(:, size(s)) - path(:, 1)) <= &
+                      1.0e-9_wp*s(size(s)) .and. from(1) + s(size(s)) - reached(j) <= least
       end if
+      ends = pack(from, follows)
    end function block_ends
 
    !> The side of the opening where no rock decides: the inside of a closed line, the left of an open one.

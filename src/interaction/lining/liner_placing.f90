@@ -126,7 +126,7 @@ contains
             if (stage == liner%installs) then
                liner%side = merge(side, opening_side(layout%path, layout%closed), side /= 0)
                if (size(stretches) == 0) return
-               seams = layout%start + block_ends(layout%path, stretches)
+               seams = layout%start + block_ends(layout%path, stretches, 0.1_wp*t)
             end if
             ends = [ends, layout%start + rock_ends(layout%path, stretches, 0.1_wp*t)]
          end do

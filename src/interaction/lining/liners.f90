@@ -23,6 +23,7 @@ module rockdda_interaction_liners
    use rockdda_interaction_liner_friction, only : liner_friction_type, set_dashpots, add_impulses_of, changes_of
    use rockdda_interaction_liner_links, only : join_liner, begin_liner, place_liner, add_to_links_of, predict_liner, &
       forces_of_links, measure_placement_of, judge_liner
+   use rockdda_interaction_liner_beam, only : beam_response_type, forces_at, n_sections, respond_beam
    use rockdda_interaction_liner_nodes, only : show_nodes_of
    use rockdda_interaction_liner_placing, only : draw_liner, append_segments, install_liner, harden
    use rockdda_interaction_liner_state, only : finish_liner, commit_liner, add_forces_of, exchange_liners
@@ -43,6 +44,7 @@ module rockdda_interaction_liners
       procedure :: begin_stage
       procedure :: n_nodes
       procedure :: show_nodes
+      procedure :: largest_shear
       procedure :: stored_energy
       procedure :: count_links
       procedure :: prepare
@@ -204,6 +206,24 @@ contains
                             nodes%force(:, first:last), nodes%state(first:last))
       end do
    end subroutine show_nodes
+
+   !> Largest shear force in the middle of a beam of a lining, 0 where it is not there [force/length].
+   pure real(wp) function largest_shear(self, k) result(largest)
+      class(liners_type), intent(in) :: self
+      integer, intent(in) :: k                   !! the lining
+      type(beam_response_type) :: response
+      real(wp) :: forces(3)
+      integer :: i
+      largest = 0
+      if (.not. self%liners(k)%is_there) return
+      do i = 1, size(self%liners(k)%joints)
+         associate (joint => self%liners(k)%joints(i))
+            call respond_beam(joint%beam, self%liners(k)%section, joint%state, joint%d, response)
+            forces = forces_at(joint%beam, response%f, (n_sections + 1)/2)
+            largest = max(largest, abs(forces(3)))
+         end associate
+      end do
+   end function largest_shear
 
    !> Four of a beam, one of a tie.
    pure integer function count_links(self, context) result(n)

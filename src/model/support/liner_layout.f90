@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: MIT
 !> Where the nodes and segments of a lining lie on its line.
 !>
-!> A node lies at both ends of an open line and at each corner. Where the rock is of blocks not much longer than
-!> segments, a node lies in the middle of each block, or of several; else nodes have equal distances, and a segment
-!> reaches from the middle between two nodes to the next one. The path holds the points of the line, the nodes and the
+!> A node lies at both ends of an open line and at each corner. Where one block follows another a segment ends, so that
+!> no segment holds two blocks together: they have one or more segments each, with a node in the middle. Along one block
+!> nodes have equal distances, and a segment reaches from the middle between two nodes to the next one. The path holds the points of the line, the nodes and the
 !> ends of the segments, in this order along it; that of a closed line begins and ends half-way before the first node.
 module rockdda_model_liner_layout
    use rockdda_base_kinds, only : wp
@@ -25,8 +25,6 @@ module rockdda_model_liner_layout
    !> A line that turns by more is no curve there, but has a corner: cosine of 30 degrees.
    real(wp), parameter :: corner = 0.866_wp
 
-   !> Blocks along more of the line than this number of largest distances are divided as if there were none.
-   real(wp), parameter :: long_block = 2.5_wp
    !> Share of the next block that a segment at a corner takes.
    real(wp), parameter :: small = 0.05_wp
 
@@ -168,9 +166,7 @@ contains
       if (is_set(element)) largest = element
    end function distance_of_nodes
 
-   !> Nodes and segments on a line; where blocks are not far longer than segments, these are as long as one or more
-   !> blocks, so that each block meets one segment, and nodes lie in their middle. Without points where the line has no
-   !> length.
+   !> Nodes and segments on a line; each segment lies on one block. Without points where the line has no length.
    pure type(liner_layout_type) function new_liner_layout(line, thickness, element, breaks, seams) result(layout)
       real(wp), intent(in) :: line(:)        !! x y of its points [length]
       real(wp), intent(in) :: thickness      !! [length]
@@ -250,7 +246,6 @@ contains
          real(wp), allocatable, intent(inout) :: nodes(:), ends(:)
          integer, intent(inout) :: n               !! of both
          real(wp), allocatable :: cells(:), parts(:)
-         real(wp) :: last
          integer :: i, j, k, n_parts
          i = last_below(a + 0.01_wp*largest, joints)
          j = last_below(b - 0.01_wp*largest, joints)
@@ -261,7 +256,7 @@ contains
          else
             cells = [a, cells, b]
          end if
-         if (size(cells) < 3 .or. maxval(cells(2:) - cells(:size(cells) - 1)) > long_block*largest) then
+         if (size(cells) < 3 .and. .not. (has_seam(a) .or. has_seam(b))) then
             j = max(1, ceiling((b - a)/largest - 1.0e-6_wp))
             if (layout%closed .and. smooth) j = max(3, j)
             call add([(a + i*(b - a)/j, i=0, j - 1)], nodes, n)
@@ -273,18 +268,11 @@ contains
          n_parts = 0
          call add([cells(1)], parts, n_parts)
          do i = 2, size(cells)
-            last = parts(n_parts)
             associate (c => cells(i) - cells(i - 1))
-               if (c > 1.5_wp*largest) then
-                  if (last < cells(i - 1)) call add([cells(i - 1)], parts, n_parts)
-                  j = nint(c/largest)
-                  call add([(cells(i - 1) + k*c/j, k=1, j)], parts, n_parts)
-               else if (cells(i) - last > 1.25_wp*largest .and. last < cells(i - 1)) then
-                  call add([cells(i - 1)], parts, n_parts)
-               end if
+               j = max(1, ceiling(c/largest - 0.01_wp))
+               call add([(cells(i - 1) + k*c/j, k=1, j)], parts, n_parts)
             end associate
          end do
-         if (cells(size(cells)) > parts(n_parts) + 0.01_wp*largest) call add([cells(size(cells))], parts, n_parts)
          j = n_parts
          if (smooth) then
             call add(0.5_wp*(parts(2:j) + parts(:j - 1)), nodes, n)
@@ -293,9 +281,19 @@ contains
          else
             call add([a, 0.5_wp*(parts(2:j) + parts(:j - 1))], nodes, n)
             n = n - j
-            call add([a + small*(parts(2) - a), parts(2:j - 1), b - small*(b - parts(j - 1))], ends, n)
+            call add([a + merge(0.0_wp, small, has_seam(a))*(parts(2) - a), parts(2:j - 1), b - small* &
+                      (b - parts(j - 1))], ends, n)
          end if
       end subroutine divide
+
+      !> Does one block follow another there? A segment that lay on both would hold them together. Where one of them
+      !> goes in a later stage it holds the one that stays.
+      pure logical function has_seam(place)
+         real(wp), intent(in) :: place
+         has_seam = any(abs(joints - place) < 0.01_wp*largest)
+         if (present(breaks)) has_seam = has_seam .and. .not. any(abs(modulo(breaks, length) - modulo(place, length)) < &
+                                                                0.1_wp*thickness)
+      end function has_seam
 
       !> Numbers behind the n of a list, which grows by more than they need.
       pure subroutine add(more, list, n)
