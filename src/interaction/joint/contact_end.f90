@@ -106,7 +106,7 @@ contains
             before = 0
             is_interval = is_of_interval(table, c) .and. .not. table%tied(c)
             was_held = was_held .or. (was_closed .and. is_interval)
-            ! locked and closed on all its length, at the start, in the solve and at the end: two springs like any others
+            ! locked and closed on all its length, at the start, in the solve and at the end: two springs like others
             k = c - first + 1
             if (trial%state_used(c) == contact_state%locked .and. was_closed .and. at_start(k) <= 0 .and. &
                 widest(k) <= 0 .and. .not. (trial%partly_used(c) .or. dilates .or. allocated(trial%extra) .or. &

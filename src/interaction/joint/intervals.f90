@@ -197,7 +197,7 @@ contains
    end subroutine respond
 
    !> Gaps of both rows at which the law of an interval is to be linearised after a solve. Those of the motion, unless
-   !> the law is so curved that its stiffness there says nothing of the one at the force which the solve gave the interval:
+   !> the law is so curved that its stiffness there says nothing of the one at the force that the solve gave it:
    !> then those at which it has this force. One that has been open has no force yet, and begins within the curve.
    pure function place_to_linearise(law, k_n, gap, used) result(place)
       type(contact_law_type), intent(in) :: law

@@ -218,7 +218,7 @@ contains
          response%friction = sliding_friction(law, settings, joint, pressing, slip)
    end subroutine map_joint
 
-   !> The kernel beside `map_joint`: which rows of the table go on as they are, as most do at most times, and their forces
+   !> The kernel beside `map_joint`: which rows of the table go on as they are, as most do mostly, and their forces
    !> along the lines of their links, bit by bit those of `map_joint`. Steady are closed rows of Coulomb's law, linear
    !> along the normal, without a partner, of intervals those closed on all their length, that stay locked, or slide on
    !> without a bond. The forces of others are not used.
