@@ -66,8 +66,8 @@ contains
       end associate
    end function slid_lining_warning
 
-   !> Warning about linings whose mean shear stress is beyond their tensile strength; '' for none. Sections are limited in
-   !> N and M alone, and blocks that hang on one are cut out of it by shear.
+   !> Warning about linings whose mean shear stress is beyond their tensile strength; '' for none. Sections are
+   !> limited in N and M alone, and blocks that hang on one are cut out of it by shear.
    function sheared_lining_warning(sim) result(text)
       type(simulation_type), intent(in) :: sim
       character(len=:), allocatable :: text
@@ -79,7 +79,8 @@ contains
          associate (liner => sim%families%liners%liners(k))
             if (.not. shear > liner%section%tension*liner%section%thickness) cycle
             text = "lining '"//liner%name//"' has a mean shear stress of "// &
-                   sim%parameters%shown(shear/liner%section%thickness, 'stress', 3)//', more than its tensile strength ('// &
+                   sim%parameters%shown(shear/liner%section%thickness, 'stress', 3)// &
+                   ', more than its tensile strength ('// &
                    sim%parameters%shown(liner%section%tension, 'stress', 3)// &
                    '): N and M limit its sections, shear does not; check it for blocks that are cut out'
             return

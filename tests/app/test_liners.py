@@ -391,6 +391,8 @@ class Liners(ProgramTest):
         self.boxes("shear", boxes, groups, gravity=9.81, friction=0)
         outcome = self.run_program("run", "shear.nml", "--force")
         self.assertIn("mean shear stress", outcome.err)
+        outcome = self.run_program("fos", "shear.nml", "--to", "2", "--force")
+        self.assertRegex(outcome.err, "mean shear stress of up to .* times its tensile strength where the model stands")
 
     def test_slides_by_friction(self):
         """A lining of 4 m that lies on a slope of 25 degrees, let go: g (sin - cos tan phi) t^2/2, by both schemes;

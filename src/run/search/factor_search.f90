@@ -17,7 +17,7 @@ module rockdda_run_factor_search
    use rockdda_run_input, only : model_input_type
    use rockdda_run_model_run, only : run_type
    use rockdda_run_search_journal, only : search_journal_type, search_digest
-   use rockdda_run_search_notes, only : describe_motion, no_factor
+   use rockdda_run_search_notes, only : describe_motion, describe_shear, no_factor
    use rockdda_run_search_options, only : search_kind, search_options_type, usual_max_steps
    use rockdda_run_search_path, only : search_path_type, search_state_type, search_end, new_search_path
    use rockdda_run_design_factors, only : design_factors_type, read_factors
@@ -139,6 +139,8 @@ contains
             'failing; --max-steps gives it more')
       end do
       note = describe_motion(self%trials, self%settled, self%path)
+      if (len(note) > 0) call observer%warn(note)
+      note = describe_shear(self%trials)
       if (len(note) > 0) call observer%warn(note)
       if (self%state%outcome == search_end%found) return
       ! a design without a finite reserve stands

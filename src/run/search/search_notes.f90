@@ -12,7 +12,7 @@ module rockdda_run_search_notes
    use rockdda_stepping_verdict, only : typical_size
    implicit none
    private
-   public :: describe_motion, no_factor
+   public :: describe_motion, describe_shear, no_factor
 
    !> A stable trial that moves a block by more than this share of a typical block's size has moved something.
    real(wp), parameter :: most_motion = 0.05_wp
@@ -45,6 +45,19 @@ contains
              ': something may have failed below the factor and stopped; '// &
              'look at it with --to '//to_string(trials(first)%value, 6)//' and a model in which it cannot stop'
    end function describe_motion
+
+   !> A warning when a lining bears more shear in a stable trial than its tensile strength: N and M limit its sections,
+   !> shear does not, and the factor rests on it. Else empty.
+   pure function describe_shear(trials) result(text)
+      type(trial_type), intent(in) :: trials(:)
+      character(len=:), allocatable :: text
+      real(wp) :: shear
+      shear = maxval([0.0_wp, trials%shear], mask=[.false., trials%stable])
+      text = ''
+      if (.not. shear > 1) return
+      text = 'a lining has a mean shear stress of up to '//to_string(shear, 3)//' times its tensile strength where '// &
+             'the model stands: N and M limit its sections, shear does not; the factor rests on what it may not bear'
+   end function describe_shear
 
    !> Why there is no factor, and what to do.
    function no_factor(options, state, trials) result(text)

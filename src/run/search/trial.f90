@@ -31,6 +31,7 @@ module rockdda_run_trial
       real(wp) :: unbalanced = 0           !! of the last step
       real(wp) :: displacement = 0         !! largest of a block since the settled state [length]
       real(wp) :: pull = 0                 !! of what fails, over its area; 0: stable, or not decided
+      real(wp) :: shear = 0                !! largest of a lining over its tensile strength, at the end
       real(wp) :: seconds = 0              !! on the wall clock
       type(mechanism_type) :: mechanism    !! of a failing trial
       real(wp), allocatable :: open(:)     !! (joint materials) share of their joints that is open at the end
@@ -123,10 +124,25 @@ contains
          if (.not. allocated(error)) exit
          if (error%code /= error_code%computation .or. error%is_fatal .or. run%is_open) exit
       end do
-      if (.not. (interrupted .or. allocated(error))) trial%open = open_shares(run%sim, joint_lengths(settled))
+      if (.not. (interrupted .or. allocated(error))) then
+         trial%open = open_shares(run%sim, joint_lengths(settled))
+         trial%shear = shear_of_linings(run%sim)
+      end if
       trial%seconds = wall_seconds() - start
       if (allocated(error)) call add_context(error, 'the trial of '//to_string(value, 6)//' has no verdict')
    end subroutine compute_trial
+
+   !> Largest mean shear stress of a lining, over its tensile strength.
+   real(wp) function shear_of_linings(sim) result(largest)
+      type(simulation_type), intent(in) :: sim
+      integer :: k
+      largest = 0
+      do k = 1, size(sim%families%liners%liners)
+         associate (section => sim%families%liners%liners(k)%section)
+            largest = max(largest, sim%families%liners%largest_shear(k)/section%thickness/section%tension)
+         end associate
+      end do
+   end function shear_of_linings
 
    !> The steps of a trial.
    subroutine advance_trial(options, observer, run, trial, interrupted, error)
