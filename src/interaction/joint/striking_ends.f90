@@ -6,8 +6,8 @@
 !> would hold energy that no work has supplied. By a force that acts at the end of the step a convex potential gives
 !> none: from where it closes in the step on, such an interval acts there (`judge` of rockdda_interaction_open_close).
 !> The accelerations that it leaves would throw the end back faster than it came: they are found anew (`accept_step`).
-!> At the end acts one as well that becomes much stiffer between where forces act and the end of the step: it would be pressed beyond
-!> its largest closure.
+!> At the end acts one as well that becomes much stiffer between where forces act and the end of the step: it
+!> would be pressed beyond its largest closure.
 module rockdda_interaction_striking_ends
    use rockdda_base_kinds, only : wp, i1
    use rockdda_base_parallel, only : parallel_contacts

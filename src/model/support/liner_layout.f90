@@ -4,7 +4,8 @@
 !> A node lies at both ends of an open line and at each corner. Where one block follows another a segment ends, so that
 !> no segment holds two blocks together: they have one or more segments each, with a node in the middle. Along one block
 !> nodes have equal distances, and a segment reaches from the middle between two nodes to the next one. The path holds
-!> the points of the line, the nodes and the ends of the segments, in this order along it; that of a closed line begins and ends half-way before the first node.
+!> the points of the line, the nodes and the ends of the segments, in this order along it; that of a closed
+!> line begins and ends half-way before the first node.
 module rockdda_model_liner_layout
    use rockdda_base_kinds, only : wp
    use rockdda_base_sorting, only : sorted_order
