@@ -26,6 +26,8 @@ module rockdda_model_liner_layout
    !> A line that turns by more is no curve there, but has a corner: cosine of 30 degrees.
    real(wp), parameter :: corner = 0.866_wp
 
+   !> Blocks along less of the line than this share of the largest distance lie below the segment of the next one.
+   real(wp), parameter :: sliver = 0.25_wp
    !> Share of the next block that a segment at a corner takes.
    real(wp), parameter :: small = 0.05_wp
 
@@ -251,7 +253,7 @@ contains
          i = last_below(a + 0.01_wp*largest, joints)
          j = last_below(b - 0.01_wp*largest, joints)
          allocate (cells, source=joints(i + 1:j))
-         if (size(cells) > 1) cells = pack(cells, [.true., cells(2:) - cells(:size(cells) - 1) > 0.01_wp*largest])
+         if (size(cells) > 1) cells = pack(cells, [.true., cells(2:) - cells(:size(cells) - 1) > sliver*largest])
          if (smooth .and. size(cells) > 0) then
             cells = [cells, cells(1) + length]
          else
@@ -270,7 +272,7 @@ contains
          call add([cells(1)], parts, n_parts)
          do i = 2, size(cells)
             associate (c => cells(i) - cells(i - 1))
-               j = max(1, ceiling(c/largest - 0.01_wp))
+               j = max(1, nint(c/largest))
                call add([(cells(i - 1) + k*c/j, k=1, j)], parts, n_parts)
             end associate
          end do
