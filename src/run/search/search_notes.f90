@@ -55,8 +55,11 @@ contains
       shear = maxval([0.0_wp, trials%shear], mask=[.false., trials%stable])
       text = ''
       if (.not. shear > 1) return
-      text = 'a lining has a mean shear stress of up to '//to_string(shear, 3)//' times its tensile strength where '// &
-             'the model stands: N and M limit its sections, shear does not; the factor rests on what it may not bear'
+      text = 'a lining without tensile strength bears shear'
+      if (shear <= huge(shear)) text = 'a lining has a mean shear stress of up to '//to_string(shear, 3)// &
+                                       ' times its tensile strength'
+      text = text//' where the model stands: N and M limit its sections, shear does not; the factor rests on what '// &
+             'it may not bear'
    end function describe_shear
 
    !> Why there is no factor, and what to do.
