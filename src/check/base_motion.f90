@@ -69,7 +69,7 @@ contains
       type(origin_type) :: nowhere
       real(wp) :: gravity, g, span
       integer :: i
-      gravity = gravity_of_model(parameters)
+      gravity = parameters%acceleration_of_gravity()
       span = longest_motion(parameters)
       call warn_of_jumps()
       if (allocated(parameters%base%table)) call warn(parameters%base%table, 1.0_wp, gravity, &
@@ -132,19 +132,6 @@ contains
       end subroutine warn
 
    end subroutine warn_of_motion
-
-   !> Acceleration of gravity in the units of the model, 0 where it has no weight.
-   pure real(wp) function gravity_of_model(parameters) result(g)
-      type(parameters_type), intent(in) :: parameters
-      integer :: k
-      g = max(0.0_wp, parameters%gravity)
-      if (parameters%gravity >= 0 .or. .not. allocated(parameters%block_materials)) return
-      do k = 1, size(parameters%block_materials)
-         associate (m => parameters%block_materials(k))
-            if (m%density > 0) g = max(g, abs(m%weight)/m%density)
-         end associate
-      end do
-   end function gravity_of_model
 
    !> Longest time from the start of the motion to the end of the run.
    pure real(wp) function longest_motion(parameters) result(span)

@@ -110,7 +110,6 @@ contains
       options%joint_materials = parameters%joint_materials
       deallocate (options%joint_laws)
       allocate (options%joint_laws(0))
-      if (parameters%gravity < 0) options%gravity = unset_real
       do i = 1, size(options%block_materials)
          associate (m => options%block_materials(i))
             m%number = i

@@ -253,7 +253,12 @@ class Liners(ProgramTest):
     def test_bond_hardens_with_the_lining(self):
         """A cantilever held by its bond, loaded, hardened by 25 and loaded more: what comes then bends the hard one.
         Also resumed in the last stage; and with a joint."""
-        for element, joint in ((0.3, ""), (0.08, ""), (0.08, ", joint_material = 'strong'")):
+        # a joint has the stiffness 0.3 E'/t: a beam with shear on a Winkler bed
+        for element, joint, sag, share in (
+            (0.3, "", 5.1714816e-4, 0.001),
+            (0.08, "", 5.1714816e-4, 0.022),  # half a thickness: the strain of the bond, an eighth of an element
+            (0.08, ", joint_material = 'strong'", 7.5093814e-4, 0.005),
+        ):
             groups = "&joint_material number = 3, name = 'strong', friction = 45, cohesion = 1e8, tension = 1e8 /\n"
             groups += "&liner name = 'c', along = 1.7, 0, 0, 0, -1.5, 0, thickness = 0.15, young = 1e9, "
             groups += f"density = 2400, element = {element}{joint} /\n" + FIXED.format(-1.5, -1, 0, -1)
@@ -266,11 +271,7 @@ class Liners(ProgramTest):
                 place, frame = file["frames/liner_point"][()], file["frames/step"][()]
                 one, two, three = (place[frame == step[stage == k][-1]][-1, 0, 1] for k in range(3))
                 self.near(one - place[0, 0, 1], two - place[0, 0, 1], 1e-6)
-                weight, bending = 2400 * 10 * 0.15, 25e9 / 0.96 * 0.15**3 / 12
-                shear = 25e9 / 2.4 * 0.15 * 5 / 6
-                # elements of half a thickness add the strain of the bond, an eighth of one of them
-                share = 0.001 if element > 0.2 else 0.022
-                self.near(three - two, -weight * 1.7**4 / 8 / bending - weight * 1.7**2 / 2 / shear, share)
+                self.near(three - two, -sag, share)
                 energy, whole = file["history/energy"][-1], file["frames/liner_force"][-1].tolist()
                 self.assertLess(abs(energy[-1]), 1e-9 * abs(energy).max())
                 last = step[stage == 2][0]
@@ -345,6 +346,36 @@ class Liners(ProgramTest):
             with self.solve("slope") as file:
                 place = file["frames/liner_point"][()]
                 self.assertLess(abs(place[-1] - place[0]).max(), 1e-5)
+
+    def test_little_tension_weakens_nothing(self):
+        """A slab that friction and a cohesion of 50 Pa hold: (tan 35 + c/sigma)/tan 25 degrees, for any tensile
+        strength. With the stiffness of a bond it lifted in places, and a little tension was weaker than none."""
+        angle = math.radians(25)
+        truth = (math.tan(math.radians(35)) + 50 / (2400 * 9.81 * 0.2 * math.cos(angle))) / math.tan(angle)
+        for tension in (0, 200, 3500, 2e4):
+            law = f"friction = 35, cohesion = 50, tension = {tension}, brittle = .false."
+            self.slope(25, 1.25, law, "shi", REST)
+            outcome = self.run_program("fos", "slope.nml", "--force", "--json")
+            self.assertEqual(outcome.code, 0, outcome.err)
+            self.near(json.loads(outcome.out)["factor"], truth, 0.005)
+            self.slope(25, 1.25, law, "generalized_alpha")
+            with self.solve("slope") as file:
+                place = file["frames/liner_point"][()]
+                self.assertLess(abs(place[-1] - place[0]).max(), 3e-5)
+
+    def test_weight_is_of_its_own_density(self):
+        """Rock without weight, or with one of its own: gravity acts on a lining all the same. What it presses on the
+        rock is the sag of its joint."""
+        groups = "&liner along = 1, 1, -1, 1, thickness = 0.2, young = 30e9, density = 2400, joint_material = 'j' /\n"
+        groups += "&joint_material number = 3, name = 'j', friction = 30, normal_stiffness = 1e9 /\n"
+        groups += "&load gravity = 10 /\n" + FIXED.format(-1, 0, 1, 0) + REST
+        for weight in ("", ", unit_weight = 0", ", unit_weight = 1e3"):
+            self.boxes("load", [(-1, 0, 1, 1)], groups, young=1e13, gravity=10, more=weight)
+            text = Path(self.path("load.nml")).read_text(encoding="utf-8")
+            self.write("load.nml", text.replace("&load gravity = 10 /\n", "", 1))
+            with self.solve("load") as file:
+                moved = file["frames/liner_point"][-1] - file["frames/liner_point"][0]
+                self.near(moved[:, 1].mean(), -2400 * 10 * 0.2 / 1e9, 0.01)
 
     def test_bond_comes_off_alike_whether_brittle_or_not(self):
         """A lining over a gap that opens, of 4 m: it holds at 200 kPa, and peels off at 30 kPa, where what has come off

@@ -26,7 +26,7 @@ module rockdda_interaction_liner_placing
    !> Stiffness of a bond over E'/thickness of the lining, least and most, and by the third power of thickness over
    !> distance of nodes: a segment of which a half is held does not turn, and its end is clamped.
    real(wp), parameter :: least_bond = 100, most_bond = 1000, bond_of_segment = 120
-   !> The same of a joint that bears no tension, without stiffness of its own: near that of joints of the rock. With the
+   !> The same of a joint without stiffness of its own: near that of joints of the rock. With the
    !> stiffness of a bond half of each segment lifts where it slides, and friction has no state in which it rests.
    real(wp), parameter :: loose = 0.3_wp
    !> Modulus of the strains of segments, over that of the lining: of forces that they take from the beams.
@@ -48,9 +48,9 @@ contains
       parameters%first_liner_material = size(parameters%block_materials)
       do k = 1, size(parameters%liners)
          associate (liner => parameters%liners(k), first => parameters%block_materials(1))
-            own = block_material_type(density=first%density, weight=first%weight, youngs_modulus=soft*liner%young)
+            own = block_material_type(density=first%density, youngs_modulus=soft*liner%young)
             if (is_set(liner%density)) own%density = liner%density
-            own%weight = first%weight*(own%density/first%density)
+            own%weight = own%density*parameters%acceleration_of_gravity()
             parameters%block_materials = [parameters%block_materials, own]
          end associate
       end do
@@ -152,7 +152,7 @@ contains
       end do
       if (liner%joint == 0) return
       associate (joint => parameters%joint_materials(liner%joint))
-         if (.not. joint%tension > 0) liner%bond = loose/liner%section%thickness
+         liner%bond = loose/liner%section%thickness
          if (joint%normal_stiffness > 0) liner%stiffness = joint%normal_stiffness
          if (joint%shear_stiffness > 0) liner%stiffness(2) = joint%shear_stiffness
       end associate

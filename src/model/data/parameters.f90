@@ -53,6 +53,7 @@ module rockdda_model_parameters
       real(wp) :: mass_damping = 0            !! [1/time]
       ! loads
       real(wp) :: gravity = -1                !! acceleration in -y, < 0: from weight/density of each material
+      real(wp) :: given_gravity = -1          !! as given, also where materials have weights of their own; < 0: not given
       real(wp) :: weight_direction(2) = [0.0_wp, -1.0_wp]   !! of all weights; its length multiplies them
       type(base_motion_type) :: base
       type(line_load_type), allocatable :: line_loads(:)
@@ -81,6 +82,7 @@ module rockdda_model_parameters
       logical :: single_frames = .false.      !! reals of frames, but places and times, of 32 bits
    contains
       procedure :: keeps_old_ways
+      procedure :: acceleration_of_gravity
       procedure :: shown
    end type parameters_type
 
@@ -93,6 +95,19 @@ contains
       class(parameters_type), intent(in) :: self
       keeps_old_ways = self%peer_contacts .and. .not. self%by_length
    end function keeps_old_ways
+
+   !> Acceleration of gravity [length/time^2]: as given, or the largest weight over density of a material.
+   pure real(wp) function acceleration_of_gravity(self) result(g)
+      class(parameters_type), intent(in) :: self
+      integer :: k
+      g = max(0.0_wp, self%given_gravity)
+      if (self%given_gravity >= 0 .or. .not. allocated(self%block_materials)) return
+      do k = 1, size(self%block_materials)
+         associate (m => self%block_materials(k))
+            if (m%density > 0) g = max(g, abs(m%weight)/m%density)
+         end associate
+      end do
+   end function acceleration_of_gravity
 
    !> A value as it is shown in the units of the run, '5.3 mm'; the number alone where they are not known.
    pure function shown(self, value, dimension, digits) result(text)

@@ -29,6 +29,7 @@ contains
          allocate (parameters%block_materials(0), parameters%joint_materials(0))
          call find_extent(options, parameters, messages)
       end if
+      parameters%given_gravity = parameters%gravity
       call take_block_options(options%block_materials, options%labelled, parameters%gravity, &
                               parameters%block_materials, messages)
       call take_joint_options(options%joint_materials, options%joint_laws, options%labelled, &

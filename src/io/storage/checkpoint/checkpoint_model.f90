@@ -84,6 +84,7 @@ contains
       end if
       call exchange_materials(archive, parameters)
       call archive%item('ends_with_stages', parameters%ends_with_stages)
+      call archive%item('given_gravity', parameters%given_gravity)
       call archive%item('first_liner_material', parameters%first_liner_material)
       call exchange_units(archive, parameters)
       call archive%fixed('weight_direction', parameters%weight_direction)

@@ -65,6 +65,7 @@ contains
       call check%holds(p%open_tolerance >= 0 .and. p%open_tolerance <= p%w0, 'open_tolerance')
       call check%holds(p%mass_damping >= 0 .and. p%mass_damping <= huge(1.0_wp), 'mass_proportional')
       call check%holds(abs(p%gravity) <= huge(1.0_wp), 'gravity')
+      call check%holds(abs(p%given_gravity) <= huge(1.0_wp), 'given_gravity')
       call check%is_finite(p%weight_direction, 'weight_direction')
       call check%holds(p%solver_tolerance > 0 .and. p%solver_tolerance < 1, 'tolerance')
       call check%holds(p%sor_factor >= 1 .and. p%sor_factor < 2, 'omega')
