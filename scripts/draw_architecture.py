@@ -16,7 +16,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
 
-from fortran_source import Procedure, Source
+from fortran_source import DerivedType, Procedure, Source
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGE = Path("docs/architecture.md")
@@ -112,6 +112,7 @@ COLOURS = {
 EXPANDED = {"stepping", "interaction"}  # calls made inside other folders are not drawn
 DEPTH = 5
 INTERACTION = "interaction_type"
+LINKED = "linked_interaction_type"
 NOT_DRAWN = {"resize", "exchange", "set_size", "make_room", "count_cut"}  # room for arrays, counters
 NOT_DRAWN |= {"find_first_forces"}  # the search in an excavation before the first step, which is that of each step
 NOT_DRAWN |= {"add_error"}  # the error of a step in time
@@ -314,24 +315,23 @@ def folder_table(source: Source) -> str:
 
 def interaction_table(source: Source) -> str:
     """What an interaction offers, and which kinds of interaction do; nothing where the source has no such type."""
-    base = source.types.get(INTERACTION)
-    if base is None:
+    if INTERACTION not in source.types:
         return ""
-    kinds = source.extensions(INTERACTION)
     lines = [
         "### Interactions",
         "",
-        f"Everything that acts on blocks extends `{INTERACTION}`. The step calls these procedures of all of",
-        "them, in the order of the list; each kind has those that it needs:",
-        "",
-        "| procedure | what it does | of |",
-        "|---|---|---|",
+        f"Everything that acts on blocks extends `{INTERACTION}`; what couples blocks by links extends",
+        f"`{LINKED}`, which itself does. The step calls these procedures; each kind has those that it needs:",
     ]
-    for name in base.bindings:
-        own = [kind.name.removesuffix("_type") for kind in kinds if name in kind.bindings]
-        found = source.implementations(INTERACTION, name)
-        summary = shortened(found[0].summary, 160) if found else ""
-        lines.append(f"| `{name}` | {summary} | {', '.join(own) or '–'} |")
+    for type_name in (INTERACTION, LINKED):
+        base = source.types.get(type_name, DerivedType(type_name, ""))
+        kinds = [kind for kind in source.extensions(INTERACTION) if not kind.is_abstract]
+        lines += ["", f"| `{type_name}` | what it does | of |", "|---|---|---|"]
+        for name in base.bindings:
+            own = [kind.name.removesuffix("_type") for kind in kinds if name in kind.bindings]
+            found = source.implementations(type_name, name)
+            summary = shortened(found[0].summary, 160) if found else ""
+            lines.append(f"| `{name}` | {summary} | {', '.join(own) or '–'} |")
     return "\n".join([*lines, ""])
 
 

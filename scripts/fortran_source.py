@@ -30,6 +30,7 @@ class DerivedType:
     parent: str
     components: dict[str, str] = field(default_factory=dict)
     bindings: dict[str, str] = field(default_factory=dict)  # name to procedure; "" where deferred
+    deferred: dict[str, str] = field(default_factory=dict)  # name to abstract interface
     allocatable: set[str] = field(default_factory=set)  # components
     module: str = ""
     is_abstract: bool = False
@@ -157,6 +158,8 @@ class Source:
             for item in match[2].split(","):
                 name, _, target = (part.strip() for part in item.partition("=>"))
                 derived.bindings[name] = "" if "deferred" in match[1] else target or name
+                if "deferred" in match[1]:
+                    derived.deferred[name] = match[1].strip().lstrip("(").partition(")")[0]
         elif match := re.match(r"(?:type|class)\s*\(\s*(\w+)\s*\)[^:]*::\s*(.*)", statement):
             for name in re.findall(r"(?:^|,)\s*(\w+)", re.sub(r"\([^()]*\)", "", match[2])):
                 derived.components[name] = match[1]
@@ -175,13 +178,14 @@ class Source:
             procedure.calls.extend(paths(statement))
 
     def implementations(self, type_name: str, binding: str) -> list[Procedure]:
-        """Procedures behind a binding: of the type or its nearest parent that has it, then of its extensions."""
+        """Procedures behind a binding: of the type or its nearest parent that has it, or their interface; then of its
+        extensions."""
         found = []
         name = type_name
         while name in self.types:
             derived = self.types[name]
-            if derived.bindings.get(binding):
-                found.append(self.modules[derived.module].procedures.get(derived.bindings[binding]))
+            if own := derived.bindings.get(binding) or derived.deferred.get(binding):
+                found.append(self.modules[derived.module].procedures.get(own))
                 break
             name = derived.parent
         for derived in self.extensions(type_name):
@@ -196,7 +200,9 @@ class Source:
     def is_default(self, procedure: Procedure) -> bool:
         """The procedure of an abstract type, for extensions without one of their own."""
         return any(
-            derived.is_abstract and derived.module == procedure.module and procedure.name in derived.bindings.values()
+            derived.is_abstract
+            and derived.module == procedure.module
+            and procedure.name in (*derived.bindings.values(), *derived.deferred.values())
             for derived in self.types.values()
         )
 

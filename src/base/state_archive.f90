@@ -4,16 +4,21 @@
 !>     call archive%section('held_forces')
 !>     call archive%item('force', self%force)       ! written; or read and allocated, not allocated when it is missing
 !>
+!>     if (archive%has_loaded()) call archive%check%list(self%force, n, 'force')
+!>
 !> so that writer and reader cannot differ. The file behind it is that of rockdda_io_archive.
 module rockdda_base_state_archive
    use rockdda_base_kinds, only : wp
+   use rockdda_base_value_check, only : value_check_type
    implicit none
    private
    public :: state_archive_type
 
    type, abstract :: state_archive_type
       logical :: saving = .false.                      !! otherwise loading
+      type(value_check_type) :: check                  !! of what is loaded; its group is the section
    contains
+      procedure(has_loaded_all), deferred :: has_loaded
       procedure(begin_section), deferred :: section
       generic :: item => integer_item, real_item, logical_item, integers_item, reals_item, real_rows_item, logicals_item
       procedure(exchange_integer), deferred :: integer_item
@@ -26,6 +31,12 @@ module rockdda_base_state_archive
    end type state_archive_type
 
    abstract interface
+
+      !> Have the items so far been loaded, without a failure? Then they are to be checked.
+      pure logical function has_loaded_all(self)
+         import :: state_archive_type
+         class(state_archive_type), intent(in) :: self
+      end function has_loaded_all
 
       !> Begin a section: the group of the items that follow.
       subroutine begin_section(self, name)

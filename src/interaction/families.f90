@@ -7,7 +7,6 @@ module rockdda_interaction_families
    use rockdda_base_kinds, only : wp
    use rockdda_base_diagnostics, only : diagnostics_type
    use rockdda_base_state_archive, only : state_archive_type
-   use rockdda_base_value_check, only : value_check_type
    use rockdda_interaction_balance, only : energy_balance_type
    use rockdda_interaction_block_forces, only : block_forces_type
    use rockdda_interaction_bars, only : bars_type
@@ -23,6 +22,7 @@ module rockdda_interaction_families
    use rockdda_interaction_initial_traction, only : start_with_stress
    use rockdda_interaction_interaction, only : interaction_type
    use rockdda_interaction_kinematics, only : mass_matrix
+   use rockdda_interaction_linked_interaction, only : linked_interaction_type
    use rockdda_interaction_liners, only : liners_type
    use rockdda_interaction_loads, only : loads_type
    use rockdda_interaction_quiet_boundaries, only : quiet_boundaries_type
@@ -61,6 +61,7 @@ module rockdda_interaction_families
       procedure :: add
       procedure :: count => count_families
       procedure :: family
+      procedure, private :: linked
       procedure :: prepare
       procedure :: begin
       procedure :: place
@@ -77,7 +78,6 @@ module rockdda_interaction_families
       procedure :: reach_end
       procedure :: commit
       procedure :: exchange_state
-      procedure :: check_state
    end type families_type
 
 contains
@@ -130,6 +130,20 @@ contains
       end select
    end function family
 
+   !> Family i of the list where it has links, none otherwise.
+   function linked(self, i) result(item)
+      class(families_type), intent(in), target :: self
+      integer, intent(in) :: i
+      class(linked_interaction_type), pointer :: item
+      class(interaction_type), pointer :: any_item
+      any_item => self%family(i)
+      item => null()
+      select type (any_item)
+      class is (linked_interaction_type)
+         item => any_item
+      end select
+   end function linked
+
    !> Number of families.
    pure integer function count_families(self) result(n)
       class(families_type), intent(in) :: self
@@ -157,23 +171,24 @@ contains
       class(families_type), intent(inout), target :: self
       type(step_context_type), intent(in) :: context
       type(equations_type), intent(inout) :: equations
-      class(interaction_type), pointer :: item
+      class(linked_interaction_type), pointer :: item
       integer :: i, n_links
       if (self%liners%n_nodes() > 0) self%liners%laws = self%contacts%laws
       n_links = 0
       do i = 1, self%count()
-         item => self%family(i)
+         item => self%linked(i)
+         if (.not. associated(item)) cycle
          item%first_link = n_links
-         item%n_links = item%count_links(context)
-         n_links = n_links + item%n_links
+         n_links = n_links + item%count_links()
       end do
       call equations%set_size(context%blocks%n_blocks, n_links)
       equations%same_pairs = .true.
       do i = 1, self%count()
-         item => self%family(i)
+         item => self%linked(i)
+         if (.not. associated(item)) cycle
          call item%prepare(context, equations)
          ! families of others may set pairs by themselves
-         if (i > n_own .and. item%n_links > 0) equations%same_pairs = .false.
+         if (i > n_own) equations%same_pairs = .false.
       end do
       if (context%state%step == 0 .and. .not. context%parameters%keeps_old_ways()) call stress_contacts(self, context)
       call self%quiet%field%take_joints(context, self%contacts%laws, self%contacts%table)
@@ -207,6 +222,7 @@ contains
       type(step_context_type), intent(in) :: context
       type(equations_type), intent(inout) :: equations
       class(interaction_type), pointer :: item
+      class(linked_interaction_type), pointer :: links
       integer :: i
       if (all(context%renewed)) then
          call equations%clear_blocks()
@@ -215,7 +231,8 @@ contains
       end if
       do i = 1, self%count()
          item => self%family(i)
-         call item%place(context, equations)
+         links => self%linked(i)
+         if (associated(links)) call links%place(context, equations)
          call item%add_to_blocks(context, equations)
       end do
    end subroutine place
@@ -224,11 +241,11 @@ contains
    subroutine add_to_links(self, equations)
       class(families_type), intent(inout), target :: self
       type(equations_type), intent(inout) :: equations
-      class(interaction_type), pointer :: item
+      class(linked_interaction_type), pointer :: item
       integer :: i
       do i = 1, self%count()
-         item => self%family(i)
-         call item%add_to_links(equations)
+         item => self%linked(i)
+         if (associated(item)) call item%add_to_links(equations)
       end do
    end subroutine add_to_links
 
@@ -236,22 +253,22 @@ contains
    subroutine predict(self, equations)
       class(families_type), intent(inout), target :: self
       type(equations_type), intent(in) :: equations
-      class(interaction_type), pointer :: item
+      class(linked_interaction_type), pointer :: item
       integer :: i
       do i = 1, self%count()
-         item => self%family(i)
-         call item%predict(equations)
+         item => self%linked(i)
+         if (associated(item)) call item%predict(equations)
       end do
    end subroutine predict
 
    !> Keep the present motion.
    subroutine keep(self)
       class(families_type), intent(inout), target :: self
-      class(interaction_type), pointer :: item
+      class(linked_interaction_type), pointer :: item
       integer :: i
       do i = 1, self%count()
-         item => self%family(i)
-         call item%keep()
+         item => self%linked(i)
+         if (associated(item)) call item%keep()
       end do
    end subroutine keep
 
@@ -259,11 +276,11 @@ contains
    subroutine shorten(self, fraction)
       class(families_type), intent(inout), target :: self
       real(wp), intent(in) :: fraction
-      class(interaction_type), pointer :: item
+      class(linked_interaction_type), pointer :: item
       integer :: i
       do i = 1, self%count()
-         item => self%family(i)
-         call item%shorten(fraction)
+         item => self%linked(i)
+         if (associated(item)) call item%shorten(fraction)
       end do
    end subroutine shorten
 
@@ -274,7 +291,7 @@ contains
       real(wp), intent(in) :: fraction
       real(wp), intent(inout), contiguous :: force(:, :)   !! (2, >= links)
       integer, intent(in), optional :: runs(:, :)          !! (2, n) first and last row, at most a piece of them
-      class(interaction_type), pointer :: item
+      class(linked_interaction_type), pointer :: item
       integer :: i, first
       first = 1
       if (present(runs)) then
@@ -282,8 +299,8 @@ contains
          first = 2
       end if
       do i = first, self%count()
-         item => self%family(i)
-         call item%lawful_forces(fraction, force)
+         item => self%linked(i)
+         if (associated(item)) call item%lawful_forces(fraction, force)
       end do
    end subroutine lawful_forces
 
@@ -309,12 +326,13 @@ contains
       class(families_type), intent(inout), target :: self
       integer, intent(out) :: n_changes, n_unsettled
       integer :: changes, unsettled
-      class(interaction_type), pointer :: item
+      class(linked_interaction_type), pointer :: item
       integer :: i
       n_changes = 0
       n_unsettled = 0
       do i = 1, self%count()
-         item => self%family(i)
+         item => self%linked(i)
+         if (.not. associated(item)) cycle
          call item%judge(changes, unsettled)
          n_changes = n_changes + changes
          n_unsettled = n_unsettled + unsettled
@@ -360,17 +378,13 @@ contains
       end do
    end subroutine add_energies
 
-   !> Energies that depend on the moved blocks.
+   !> Energies that depend on the moved blocks: kinetic and strain energy.
    subroutine add_moved_energies(self, context, balance)
-      class(families_type), intent(in), target :: self
+      class(families_type), intent(in) :: self
       type(step_context_type), intent(in) :: context
       class(energy_balance_type), intent(inout) :: balance
-      class(interaction_type), pointer :: item
-      integer :: i
-      do i = 1, self%count()
-         item => self%family(i)
-         call item%add_moved_energies(context, balance)
-      end do
+      call self%inertia%add_moved_energies(context, balance)
+      call self%elasticity%add_moved_energies(context, balance)
    end subroutine add_moved_energies
 
    !> Take the state of the end of an accepted step.
@@ -400,28 +414,16 @@ contains
    end subroutine add_forces
 
    !> Save or load the states of the families of the program; those that were added are not in checkpoints.
-   subroutine exchange_state(self, archive)
+   subroutine exchange_state(self, context, archive)
       class(families_type), intent(inout), target :: self
+      type(step_context_type), intent(in) :: context
       class(state_archive_type), intent(inout) :: archive
       class(interaction_type), pointer :: item
       integer :: i
       do i = 1, n_own
          item => self%family(i)
-         call item%exchange_state(archive)
+         call item%exchange_state(context, archive)
       end do
    end subroutine exchange_state
-
-   !> Check states that were loaded.
-   subroutine check_state(self, context, check)
-      class(families_type), intent(in), target :: self
-      type(step_context_type), intent(in) :: context
-      type(value_check_type), intent(inout) :: check
-      class(interaction_type), pointer :: item
-      integer :: i
-      do i = 1, n_own
-         item => self%family(i)
-         call item%check_state(context, check)
-      end do
-   end subroutine check_state
 
 end module rockdda_interaction_families

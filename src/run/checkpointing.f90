@@ -136,12 +136,13 @@ contains
       type(simulation_type), intent(inout) :: sim
       type(checkpoint_facts_type), intent(in) :: facts
       real(wp), allocatable :: memory(:), start_forces(:)
+      character(len=:), allocatable :: problem
       if (allocated(archive%error)) return
       call exchange_state(archive, sim%state)
       call exchange_contacts(archive, sim%contacts)
       call exchange_control(archive, sim%control)
       call exchange_construction(archive, sim%construction, sim%families%contacts%stiffness_is_new)
-      call sim%families%exchange_state(archive)
+      call sim%families%exchange_state(sim%step_context_type, archive)
       call exchange_ledger(archive, sim%ledger)
       call exchange_reported(archive, sim%construction%lodging)
       call exchange_record(archive, sim%record)
@@ -154,7 +155,8 @@ contains
       if (archive%saving) call sim%solver%pack(memory)
       call archive%item('memory', memory)
       if (archive%saving .or. allocated(archive%error)) return
-      call refuse(archive, state_problem(sim, facts, memory))
+      problem = state_problem(sim, facts, memory, archive%check)
+      call refuse(archive, problem)
       if (allocated(archive%error)) return
       if (size(start_forces) /= size(sim%families%boundaries%springs%list) .or. &
           .not. all(abs(start_forces) <= huge(1.0_wp))) then

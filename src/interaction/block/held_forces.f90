@@ -7,7 +7,6 @@
 module rockdda_interaction_held_forces
    use rockdda_base_kinds, only : wp
    use rockdda_base_state_archive, only : state_archive_type
-   use rockdda_base_value_check, only : value_check_type
    use rockdda_model_blocks, only : largest_coordinate
    use rockdda_model_state, only : energy
    use rockdda_interaction_balance, only : energy_balance_type
@@ -40,7 +39,6 @@ module rockdda_interaction_held_forces
       procedure :: commit
       procedure :: add_forces
       procedure :: exchange_state
-      procedure :: check_state
    end type held_forces_type
 
 contains
@@ -194,8 +192,9 @@ contains
    end subroutine add_forces
 
    !> Save or load all forces.
-   subroutine exchange_state(self, archive)
+   subroutine exchange_state(self, context, archive)
       class(held_forces_type), intent(inout) :: self
+      type(step_context_type), intent(in) :: context
       class(state_archive_type), intent(inout) :: archive
       call archive%section('held_forces')
       call archive%item('n', self%n)
@@ -205,29 +204,24 @@ contains
       call archive%item('released', self%released)
       call archive%item('goal', self%goal)
       call archive%item('steps_left', self%steps_left)
+      if (.not. archive%has_loaded()) return
+      associate (check => archive%check)
+         call check%holds(self%n >= 0, 'n')
+         if (self%n == 0 .or. .not. check%passed()) return
+         call check%is_there(allocated(self%block), 'block')
+         call check%is_there(allocated(self%steps_left), 'steps_left')
+         call check%table(self%point, 2, self%n, 'point', largest_coordinate)
+         call check%table(self%force, 2, self%n, 'force')
+         call check%list(self%released, self%n, 'released')
+         call check%list(self%goal, self%n, 'goal')
+         if (.not. check%passed()) return
+         call check%has_shape(size(self%block) == self%n, 'block')
+         call check%has_shape(size(self%steps_left) == self%n, 'steps_left')
+         call check%in_range(self%block, 1, context%blocks%n_blocks, 'block')
+         call check%in_range(self%steps_left, 0, huge(1), 'steps_left')
+         call check%holds(all(self%released >= 0 .and. self%released <= 1), 'released')
+         call check%holds(all(self%goal >= 0 .and. self%goal <= 1), 'goal')
+      end associate
    end subroutine exchange_state
-
-   !> Check forces that were loaded.
-   subroutine check_state(self, context, check)
-      class(held_forces_type), intent(in) :: self
-      type(step_context_type), intent(in) :: context
-      type(value_check_type), intent(inout) :: check
-      check%group = 'held_forces'
-      call check%holds(self%n >= 0, 'n')
-      if (self%n == 0 .or. .not. check%passed()) return
-      call check%is_there(allocated(self%block), 'block')
-      call check%is_there(allocated(self%steps_left), 'steps_left')
-      call check%table(self%point, 2, self%n, 'point', largest_coordinate)
-      call check%table(self%force, 2, self%n, 'force')
-      call check%list(self%released, self%n, 'released')
-      call check%list(self%goal, self%n, 'goal')
-      if (.not. check%passed()) return
-      call check%has_shape(size(self%block) == self%n, 'block')
-      call check%has_shape(size(self%steps_left) == self%n, 'steps_left')
-      call check%in_range(self%block, 1, context%blocks%n_blocks, 'block')
-      call check%in_range(self%steps_left, 0, huge(1), 'steps_left')
-      call check%holds(all(self%released >= 0 .and. self%released <= 1), 'released')
-      call check%holds(all(self%goal >= 0 .and. self%goal <= 1), 'goal')
-   end subroutine check_state
 
 end module rockdda_interaction_held_forces

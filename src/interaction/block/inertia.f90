@@ -123,7 +123,7 @@ contains
       type(equations_type), intent(inout) :: equations
       real(wp) :: m(6, 6), k(6, 6), f(6)
       integer :: i
-      associate (unused => self%n_links)
+      associate (unused => self)
       end associate
       !$omp parallel do default(none) shared(context, equations) private(i, m, k, f) schedule(static) &
       !$omp if (context%blocks%n_blocks > parallel_blocks)
@@ -153,7 +153,7 @@ contains
       real(wp), intent(in), contiguous :: d(:, :)
       class(energy_balance_type), intent(inout) :: balance
       integer :: i, p
-      associate (unused => self%n_links)
+      associate (unused => self)
       end associate
       call balance%make_room(context%blocks%n_blocks)
       !$omp parallel do default(none) shared(context, d, balance) private(i, p) schedule(static) &
@@ -183,7 +183,7 @@ contains
       type(step_context_type), intent(in) :: context
       class(energy_balance_type), intent(inout) :: balance
       integer :: i, p
-      associate (unused => self%n_links)
+      associate (unused => self)
       end associate
       call balance%make_room(context%blocks%n_blocks)
       !$omp parallel do default(none) shared(context, balance) private(i, p) schedule(static) &

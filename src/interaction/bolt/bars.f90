@@ -5,7 +5,6 @@
 module rockdda_interaction_bars
    use rockdda_base_kinds, only : wp
    use rockdda_base_state_archive, only : state_archive_type
-   use rockdda_base_value_check, only : value_check_type
    use rockdda_model_blocks, only : block_system_type, largest_coordinate
    use rockdda_model_bolt_layout, only : bolt_line_type, bolt_lines, rock_at, stage_with
    use rockdda_model_bolt_numbers, only : numbers_of_bolt
@@ -21,13 +20,13 @@ module rockdda_interaction_bars
    use rockdda_interaction_block_forces, only : block_forces_type
    use rockdda_interaction_context, only : step_context_type
    use rockdda_interaction_equations, only : equations_type
-   use rockdda_interaction_interaction, only : interaction_type
    use rockdda_interaction_kinematics, only : move_point
+   use rockdda_interaction_linked_interaction, only : linked_interaction_type
    implicit none
    private
    public :: bars_type
 
-   type, extends(interaction_type) :: bars_type
+   type, extends(linked_interaction_type) :: bars_type
       type(bolt_type), allocatable :: bolts(:)
       real(wp) :: work(3) = 0                   !! of slip, of yield, set free by breaking [energy]
       real(wp), private :: level = 1            !! share of the step's motion up to where forces act
@@ -55,7 +54,6 @@ module rockdda_interaction_bars
       procedure :: commit
       procedure :: add_forces
       procedure :: exchange_state
-      procedure :: check_state
    end type bars_type
 
 contains
@@ -221,12 +219,9 @@ contains
    end function measured
 
    !> Links of all bolts.
-   pure integer function count_links(self, context) result(n)
+   pure integer function count_links(self) result(n)
       class(bars_type), intent(in) :: self
-      type(step_context_type), intent(in) :: context
       integer :: l
-      associate (unused => context%dt)
-      end associate
       n = 0
       do l = 1, n_bolts(self)
          n = n + links_of(self%bolts(l))
@@ -492,44 +487,34 @@ contains
    end subroutine add_forces
 
    !> Save or load what lasts of all bolts.
-   subroutine exchange_state(self, archive)
+   subroutine exchange_state(self, context, archive)
       class(bars_type), intent(inout) :: self
+      type(step_context_type), intent(in) :: context
       class(state_archive_type), intent(inout) :: archive
       real(wp), allocatable :: work(:)
       integer :: l
       logical :: fits
+      associate (unused => context%dt)
+      end associate
       if (.not. allocated(self%bolts)) allocate (self%bolts(0))
       call archive%section('bars')
       work = self%work
       call archive%item('work', work)
       call exchange_bolts(archive, self%bolts, fits)
-      if (archive%saving) return
-      do l = 1, size(self%bolts)
-         call forget_step(self%bolts(l))
-      end do
+      if (.not. archive%has_loaded()) return
       if (fits) fits = allocated(work)
       if (fits) fits = size(work) == 3
+      if (fits) fits = all(work >= 0)
+      call archive%check%holds(fits, 'work')
       if (fits) self%work = work
-      if (.not. fits) self%work = -1
-   end subroutine exchange_state
-
-   !> Check what was loaded.
-   subroutine check_state(self, context, check)
-      class(bars_type), intent(in) :: self
-      type(step_context_type), intent(in) :: context
-      type(value_check_type), intent(inout) :: check
-      integer :: l
-      associate (unused => context%dt)
-      end associate
-      check%group = 'bars'
-      call check%holds(all(self%work >= 0), 'work')
-      do l = 1, n_bolts(self)
+      do l = 1, size(self%bolts)
          associate (b => self%bolts(l))
-            call check%is_finite([b%state%w, b%state%plastic, b%state%slip, b%dowel_slip], 'numbers')
-            call check%holds(all(abs(b%place) <= largest_coordinate) .and. &
-                             all(abs(b%origin) <= largest_coordinate), 'numbers')
+            call forget_step(b)
+            call archive%check%is_finite([b%state%w, b%state%plastic, b%state%slip, b%dowel_slip], 'numbers')
+            call archive%check%holds(all(abs(b%place) <= largest_coordinate) .and. &
+                                     all(abs(b%origin) <= largest_coordinate), 'numbers')
          end associate
       end do
-   end subroutine check_state
+   end subroutine exchange_state
 
 end module rockdda_interaction_bars

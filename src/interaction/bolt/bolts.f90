@@ -21,13 +21,13 @@ module rockdda_interaction_bolts
    use rockdda_interaction_context, only : step_context_type
    use rockdda_interaction_equations, only : equations_type
    use rockdda_interaction_finite_rotation, only : moving_block_type, mean_load, mean_displacement, end_displacement
-   use rockdda_interaction_interaction, only : interaction_type
+   use rockdda_interaction_linked_interaction, only : linked_interaction_type
    implicit none
    private
    public :: is_there, bolts_type, bolt_vectors, bolt_force, bolt_response, bolt_energy
 
    !> All bolts: link l acts along bolt l.
-   type, extends(interaction_type) :: bolts_type
+   type, extends(linked_interaction_type) :: bolts_type
       integer, private :: n = 0
       real(wp), allocatable, private :: stiffness(:), strength(:)   !! (n)
       real(wp), allocatable :: force(:)        !! (n) axial force at the step's start
@@ -138,11 +138,8 @@ contains
    end subroutine init
 
    !> One per bolt.
-   pure integer function count_links(self, context) result(n)
+   pure integer function count_links(self) result(n)
       class(bolts_type), intent(in) :: self
-      type(step_context_type), intent(in) :: context
-      associate (unused => context%dt)
-      end associate
       n = self%n
    end function count_links
 

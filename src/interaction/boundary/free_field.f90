@@ -13,7 +13,6 @@
 module rockdda_interaction_free_field
    use rockdda_base_kinds, only : wp
    use rockdda_base_state_archive, only : state_archive_type
-   use rockdda_base_value_check, only : value_check_type
    use rockdda_model_blocks, only : block_system_type
    use rockdda_model_parameters, only : parameters_type
    use rockdda_contact_table, only : contact_table_type, contact_state
@@ -56,7 +55,6 @@ module rockdda_interaction_free_field
       procedure :: motion_at
       procedure :: traction_on
       procedure :: exchange_state
-      procedure :: check_state
       procedure, private :: find_motion
    end type free_field_type
 
@@ -292,7 +290,9 @@ contains
    subroutine exchange_state(self, archive)
       class(free_field_type), intent(inout) :: self
       class(state_archive_type), intent(inout) :: archive
-      if (size(self%group) == 0) return
+      integer :: n
+      n = size(self%group)
+      if (n == 0) return
       call archive%section('free_field')
       call archive%item('has_joints', self%has_joints)
       call archive%item('joint', self%joint)
@@ -300,21 +300,14 @@ contains
       call archive%item('displacement', self%displacement)
       call archive%item('velocity', self%velocity)
       call archive%item('acceleration', self%acceleration)
+      if (.not. archive%has_loaded()) return
+      associate (check => archive%check)
+         call check%table(self%joint, 2, n, 'joint')
+         call check%table(self%drag, 2, n, 'drag')
+         call check%table(self%displacement, 2, 2*n, 'displacement')
+         call check%table(self%velocity, 2, 2*n, 'velocity')
+         call check%table(self%acceleration, 2, 2*n, 'acceleration')
+      end associate
    end subroutine exchange_state
-
-   !> Check what was loaded.
-   subroutine check_state(self, check)
-      class(free_field_type), intent(in) :: self
-      type(value_check_type), intent(inout) :: check
-      integer :: n
-      n = size(self%group)
-      if (n == 0) return
-      check%group = 'free_field'
-      call check%table(self%joint, 2, n, 'joint')
-      call check%table(self%drag, 2, n, 'drag')
-      call check%table(self%displacement, 2, 2*n, 'displacement')
-      call check%table(self%velocity, 2, 2*n, 'velocity')
-      call check%table(self%acceleration, 2, 2*n, 'acceleration')
-   end subroutine check_state
 
 end module rockdda_interaction_free_field

@@ -9,7 +9,6 @@
 module rockdda_interaction_quiet_boundaries
    use rockdda_base_kinds, only : wp
    use rockdda_base_state_archive, only : state_archive_type
-   use rockdda_base_value_check, only : value_check_type
    use rockdda_model_blocks, only : block_system_type
    use rockdda_model_boundary_options, only : is_quiet
    use rockdda_model_parameters, only : parameters_type
@@ -54,7 +53,6 @@ module rockdda_interaction_quiet_boundaries
       procedure :: commit
       procedure :: add_forces
       procedure :: exchange_state
-      procedure :: check_state
    end type quiet_boundaries_type
 
 contains
@@ -289,20 +287,13 @@ contains
    end subroutine add_forces
 
    !> Save or load the free field.
-   subroutine exchange_state(self, archive)
+   subroutine exchange_state(self, context, archive)
       class(quiet_boundaries_type), intent(inout) :: self
+      type(step_context_type), intent(in) :: context
       class(state_archive_type), intent(inout) :: archive
       call self%field%exchange_state(archive)
-   end subroutine exchange_state
-
-   !> Check a free field that was loaded.
-   subroutine check_state(self, context, check)
-      class(quiet_boundaries_type), intent(in) :: self
-      type(step_context_type), intent(in) :: context
-      type(value_check_type), intent(inout) :: check
-      call self%field%check_state(check)
       associate (unused => context%dt)
       end associate
-   end subroutine check_state
+   end subroutine exchange_state
 
 end module rockdda_interaction_quiet_boundaries

@@ -19,9 +19,9 @@ module rockdda_interaction_contacts
    use rockdda_interaction_equations, only : equations_type
    use rockdda_interaction_friction_search, only : friction_search_type
    use rockdda_interaction_intervals, only : find_leans
-   use rockdda_interaction_interaction, only : interaction_type
    use rockdda_interaction_joint_law, only : joint_settings_type, joint_type, new_joint_settings
    use rockdda_interaction_joint_links, only : linearise_joints
+   use rockdda_interaction_linked_interaction, only : linked_interaction_type
    use rockdda_interaction_open_close, only : open_close_type
    use rockdda_interaction_trial_states, only : at_level
    use rockdda_interaction_striking_ends, only : mark_striking_ends
@@ -29,7 +29,7 @@ module rockdda_interaction_contacts
    private
    public :: contacts_type
 
-   type, extends(interaction_type) :: contacts_type
+   type, extends(linked_interaction_type) :: contacts_type
       type(contact_law_type), allocatable :: laws(:)   !! per joint material
       type(contact_table_type) :: table                !! of this step
       type(joint_settings_type) :: settings            !! of the attempt at hand
@@ -90,11 +90,8 @@ module rockdda_interaction_contacts
 contains
 
    !> One per row.
-   pure integer function count_links(self, context) result(n)
+   pure integer function count_links(self) result(n)
       class(contacts_type), intent(in) :: self
-      type(step_context_type), intent(in) :: context
-      associate (unused => context%dt)
-      end associate
       n = self%table%n
    end function count_links
 

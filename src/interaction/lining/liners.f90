@@ -18,7 +18,7 @@ module rockdda_interaction_liners
    use rockdda_interaction_contact_law, only : contact_law_type
    use rockdda_interaction_context, only : step_context_type
    use rockdda_interaction_equations, only : equations_type
-   use rockdda_interaction_interaction, only : interaction_type
+   use rockdda_interaction_linked_interaction, only : linked_interaction_type
    use rockdda_interaction_liner, only : liner_type, links_of, energy_of
    use rockdda_interaction_liner_friction, only : liner_friction_type, set_dashpots, add_impulses_of, changes_of
    use rockdda_interaction_liner_links, only : join_liner, begin_liner, place_liner, add_to_links_of, predict_liner, &
@@ -31,7 +31,7 @@ module rockdda_interaction_liners
    private
    public :: liners_type
 
-   type, extends(interaction_type) :: liners_type
+   type, extends(linked_interaction_type) :: liners_type
       type(liner_type), allocatable :: liners(:)
       type(contact_law_type), allocatable :: laws(:)   !! of the joint materials, of the step
       type(liner_friction_type), private :: friction
@@ -68,7 +68,6 @@ module rockdda_interaction_liners
       procedure :: commit
       procedure :: add_forces
       procedure :: exchange_state
-      procedure :: check_state
    end type liners_type
 
 contains
@@ -226,12 +225,9 @@ contains
    end function largest_shear
 
    !> Four of a beam, one of a tie.
-   pure integer function count_links(self, context) result(n)
+   pure integer function count_links(self) result(n)
       class(liners_type), intent(in) :: self
-      type(step_context_type), intent(in) :: context
       integer :: k
-      associate (unused => context%dt)
-      end associate
       n = 0
       do k = 1, n_liners(self)
          n = n + links_of(self%liners(k))
@@ -476,25 +472,26 @@ contains
    end subroutine add_forces
 
    !> Save or load what lasts.
-   subroutine exchange_state(self, archive)
+   subroutine exchange_state(self, context, archive)
       class(liners_type), intent(inout) :: self
+      type(step_context_type), intent(in) :: context
       class(state_archive_type), intent(inout) :: archive
       logical :: fits
       if (.not. allocated(self%liners)) allocate (self%liners(0))
       call archive%section('liners')
       call archive%item('stored', self%stored)
       call exchange_liners(archive, self%liners, fits)
-      if (.not. fits) self%stored = -huge(1.0_wp)
+      if (archive%has_loaded()) call check_loaded(self, context%blocks%n_blocks, fits, archive%check)
    end subroutine exchange_state
 
    !> Check what was loaded.
-   subroutine check_state(self, context, check)
+   subroutine check_loaded(self, n_blocks, fits, check)
       class(liners_type), intent(in) :: self
-      type(step_context_type), intent(in) :: context
+      integer, intent(in) :: n_blocks
+      logical, intent(in) :: fits              !! shapes are those of the linings
       type(value_check_type), intent(inout) :: check
       integer :: i, k
-      check%group = 'liners'
-      call check%holds(self%stored > -0.5_wp*huge(1.0_wp), 'stored')
+      call check%holds(fits .and. self%stored > -0.5_wp*huge(1.0_wp), 'stored')
       do k = 1, n_liners(self)
          associate (liner => self%liners(k))
             if (.not. allocated(liner%path)) cycle
@@ -502,7 +499,7 @@ contains
                              liner%section%modulus < huge(1.0_wp), 'numbers')
             do i = 1, size(liner%ties)
                associate (tie => liner%ties(i))
-                  call check%holds(tie%a >= 0 .and. tie%a <= context%blocks%n_blocks .and. tie%b > liner%before .and. &
+                  call check%holds(tie%a >= 0 .and. tie%a <= n_blocks .and. tie%b > liner%before .and. &
                                    tie%b <= liner%before + liner%layout%n .and. tie%length > 0 .and. &
                                    tie%length <= largest_coordinate .and. all(abs(tie%at_a) <= largest_coordinate) &
                                    .and. all(abs(tie%arm) <= largest_coordinate) .and. abs(tie%angle) <= 1.0e9_wp &
@@ -515,6 +512,6 @@ contains
             end do
          end associate
       end do
-   end subroutine check_state
+   end subroutine check_loaded
 
 end module rockdda_interaction_liners

@@ -6,13 +6,13 @@ module ground_spring
    use rockdda_interaction_balance, only : energy_balance_type
    use rockdda_interaction_context, only : step_context_type
    use rockdda_interaction_equations, only : equations_type
-   use rockdda_interaction_interaction, only : interaction_type
    use rockdda_interaction_kinematics, only : move_point, point_load
+   use rockdda_interaction_linked_interaction, only : linked_interaction_type
    implicit none
    private
    public :: ground_spring_type
 
-   type, extends(interaction_type) :: ground_spring_type
+   type, extends(linked_interaction_type) :: ground_spring_type
       integer :: block = 0
       real(wp) :: point(2) = 0       !! on the block, now [length]
       real(wp) :: direction(2) = 0   !! unit vector from the ground to the point
@@ -23,6 +23,7 @@ module ground_spring
    contains
       procedure :: count_links
       procedure :: prepare
+      procedure :: place
       procedure :: add_to_links
       procedure :: predict
       procedure :: keep
@@ -35,33 +36,39 @@ module ground_spring
 contains
 
    !> One, between the block and the fixed outside.
-   pure integer function count_links(self, context) result(n)
+   pure integer function count_links(self) result(n)
       class(ground_spring_type), intent(in) :: self
-      type(step_context_type), intent(in) :: context
-      n = merge(1, 0, self%block > 0 .and. self%block <= context%blocks%n_blocks)
+      n = merge(1, 0, self%block > 0)
    end function count_links
 
-   !> Derivative of the elongation with respect to the unknowns of the block.
+   !> The block of the link.
    subroutine prepare(self, context, equations)
       class(ground_spring_type), intent(inout) :: self
       type(step_context_type), intent(in) :: context
       type(equations_type), intent(inout) :: equations
-      real(wp) :: a(6, 2), b(6, 2)
-      if (self%n_links == 0) return
-      associate (l => self%first_link + 1)
-         equations%pair(:, l) = [self%block, 0]
-         a = 0
-         a(:, 1) = point_load(self%direction, self%point, context%state%centroid(:, self%block))
-         b = 0
-         call equations%set_vectors(l, a, b)
+      associate (unused => context%dt)
       end associate
+      if (self%block > 0) equations%pair(:, self%first_link + 1) = [self%block, 0]
    end subroutine prepare
+
+   !> Derivative of the elongation with respect to the unknowns of the block.
+   subroutine place(self, context, equations)
+      class(ground_spring_type), intent(inout) :: self
+      type(step_context_type), intent(in) :: context
+      type(equations_type), intent(inout) :: equations
+      real(wp) :: a(6, 2), b(6, 2)
+      if (self%block == 0) return
+      a = 0
+      a(:, 1) = point_load(self%direction, self%point, context%state%centroid(:, self%block))
+      b = 0
+      call equations%set_vectors(self%first_link + 1, a, b)
+   end subroutine place
 
    !> Stiffness, and the load of the elongation at the start of the step.
    subroutine add_to_links(self, equations)
       class(ground_spring_type), intent(in) :: self
       type(equations_type), intent(inout) :: equations
-      if (self%n_links == 0) return
+      if (self%block == 0) return
       call equations%set_link(self%first_link + 1, [self%stiffness, 0.0_wp], [-self%stiffness*self%elongation, 0.0_wp])
    end subroutine add_to_links
 
@@ -70,7 +77,7 @@ contains
       class(ground_spring_type), intent(inout) :: self
       type(equations_type), intent(in) :: equations
       real(wp) :: a(6, 2)
-      if (self%n_links == 0) return
+      if (self%block == 0) return
       a = equations%vectors_of(self%first_link + 1, 1)
       self%stretch = dot_product(a(:, 1), equations%x(:, self%block))
    end subroutine predict
@@ -93,7 +100,7 @@ contains
       class(ground_spring_type), intent(in) :: self
       real(wp), intent(in) :: fraction
       real(wp), intent(inout), contiguous :: force(:, :)
-      if (self%n_links == 0) return
+      if (self%block == 0) return
       force(:, self%first_link + 1) = [self%stiffness*(self%elongation + self%kept + &
                                                        fraction*(self%stretch - self%kept)), 0.0_wp]
    end subroutine lawful_forces
@@ -115,7 +122,7 @@ contains
       class(ground_spring_type), intent(inout) :: self
       type(step_context_type), intent(inout) :: context
       real(wp), intent(in), contiguous :: d(:, :)
-      if (self%n_links == 0) return
+      if (self%block == 0) return
       self%elongation = self%elongation + self%stretch
       call move_point(d(:, self%block), context%state%centroid(:, self%block), context%parameters%exact_rotation, &
                       self%point)

@@ -33,6 +33,7 @@ module rockdda_io_archive
       procedure :: put_small_values
       procedure :: get_small_values
       procedure :: section
+      procedure :: has_loaded
       procedure :: has_item
       procedure :: length
       procedure :: refuse
@@ -97,8 +98,15 @@ contains
       class(archive_type), intent(inout) :: self
       character(len=*), intent(in) :: name
       self%prefix = name//'/'
+      self%check%group = name
       self%has_group = .false.
    end subroutine section
+
+   !> Have all items so far been loaded?
+   pure logical function has_loaded(self)
+      class(archive_type), intent(in) :: self
+      has_loaded = .not. (self%saving .or. allocated(self%error))
+   end function has_loaded
 
    !> Make the group of the present section, before its first dataset is written.
    subroutine need_group(self)

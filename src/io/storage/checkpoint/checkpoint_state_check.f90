@@ -60,15 +60,14 @@ contains
    end function facts_problem
 
    !> What stages build, moving blocks, contacts, step control, energies, the last record, and the memory of the solver.
-   function state_problem(sim, facts, memory) result(problem)
+   function state_problem(sim, facts, memory, check) result(problem)
       class(simulation_type), intent(in) :: sim             !! its model is checked
       type(checkpoint_facts_type), intent(in) :: facts      !! checked
       real(wp), allocatable, intent(in) :: memory(:)        !! of the solver
+      type(value_check_type), intent(inout) :: check        !! that of the families' states is behind it
       character(len=:), allocatable :: problem
-      type(value_check_type) :: check
       problem = construction_problem(sim%blocks, sim%parameters, sim%construction)
       if (len(problem) > 0) return
-      call sim%families%check_state(sim%step_context_type, check)
       call check_motion(check, sim%blocks, sim%parameters, sim%state)
       call check%holds(sim%state%step == facts%rows%steps, 'step')
       call check_contacts(check, sim%blocks, sim%parameters, sim%contacts)
