@@ -306,8 +306,9 @@ class Frame:
     @property
     def liner_nodes(self) -> pandas.DataFrame:
         """Nodes of the linings: lining (from 0), its name, x, y, N (axial force, tension positive), M (moment, positive
-        where it pulls on the side of the opening), Q (shear force), per metre out of the plane; use (share of the
-        strength of the section that N and M take together); state (0 absent, 1 sound, 2 cracked, 3 crushed)."""
+        where it pulls on the side of the opening), Q (shear force), per metre out of the plane; opening and slip of
+        its back against the rock; use (share of the strength of the section that N and M take together); state
+        (0 absent, 1 sound, 2 cracked, 3 crushed)."""
         return self.liner_node_columns.to_pandas("a table of linings")
 
     @property
@@ -322,7 +323,10 @@ class Frame:
         columns = {"liner": liner, "name": np.array(names, dtype=object)[liner], "x": place[:, 0], "y": place[:, 1]}
         thickness, compression, tension = self.results.liner_section[liner, :3].T
         use = share_of_strength(force[:, 0], force[:, 1], state > 1, thickness, compression, tension)
-        return Columns(columns | dict(zip("NMQ", force.T, strict=True)) | {"use": use, "state": state})
+        has_back = bool(names) and "frames/liner_back" in self.results
+        opening, slip = (self._row("liner_back") if has_back else np.full((len(state), 2), np.nan)).T
+        columns |= dict(zip("NMQ", force.T, strict=True))
+        return Columns(columns | {"opening": opening, "slip": slip, "use": use, "state": state})
 
     @property
     def liner_pieces(self) -> Columns:

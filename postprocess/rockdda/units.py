@@ -100,6 +100,7 @@ POWERS: dict[str, tuple[int, int, int]] = {
     "frames/bolt_slip": (1, 0, 0),
     "model/liner_section": (-2, 0, 1),  # the first column is a length, the last two are none
     "frames/liner_point": (1, 0, 0),
+    "frames/liner_back": (1, 0, 0),
     "frames/liner_force": (-1, 0, 1),  # the second column, the moment: times length
     "frames/contact_point": (1, 0, 0),
     "frames/contact_force": (0, 0, 1),

@@ -36,7 +36,7 @@ def beam(tmp_path_factory):
 
 def test_nodes_and_table(beam, tmp_path):
     nodes = beam.frames[-1].liner_nodes
-    assert list(nodes) == ["liner", "name", "x", "y", "N", "M", "Q", "use", "state"]
+    assert list(nodes) == ["liner", "name", "x", "y", "N", "M", "Q", "opening", "slip", "use", "state"]
     root = nodes.iloc[int(np.abs(nodes["x"]).argmin())]
     # its own weight of 2500 kg/m3 on 3 m pulls on the side of the rock
     assert root["M"] == pytest.approx(-2500 * 9.81 * 0.2 * 3**2 / 2, rel=0.01)

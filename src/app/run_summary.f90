@@ -11,6 +11,8 @@ module rockdda_app_run_summary
    use rockdda_io_timestamp, only : wall_seconds
    use rockdda_run_outcome, only : done_share, last_stage, share_after_strikes
    use rockdda_run_model_run, only : run_type
+   use rockdda_run_supports, only : lining_summary_type, bolt_summary_type, summarise_linings, summarise_bolts, &
+      supports_text
    use rockdda_app_arguments, only : command_line_type
    use rockdda_app_file_facts, only : displacements_text, put_displacements
    use rockdda_app_json, only : json_type
@@ -53,6 +55,8 @@ contains
          if (ok .and. found .and. .not. line%quiet) then
             moved = displacements_text(run%output)
             if (len(moved) > 0) call print_line(moved, ok)
+            moved = supports_text(run%sim, '  ')
+            if (ok .and. len(moved) > 0) call print_line('supports at the end'//new_line('a')//moved, ok)
          end if
          return
       end if
@@ -101,6 +105,7 @@ contains
       end associate
       call json%close('}')
       if (found) call put_displacements(run%output, json)
+      call put_supports(run, json)
       call json%put('wall_seconds', wall_seconds() - run%start)
       all_messages = messages
       do i = 1, run%warnings%n
@@ -108,6 +113,56 @@ contains
       end do
       call end_json(json, all_messages, error, ok)
    end subroutine print_summary
+
+   !> Put what linings and bolts bear at the end.
+   subroutine put_supports(run, json)
+      type(run_type), intent(in) :: run
+      type(json_type), intent(inout) :: json
+      character(len=1), parameter :: names(3) = ['N', 'M', 'Q']
+      type(lining_summary_type), allocatable :: linings(:)
+      type(bolt_summary_type), allocatable :: bolts(:)
+      integer :: i, k
+      call summarise_linings(run%sim, linings)
+      call summarise_bolts(run%sim, bolts)
+      if (size(linings) > 0) then
+         call json%open('[', 'linings')
+         do k = 1, size(linings)
+            associate (liner => linings(k))
+               call json%open('{', '')
+               call json%put('name', liner%name)
+               do i = 1, 3
+                  call json%open('[', names(i))
+                  call json%put('', liner%least(i))
+                  call json%put('', liner%most(i))
+                  call json%close(']')
+               end do
+               call json%put('nodes', liner%n)
+               call json%put('cracked', liner%n_cracked)
+               call json%put('crushed', liner%n_crushed)
+               call json%put('slip', liner%slip)
+               call json%put('opening', liner%opening)
+               call json%close('}')
+            end associate
+         end do
+         call json%close(']')
+      end if
+      if (size(bolts) == 0) return
+      call json%open('[', 'bolts')
+      do k = 1, size(bolts)
+         associate (group => bolts(k))
+            call json%open('{', '')
+            call json%put('name', group%name)
+            call json%put('bolts', group%n)
+            call json%put('force', group%force)
+            call json%put('use', group%use)
+            call json%put('slipping', group%n_slipping)
+            call json%put('yielding', group%n_yielding)
+            call json%put('ruptured', group%n_ruptured)
+            call json%close('}')
+         end associate
+      end do
+      call json%close(']')
+   end subroutine put_supports
 
    !> Of the steps computed, those in the results, where these are fewer.
    pure function kept_text(run, n_steps, time) result(text)

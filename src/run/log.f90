@@ -16,6 +16,7 @@ module rockdda_run_log
    use rockdda_run_frame_plan, only : frame_plan_type
    use rockdda_run_input, only : model_input_type
    use rockdda_run_outcome, only : cuts_text, reactions_text, time_error_text, strikes_text
+   use rockdda_run_supports, only : supports_text
    implicit none
    private
    public :: run_log_type
@@ -133,8 +134,10 @@ contains
       class(run_log_type), intent(inout) :: self
       type(simulation_type), intent(in) :: sim
       type(error_type), allocatable, intent(out) :: error
-      character(len=:), allocatable :: planned
+      character(len=:), allocatable :: planned, supports
       if (size(sim%parameters%boundaries) > 0) call self%put(reactions_text(sim), error)
+      supports = supports_text(sim, '# ')
+      if (.not. allocated(error) .and. len(supports) > 0) call self%put(supports, error)
       planned = 'none, the stages decide'
       if (sim%planned_time() > 0) planned = to_string(sim%planned_time(), 10)
       if (.not. allocated(error)) call self%put('# planned time: '//planned//'. '//cuts_text(sim), error)

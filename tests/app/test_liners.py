@@ -438,6 +438,9 @@ class Liners(ProgramTest):
                 # the weight lifts and presses it in the first milliseconds, with friction that follows: 0.3 mm
                 for distance in (place[0] - place[-1]) @ along:
                     self.assertAlmostEqual(distance, max(0, slid), delta=0.3e-3)
+                for opening, slip in file["frames/liner_back"][-1]:
+                    self.assertAlmostEqual(slip, max(0, slid), delta=0.5e-3)
+                    self.assertLess(opening, 1e-4)
                 self.assertLess(abs(energy[-1]), 1e-6 * abs(energy).max())
         # 0.083 m without friction: less than half of an element of 0.4 m, more than half of one of 0.1 m
         for element, warns in ((0.4, False), (0.1, True)):
@@ -468,6 +471,20 @@ class Liners(ProgramTest):
             self.assertEqual(file["search/blocks"].size, 0)
         outcome = self.run_program("fos", "factor.nml", "--search", "strength", "--tolerance", "0.1", "--force")
         self.assertRegex(outcome.out, r"mechanism: \w+ of lining 'liner 1' \(\d+ segments\)")
+
+    def test_run_ends_with_its_supports(self):
+        """A slab of 2 m on a slope of 25 degrees, let go without friction: it slides, as the text and JSON say."""
+        self.slope(25, 2, "friction = 0", "generalized_alpha")
+        outcome = self.run_program("run", "slope.nml", "--force", "--json")
+        liner = json.loads(outcome.out)["linings"][0]
+        self.assertEqual((liner["name"], liner["cracked"], liner["crushed"]), ("liner 1", 0, 0))
+        self.near(liner["slip"], 0.5 * 9.81 * math.sin(math.radians(25)) * 0.2**2, 0.01)
+        self.assertLess(liner["N"][0], liner["N"][1])
+        outcome = self.run_program("run", "slope.nml", "--force")
+        self.assertRegex(
+            outcome.out, r"lining 'liner 1': N .* to .*, M .*; 0 cracked, .*; slip at its back up to 0.0829"
+        )
+        self.assertIn("# lining 'liner 1': N", Path(self.path("slope.log")).read_text(encoding="utf-8"))
 
     def test_opened_bond_in_a_static_stage(self):
         """A lining across a gap that opens peels off from a joint with cohesion alone: forces jumped where it came off,

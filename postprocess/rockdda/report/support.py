@@ -76,7 +76,8 @@ def liner_forces(frame: Frame, units: Units) -> str:
 
 def liner_table(results: Results, units: Units) -> Table:
     """Of each lining that is there at the end: the largest N, M, Q of all frames, the largest share of its strength
-    with its place and stage, and how many of its nodes are cracked or crushed at the end."""
+    with its place and stage, and how many of its nodes are cracked or crushed at the end; where a back has slipped,
+    how far."""
     frames = [results.frames[index] for index in range(results.n_frames)]
     nodes = [frame.liner_node_columns for frame in frames]
     largest = {name: max(float(np.abs(one[name]).max(initial=0.0)) for one in nodes) for name in "NMQ"}
@@ -86,6 +87,10 @@ def liner_table(results: Results, units: Units) -> Table:
         unit = shown[name][1]
         head.append(f"{words} [{unit}]" if unit else words)
     head += ["largest share of the strength", "where, in which stage", "nodes cracked, crushed"]
+    slipped = float(np.nan_to_num(nodes[-1]["slip"]).max(initial=0.0))
+    of_slip, unit_of_slip = units.multiple("length", slipped) if units.length else (1.0, "")
+    if slipped > 0:
+        head.append(f"slip at its back [{unit_of_slip}]" if unit_of_slip else "slip at its back")
     rows = []
     for k, liner in enumerate(results.liner_names):
         own = [one.rows((one["liner"] == k) & (one["state"] > 0)) for one in nodes]
@@ -104,4 +109,6 @@ def liner_table(results: Results, units: Units) -> Table:
         state = own[-1]["state"]
         counts = f"{np.count_nonzero(state == 2)}, {np.count_nonzero(state == 3)} of {len(state)}"
         rows.append([liner, *(number(float(size)) for size in sizes), share, where, counts])
+        if slipped > 0:
+            rows[-1].append(number(of_slip * float(own[-1]["slip"].max())))
     return head, rows

@@ -124,6 +124,8 @@ def _check(file: h5py.File) -> None:
         _table(file, "model/liner_section", "f8", 5)
         _table(file, "frames/liner_point", "f8", n, 2)
         _table(file, "frames/liner_force", "f8", n, 3)
+        if "frames/liner_back" in file:
+            _table(file, "frames/liner_back", "f8", n, 2)
         _table(file, "frames/liner_state", "i4", n)
     _table(file, "frames/contact_point", "f8", 2)
     _table(file, "frames/contact_force", "f8", 2)

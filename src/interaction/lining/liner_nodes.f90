@@ -22,7 +22,7 @@ module rockdda_interaction_liner_nodes
    use rockdda_interaction_context, only : step_context_type
    use rockdda_interaction_liner, only : liner_type, node_state, installed_centroids, on_segment, turned, acts, respond
    use rockdda_interaction_liner_beam, only : beam_state_type, beam_response_type, respond_beam, n_sections
-   use rockdda_interaction_liner_ties, only : tie_type, tie_response_type
+   use rockdda_interaction_liner_ties, only : tie_type, tie_response_type, tie_state
    implicit none
    private
    public :: show_nodes_of
@@ -49,22 +49,24 @@ module rockdda_interaction_liner_nodes
 
 contains
 
-   !> Place, forces N, M, Q and state of the nodes of a lining.
-   pure subroutine show_nodes_of(laws, context, liners, k, place, force, state)
+   !> Place, forces N, M, Q, motion of the back against what holds it, and state of the nodes of a lining.
+   pure subroutine show_nodes_of(laws, context, liners, k, place, force, back, state)
       type(contact_law_type), allocatable, intent(in) :: laws(:)   !! of the joint materials
       type(step_context_type), intent(in) :: context
       type(liner_type), intent(in) :: liners(:)
       integer, intent(in) :: k                   !! the lining; those that lie on it press it
       real(wp), intent(out) :: place(:, :)       !! (2, nodes) [length]
       real(wp), intent(out) :: force(:, :)       !! (3, nodes)
+      real(wp), intent(out) :: back(:, :)        !! (2, nodes) largest opening and slip of its back [length]
       integer, intent(out) :: state(:)           !! (nodes) node_state%...
       type(side_type) :: sides(2, size(state))   !! before and behind each node
       type(load_type) :: loads(size(state))
       real(wp) :: bent(size(state))              !! moments in the middle of beams by what lies between nodes
       real(wp) :: center(2, size(state)), eccentricity(size(state))
-      integer :: i, next
+      integer :: i, n, next
       associate (liner => liners(k), layout => liners(k)%layout)
          force = 0
+         back = 0
          state = node_state%absent
          do i = 1, layout%n
             place(:, i) = liner%path(:, layout%node(i))
@@ -88,7 +90,10 @@ contains
             end associate
          end do
          do i = 1, size(liner%ties)
-            if (acts(context, liner%ties(i))) call add_tie(liner, liner%ties, i, .false., loads)
+            if (.not. acts(context, liner%ties(i))) cycle
+            call add_tie(liner, liner%ties, i, .false., loads)
+            n = liner%ties(i)%b - liner%before
+            back(:, n) = max(back(:, n), [opening_of(liner, liner%ties(i)), liner%ties(i)%slip])
          end do
          do next = k + 1, size(liners)
             if (liners(next)%lower /= k .or. .not. liners(next)%is_there) cycle
@@ -137,6 +142,15 @@ contains
             side%length = 0.5_wp*joint%beam%length
          end associate
       end function cut_of
+
+      !> How far a tie is open; 0 where it holds.
+      pure real(wp) function opening_of(liner, tie) result(opening)
+         type(liner_type), intent(in) :: liner
+         type(tie_type), intent(in) :: tie
+         type(tie_response_type) :: response
+         call respond(laws, liner, tie, tie%motion, response)
+         opening = merge(0.0_wp, max(0.0_wp, tie%motion(1)), any(response%state == [tie_state%held, tie_state%slides]))
+      end function opening_of
 
       !> The traction at a tie. Two ties that stand for halves of a stretch lie at the places of Gauss, further apart
       !> than the middles of these.

@@ -68,6 +68,7 @@ module rockdda_model_state
    type :: liner_nodes_type
       real(wp), allocatable :: place(:, :)     !! (2, nodes) [length]
       real(wp), allocatable :: force(:, :)     !! (3, nodes) N tension positive, M pulling on the side of the opening, Q
+      real(wp), allocatable :: back(:, :)      !! (2, nodes) largest opening and slip of its back [length]
       integer, allocatable :: state(:)         !! (nodes) 0 absent, 1 sound, 2 cracked, 3 crushed
    end type liner_nodes_type
 

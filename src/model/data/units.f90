@@ -63,6 +63,10 @@ module rockdda_model_units
       multiple_type('force', 'kN', 1.0e3_wp, 0.0_wp), &
       multiple_type('force/length', 'MN/m', 1.0e6_wp, 1.0e6_wp), &
       multiple_type('force/length', 'kN/m', 1.0e3_wp, 0.0_wp), &
+      multiple_type('thrust', 'MN/m', 1.0e6_wp, 1.0e6_wp), &
+      multiple_type('thrust', 'kN/m', 1.0e3_wp, 0.0_wp), &
+      multiple_type('moment', 'MNm/m', 1.0e6_wp, 1.0e6_wp), &
+      multiple_type('moment', 'kNm/m', 1.0e3_wp, 0.0_wp), &
       multiple_type('energy', 'MJ', 1.0e6_wp, 1.0e6_wp), &
       multiple_type('energy', 'kJ', 1.0e3_wp, 1.0_wp), &
       multiple_type('energy', 'J', 1.0_wp, 0.0_wp), &
@@ -104,9 +108,9 @@ contains
       case ('mass/length^2'); powers = [-3, 1, 0]
       case ('force/length^2', 'stress/length'); powers = [-2, 1, -2]
       case ('stress'); powers = [-1, 1, -2]
-      case ('force'); powers = [0, 1, -2]          ! per metre of thickness, as the next two
+      case ('force', 'thrust'); powers = [0, 1, -2]   ! per metre of thickness, as the next three
       case ('force/length'); powers = [-1, 1, -2]
-      case ('energy'); powers = [1, 1, -2]
+      case ('energy', 'moment'); powers = [1, 1, -2]   ! a moment on a section, per metre
       case ('length/time'); powers = [1, 0, -1]
       case ('length/time^2'); powers = [1, 0, -2]
       case default; powers = 0

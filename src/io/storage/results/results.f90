@@ -45,9 +45,9 @@ module rockdda_io_results
                          s_frame_time = 24, s_vertices = 25, s_centroid = 26, s_rotation = 27, s_stress = 28, &
                          s_velocity = 29, s_bolt_ends = 30, s_bolt_force = 31, s_bolt_node = 32, s_bolt_slip = 33, &
                          s_bolt_state = 34, s_bolt_use = 35, s_active = 36, s_liner_point = 37, s_liner_force = 38, &
-                         s_liner_state = 39, s_offset = 40, s_point = 41, s_force = 42, s_state = 43, s_blocks = 44, &
-                         s_opening = 45, s_slip = 46, s_length = 47, s_normal_stress = 48, s_shear_stress = 49, &
-                         s_strength = 50, &
+                         s_liner_back = 39, s_liner_state = 40, s_offset = 41, s_point = 42, &
+                         s_force = 43, s_state = 44, s_blocks = 45, s_opening = 46, s_slip = 47, s_length = 48, &
+                         s_normal_stress = 49, s_shear_stress = 50, s_strength = 51, &
                          n_series = n_tables
 
    type :: results_type
@@ -197,6 +197,7 @@ contains
       n_nodes = header%n_liner_nodes
       call self%series(s_liner_point)%init('frames/liner_point', reals, [2, n_nodes], n_expected=n, only_filled=.true.)
       call self%series(s_liner_force)%init('frames/liner_force', reals, [3, n_nodes], small, n, only_filled=.true.)
+      call self%series(s_liner_back)%init('frames/liner_back', reals, [2, n_nodes], small, n, only_filled=.true.)
       call self%series(s_liner_state)%init('frames/liner_state', integers, [n_nodes], n_expected=n, only_filled=.true.)
       call self%series(s_offset)%init('frames/contact_offset', integers, single, n_expected=n)
       call self%series(s_point)%init('frames/contact_point', reals, [2], n_expected=nc)
@@ -294,6 +295,7 @@ contains
          if (present(liner_nodes) .and. .not. s(s_liner_point)%is_absent) then
             call s(s_liner_point)%add(reshape(liner_nodes%place, [size(liner_nodes%place)]), 1)
             call s(s_liner_force)%add(reshape(liner_nodes%force, [size(liner_nodes%force)]), 1)
+            call s(s_liner_back)%add(reshape(liner_nodes%back, [size(liner_nodes%back)]), 1)
             call s(s_liner_state)%add(liner_nodes%state, 1)
          end if
          self%so_far%frames = self%so_far%frames + 1

@@ -240,6 +240,7 @@ contains
          n_nodes = nodes_of(file, check, 'liner_first')
          n = rows_of(file, check, 'liner_point', reals, [2, n_nodes])
          n = rows_of(file, check, 'liner_force', reals, [3, n_nodes])
+         if (file%exists('frames/liner_back')) n = rows_of(file, check, 'liner_back', reals, [2, n_nodes])
          n = rows_of(file, check, 'liner_state', integers, [n_nodes])
       end if
       n = rows_of(file, check, 'contact_point', reals, [2])

@@ -63,6 +63,7 @@ module rockdda_io_results_units
       entry_type('model/liner_section', 'length, stress, stress, , '), &
       entry_type('frames/liner_point', 'length'), &
       entry_type('frames/liner_force', 'force/length, force, force/length'), &
+      entry_type('frames/liner_back', 'length'), &
       entry_type('frames/contact_point', 'length'), &
       entry_type('frames/contact_force', 'force'), &
       entry_type('frames/contact_opening', 'length'), &
