@@ -34,6 +34,7 @@ contains
       type(simulation_type), intent(in) :: sim
       type(lining_summary_type), allocatable, intent(out) :: linings(:)
       type(liner_nodes_type) :: nodes
+      type(lining_summary_type) :: one
       integer, allocatable :: there(:)
       integer :: i, k, last, n
       allocate (linings(0))
@@ -46,10 +47,15 @@ contains
             there = pack([(i, i=last + 1, last + n)], nodes%state(last + 1:last + n) > 0)
             last = last + n
             if (size(there) == 0) cycle
-            linings = [linings, lining_summary_type(liner%name, minval(nodes%force(:, there), 2), &
-                                                    maxval(nodes%force(:, there), 2), size(there), &
-                                                    count(nodes%state(there) == 2), count(nodes%state(there) == 3), &
-                                                    maxval(nodes%back(1, there)), maxval(nodes%back(2, there)))]
+            one%name = liner%name
+            one%least = minval(nodes%force(:, there), 2)
+            one%most = maxval(nodes%force(:, there), 2)
+            one%n = size(there)
+            one%n_cracked = count(nodes%state(there) == 2)
+            one%n_crushed = count(nodes%state(there) == 3)
+            one%opening = maxval(nodes%back(1, there))
+            one%slip = maxval(nodes%back(2, there))
+            linings = [linings, one]
          end associate
       end do
    end subroutine summarise_linings
