@@ -4,7 +4,7 @@
 module rockdda_check_linings
    use rockdda_base_kinds, only : wp
    use rockdda_base_diagnostics, only : diagnostics_type, severity, at_word
-   use rockdda_base_strings, only : is_given, to_string
+   use rockdda_base_strings, only : counted, is_given, to_string
    use rockdda_geometry_polygons, only : point_in_polygon, polygon_area
    use rockdda_geometry_segments, only : segments_cross, distance_to_segment, line_intersection
    use rockdda_model_blocks, only : block_system_type
@@ -65,7 +65,8 @@ contains
             if (allocated(liner%along) .and. is_given(liner%outline)) call fail('along and outline both name its line')
             if (allocated(liner%along)) then
                if (size(liner%along) < 4 .or. mod(size(liner%along), 2) > 0) &
-                  call fail('along takes x and y of two points or more')
+                  call fail('along takes x and y of two points or more, found '// &
+                            counted(size(liner%along), 'number'), 'along')
             end if
             if (is_given(liner%on)) then
                if (lower_liner(options%liners, k) == 0) then

@@ -88,7 +88,8 @@ contains
       do i = 1, size(parameters%block_materials)
          if (.not. any(abs(parameters%block_materials(i)%velocity) > 0)) cycle
          call messages%add(severity%warning, 'block material '//to_string(i)//' has a velocity, but the run begins '// &
-                           'with static steps, which begin at rest: it is lost; begin with a dynamic stage')
+                           'with static steps, which begin at rest: it is lost; begin with a dynamic stage', &
+                           parameters%block_materials(i)%origin)
          return
       end do
    end subroutine warn_of_velocity
@@ -107,7 +108,7 @@ contains
                            'points and boundaries are springs of a multiple (&contact '// &
                            'fixed_stiffness_factor) of the stiffness with which joints begin, and sink by '// &
                            'stress over that; where that '// &
-                           'counts, give a larger one')
+                           'counts, give a larger one', parameters%joint_materials(i)%origin)
          return
       end do
    end subroutine warn_of_supports
