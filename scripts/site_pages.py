@@ -43,6 +43,7 @@ STYLE = """\
 iframe.film { width: 100%; height: 32rem; border: 1px solid var(--md-default-fg-color--lightest); }
 .md-typeset table:not([class]) { display: block; overflow-x: auto; }
 .md-typeset table:not([class]) td:first-child code { white-space: nowrap; }
+.md-typeset pre > code { white-space: pre-wrap; overflow-wrap: anywhere; }
 .equation { overflow-x: auto; overflow-y: hidden; }
 """
 SINGLE = ["README.md", "CONTRIBUTING.md", "LICENSE", "CITATION.cff", "scripts/hpc/job.sh"]
