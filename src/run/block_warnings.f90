@@ -75,11 +75,11 @@ contains
       integer :: k
       text = ''
       do k = 1, size(sim%families%liners%liners)
-         shear = sim%families%liners%largest_shear(k)
+         shear = sim%families%liners%shear_stress(k)
          associate (liner => sim%families%liners%liners(k))
-            if (.not. shear > liner%section%tension*liner%section%thickness) cycle
+            if (.not. shear > liner%section%tension) cycle
             text = "lining '"//liner%name//"' has a mean shear stress of "// &
-                   sim%parameters%shown(shear/liner%section%thickness, 'stress', 3)// &
+                   sim%parameters%shown(shear, 'stress', 3)// &
                    ', more than its tensile strength ('// &
                    sim%parameters%shown(liner%section%tension, 'stress', 3)// &
                    '): N and M limit its sections, shear does not; check it for blocks that are cut out'

@@ -149,38 +149,39 @@ contains
       type(stretch_type), intent(in) :: stretches(:)   !! ascending along the path
       real(wp), intent(in) :: least              !! gaps below are none [length]
       real(wp), allocatable :: ends(:)
-      real(wp) :: s(size(path, 2)), from, to, reached
-      integer :: j, n
-      s = distances_along(path)
-      allocate (ends(2*size(stretches) + 1))
-      n = 0
-      reached = 0
-      do j = 1, size(stretches)
-         associate (k => stretches(j)%piece)
-            from = s(k) + stretches(j)%ends(1)*(s(k + 1) - s(k))
-            to = s(k) + stretches(j)%ends(2)*(s(k + 1) - s(k))
-         end associate
-         if (from - reached > least) then
-            if (reached > 0) call add(reached, ends, n)
-            call add(from, ends, n)
-         end if
-         reached = max(reached, to)
-      end do
-      if (size(stretches) > 0 .and. s(size(s)) - reached > least) call add(reached, ends, n)
-      ends = ends(:n)
-
-   contains
-
-      !> One more.
-      pure subroutine add(at, ends, n)
-         real(wp), intent(in) :: at
-         real(wp), intent(inout) :: ends(:)
-         integer, intent(inout) :: n
-         n = n + 1
-         ends(n) = at
-      end subroutine add
-
+      real(wp) :: from(size(stretches) + 1), reached(0:size(stretches)), both(2, size(stretches) + 1)
+      logical :: gap(2, size(stretches) + 1)
+      integer :: n
+      n = size(stretches)
+      call find_distances(path, stretches, from(:n), reached)
+      from(n + 1) = sum(norm2(path(:, 2:) - path(:, :size(path, 2) - 1), 1))
+      both(1, :) = reached
+      both(2, :) = from
+      gap = spread(from - reached > least, 1, 2)
+      gap(1, 1) = .false.
+      gap(2, n + 1) = .false.
+      if (n == 0) gap = .false.
+      ends = pack(both, gap)
    end function rock_ends
+
+   !> Distances from the start of a path at which stretches begin, and that rock has reached behind each; 0 before the
+   !> first.
+   pure subroutine find_distances(path, stretches, from, reached)
+      real(wp), intent(in) :: path(:, :)         !! (2, points) [length]
+      type(stretch_type), intent(in) :: stretches(:)   !! ascending along the path
+      real(wp), intent(out) :: from(:)           !! (stretches)
+      real(wp), intent(out) :: reached(0:)       !! (0:stretches)
+      real(wp) :: s(size(path, 2))
+      integer :: j
+      s = distances_along(path)
+      reached(0) = 0
+      do j = 1, size(stretches)
+         associate (k => stretches(j)%piece, shares => stretches(j)%ends)
+            from(j) = s(k) + shares(1)*(s(k + 1) - s(k))
+            reached(j) = max(reached(j - 1), s(k) + shares(2)*(s(k + 1) - s(k)))
+         end associate
+      end do
+   end subroutine find_distances
 
    !> Distances of the points of a path from its start, along it.
    pure function distances_along(path) result(s)
@@ -199,19 +200,14 @@ contains
       type(stretch_type), intent(in) :: stretches(:)   !! ascending along the path
       real(wp), intent(in) :: least              !! gaps below are none [length]
       real(wp), allocatable :: ends(:)
-      real(wp) :: s(size(path, 2)), reached(size(stretches)), from(size(stretches))
+      real(wp) :: s(size(path, 2)), reached(0:size(stretches)), from(size(stretches))
       logical :: follows(size(stretches))
       integer :: j
       s = distances_along(path)
-      do j = 1, size(stretches)
-         associate (k => stretches(j)%piece, shares => stretches(j)%ends)
-            from(j) = s(k) + shares(1)*(s(k + 1) - s(k))
-            reached(j) = s(k) + shares(2)*(s(k + 1) - s(k))
-         end associate
-         follows(j) = .false.
-         if (j == 1) cycle
+      call find_distances(path, stretches, from, reached)
+      follows = .false.
+      do j = 2, size(stretches)
          follows(j) = stretches(j)%block /= stretches(j - 1)%block .and. from(j) - reached(j - 1) <= least
-         reached(j) = max(reached(j), reached(j - 1))
       end do
       ! around a closed line
       if (size(stretches) > 1) then

@@ -44,7 +44,7 @@ module rockdda_interaction_liners
       procedure :: begin_stage
       procedure :: n_nodes
       procedure :: show_nodes
-      procedure :: largest_shear
+      procedure :: shear_stress
       procedure :: stored_energy
       procedure :: count_links
       procedure :: prepare
@@ -207,8 +207,8 @@ contains
       end do
    end subroutine show_nodes
 
-   !> Largest shear force in the middle of a beam of a lining, 0 where it is not there [force/length].
-   pure real(wp) function largest_shear(self, k) result(largest)
+   !> Largest mean shear stress in the middle of a beam of a lining, 0 where it is not there [force/length^2].
+   pure real(wp) function shear_stress(self, k) result(largest)
       class(liners_type), intent(in) :: self
       integer, intent(in) :: k                   !! the lining
       type(beam_response_type) :: response
@@ -220,10 +220,10 @@ contains
          associate (joint => self%liners(k)%joints(i))
             call respond_beam(joint%beam, self%liners(k)%section, joint%state, joint%d, response)
             forces = forces_at(joint%beam, response%f, (n_sections + 1)/2)
-            largest = max(largest, abs(forces(3)))
+            largest = max(largest, abs(forces(3))/self%liners(k)%section%thickness)
          end associate
       end do
-   end function largest_shear
+   end function shear_stress
 
    !> Four of a beam, one of a tie.
    pure integer function count_links(self) result(n)

@@ -139,7 +139,7 @@ contains
       largest = 0
       do k = 1, size(sim%families%liners%liners)
          associate (section => sim%families%liners%liners(k)%section)
-            largest = max(largest, sim%families%liners%largest_shear(k)/section%thickness/section%tension)
+            largest = max(largest, sim%families%liners%shear_stress(k)/section%tension)
          end associate
       end do
    end function shear_of_linings
