@@ -61,6 +61,16 @@ def test_the_data_hold_all_parts_of_the_model(model):
     assert (len(page["lines"]), len(page["bolts"]), page["measured"]) == (6, 1, [[1, 3]])
 
 
+def test_bolts_of_a_pattern_are_drawn(model):
+    groups = "&bolt name = 'wall', along = 0,2, 4,2, spacing = 2, length = 1, kind = 'end_anchored', "
+    groups += "diameter = 0.02, young = 2e11, yield_force = 1e5, rupture_strain = 0.1 /\n"
+    model.write_text(model.read_text() + groups)
+    page = read_model(model).page
+    # with that of the geometry; at half the spacing from the start
+    assert sorted(bolt[0] for bolt in page["bolts"][1:]) == [1, 3]
+    assert {abs(bolt[3] - bolt[1]) for bolt in page["bolts"][1:]} == {1}
+
+
 def test_messages_stand_at_their_places(model):
     broken = MODEL.replace("kind = 'roller'", "kind = 'rollr'")
     model.write_text(broken)

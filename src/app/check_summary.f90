@@ -4,6 +4,7 @@ module rockdda_app_check_summary
    use rockdda_base_error, only : error_type
    use rockdda_base_diagnostics, only : diagnostics_type
    use rockdda_base_strings, only : counted
+   use rockdda_model_bolt_layout, only : bolt_line_type
    use rockdda_model_regions, only : blocks_of_region, has_region
    use rockdda_io_recognise, only : kind_name
    use rockdda_run_labelled_text, only : labelled_text
@@ -12,7 +13,7 @@ module rockdda_app_check_summary
    use rockdda_app_facts, only : facts_type
    use rockdda_app_file_check, only : is_model_run
    use rockdda_app_json, only : json_type
-   use rockdda_app_model_facts, only : describe_model
+   use rockdda_app_model_facts, only : describe_model, find_bolts
    use rockdda_app_process, only : argument_type, print_line
    use rockdda_app_report, only : begin_json, end_json
    implicit none
@@ -46,7 +47,10 @@ contains
          end do
          call json%close(']')
          if (facts%n > 0) call facts%to_json(json, 'model')
-         if (exit_code == 0 .and. is_model_run(kinds)) call list_regions(input, json)
+         if (exit_code == 0 .and. is_model_run(kinds)) then
+            call list_regions(input, json)
+            call list_bolts(input, json)
+         end if
          if (line%as_namelist .and. exit_code == 0) call json%put('namelist', labelled_text(input))
          call end_json(json, messages, error, ok)
          return
@@ -95,5 +99,27 @@ contains
       end function number_of
 
    end subroutine list_regions
+
+   !> Head and toe of each bolt of a group, as it is drawn.
+   subroutine list_bolts(input, json)
+      type(model_input_type), intent(in) :: input
+      type(json_type), intent(inout) :: json
+      type(bolt_line_type), allocatable :: lines(:)
+      integer :: l
+      call find_bolts(input, lines)
+      call json%open('[', 'bolts')
+      do l = 1, size(lines)
+         call json%open('{', '')
+         call json%put('name', lines(l)%name)
+         call json%open('[', 'ends')
+         call json%put('', lines(l)%head(1))
+         call json%put('', lines(l)%head(2))
+         call json%put('', lines(l)%toe(1))
+         call json%put('', lines(l)%toe(2))
+         call json%close(']')
+         call json%close('}')
+      end do
+      call json%close(']')
+   end subroutine list_bolts
 
 end module rockdda_app_check_summary

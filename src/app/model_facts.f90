@@ -13,7 +13,7 @@ module rockdda_app_model_facts
    use rockdda_app_facts, only : facts_type
    implicit none
    private
-   public :: describe_model
+   public :: describe_model, find_bolts
 
    !> Digits of lengths, areas and stresses.
    integer, parameter :: digits = 4
@@ -26,8 +26,10 @@ contains
       logical, intent(in) :: plain              !! numbers as they are in texts, too
       type(facts_type), intent(inout) :: facts
       type(survey_type) :: survey
+      type(bolt_line_type), allocatable :: lines(:)
       if (input%blocks%n_blocks == 0) return
       survey = survey_model(input%blocks, input%parameters)
+      call find_bolts(input, lines)
       associate (s => survey)
          facts%title = input%model_file
          facts%system = unit_system(input%parameters%units)
@@ -49,23 +51,22 @@ contains
          call facts%add('fixed_points', input%blocks%fixed%n)
          call facts%add('loading_points', input%blocks%loading%n)
          call facts%add('measured_points', input%blocks%measured%n)
-         call facts%add('bolts', input%blocks%bolts%n + n_with_nodes(input))
+         call facts%add('bolts', input%blocks%bolts%n + size(lines))
       end associate
       call describe_materials(input, survey, facts)
       call describe_numbers(input, facts)
    end subroutine describe_model
 
-   !> Number of the bolts that have nodes.
-   integer function n_with_nodes(input) result(n)
+   !> The bolts that have nodes, as they are drawn.
+   subroutine find_bolts(input, lines)
       type(model_input_type), intent(in) :: input
-      type(bolt_line_type), allocatable :: lines(:)
+      type(bolt_line_type), allocatable, intent(out) :: lines(:)
       integer :: i
-      n = 0
+      allocate (lines(0))
       if (.not. allocated(input%options%bolts)) return
       if (any([(len(bolt_problem(input%options%bolts(i))) > 0, i=1, size(input%options%bolts))])) return
       call bolt_lines(input%options%bolts, input%blocks, input%options%regions, input%options%stages, lines)
-      n = size(lines)
-   end function n_with_nodes
+   end subroutine find_bolts
 
    !> Materials with what they bear under the weight of the model.
    subroutine describe_materials(input, survey, facts)

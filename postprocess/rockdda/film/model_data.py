@@ -104,6 +104,7 @@ def read_model(path: Path, before: ModelData | None = None) -> ModelData:
         "geometryFile": str(geometry or ""),
         "text": text.split("\n"),
         "length": f" {length}".rstrip(),
+        "bolts": [*found.geometry.get("bolts", []), *_short([bolt["ends"] for bolt in (told or {}).get("bolts", [])])],
         "regions": _regions(found, told or {}),
         "boundaries": _boundaries(found),
         "liners": [_lining(found, entry) for entry in found.groups.get("liner", [])],
