@@ -87,7 +87,7 @@ FACES = {
     "check": "bolts boundaries linings material_names material_use materials options plausibility tables",
     "stepping/control": "control method reach stage_watch trend",
     "stepping/energy": "ledger",
-    "stepping/step": "motion sleep trial_step",
+    "stepping/step": "motion sleep step trial_step",
     "stepping/stage": "construction equilibrium lodging stage_change stage_rest verdict",
     "stepping": "simulation",
     "io/options": "namelist_file option_documents options_writer statistics_file statistics_names",

@@ -67,6 +67,30 @@ def test_no_call_passes_a_part_of_what_the_callee_moves(monkeypatch):
     assert load("find_aliases", monkeypatch).find_faults(ROOT) == []
 
 
+def test_procedures_use_their_arguments(monkeypatch, tmp_path, small_source):
+    unused = load("find_unused_arguments", monkeypatch)
+    assert list(unused.find_unused(ROOT)) == []
+    module = """
+module a
+   type, abstract :: tool_type
+   contains
+      procedure :: apply
+   end type tool_type
+contains
+   subroutine apply(self, n)
+      class(tool_type), intent(in) :: self
+      integer, intent(in) :: n   !! number
+   end subroutine apply
+   subroutine other(m, n)
+      integer, intent(in) :: m, n
+      call print(n)
+   end subroutine other
+end module a
+"""
+    small_source({"a.f90": module})
+    assert list(unused.find_unused(tmp_path)) == ["src/a.f90: other does not use m"]
+
+
 TEXT_TYPE = r"^ *type(?:, [^:\n]*)? *(?:::)? *(\w+)\n(?:(?!^ *end type).*\n)*?.*character\(len=:\), *allocatable"
 
 

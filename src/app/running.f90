@@ -59,8 +59,6 @@ contains
    !> Let a second SIGINT wait while rows are written.
    subroutine begin_writing(self)
       class(terminal_observer_type), intent(inout) :: self
-      associate (unused => self%request)
-      end associate
       call set_writing(.true.)
    end subroutine begin_writing
 

@@ -33,8 +33,6 @@ contains
       logical, intent(in) :: uses_threads
       n_ranges = 1
 !$    if (uses_threads) n_ranges = omp_get_max_threads()
-      associate (unused => uses_threads)
-      end associate
    end function n_ranges
 
    !> First and last of n places in range p of `ranges`.

@@ -38,7 +38,7 @@ module rockdda_cutting_cell_lattice
       logical :: is_fitted = .false.             !! to a rectangle: its outline consists of lines
    contains
       procedure :: n_families
-      procedure :: normal
+      procedure, nopass :: normal
       procedure :: place
       procedure :: thickness
    end type lattice_type
@@ -106,15 +106,12 @@ contains
    end function n_families
 
    !> Family f consists of the lines normal . (u, v) = i.
-   pure function normal(self, family)
-      class(lattice_type), intent(in) :: self
+   pure function normal(family)
       integer, intent(in) :: family
       real(wp) :: normal(2)
       real(wp), parameter :: normals(2, 4) = reshape([1.0_wp, 0.0_wp, 0.0_wp, 1.0_wp, 0.5_wp, 0.5_wp, &
                                                       0.5_wp, -0.5_wp], [2, 4])
       normal = normals(:, family)
-      associate (unused => self)
-      end associate
    end function normal
 
    !> Lattice coordinates (u, v) of a point.

@@ -7,6 +7,7 @@ module rockdda_interaction_families
    use rockdda_base_kinds, only : wp
    use rockdda_base_diagnostics, only : diagnostics_type
    use rockdda_base_state_archive, only : state_archive_type
+   use rockdda_interaction_attempt, only : attempt_type
    use rockdda_interaction_balance, only : energy_balance_type
    use rockdda_interaction_block_forces, only : block_forces_type
    use rockdda_interaction_bars, only : bars_type
@@ -84,9 +85,10 @@ contains
 
    !> The families of a run at time 0, whose blocks, numbers and state are in the context; they add to it where line
    !> loads act and which blocks are held. What is wrong with the numbers was found before.
-   subroutine init(self, context)
+   subroutine init(self, context, attempt)
       class(families_type), intent(inout) :: self
       type(step_context_type), intent(inout) :: context
+      type(attempt_type), intent(in) :: attempt
       type(diagnostics_type) :: known
       real(wp), allocatable :: pressure(:, :)   !! of water at time 0
       associate (blocks => context%blocks, parameters => context%parameters)
@@ -100,7 +102,7 @@ contains
          call self%liners%init(context)
          self%liners%laws = self%contacts%laws
          call self%water%init(blocks, parameters, known)
-         call self%water%begin(context)
+         call self%water%begin(context, attempt)
          call pressure_on_edges(self%water, blocks, parameters, pressure)
          call self%boundaries%init(blocks, parameters, context%initial_stress, context%state%active, known, pressure)
          call self%quiet%init(blocks, parameters, self%boundaries%edges)
@@ -167,9 +169,10 @@ contains
    end subroutine add
 
    !> Links of all families for the geometry at the start of a step; the graph of the equations is then to be set.
-   subroutine prepare(self, context, equations)
+   subroutine prepare(self, context, attempt, equations)
       class(families_type), intent(inout), target :: self
       type(step_context_type), intent(in) :: context
+      type(attempt_type), intent(in) :: attempt
       type(equations_type), intent(inout) :: equations
       class(linked_interaction_type), pointer :: item
       integer :: i, n_links
@@ -186,54 +189,58 @@ contains
       do i = 1, self%count()
          item => self%linked(i)
          if (.not. associated(item)) cycle
-         call item%prepare(context, equations)
+         call item%prepare(context, attempt, equations)
          ! families of others may set pairs by themselves
          if (i > n_own) equations%same_pairs = .false.
       end do
-      if (context%state%step == 0 .and. .not. context%parameters%keeps_old_ways()) call stress_contacts(self, context)
-      call self%quiet%field%take_joints(context, self%contacts%laws, self%contacts%table)
+      if (context%state%step == 0 .and. .not. context%parameters%keeps_old_ways()) &
+         call stress_contacts(self, context, attempt)
+      call self%quiet%field%take_joints(context, attempt, self%contacts%laws, self%contacts%table)
    end subroutine prepare
 
    !> Contacts at time 0 begin with the stress of the blocks, less the water that acts in the first stage.
-   subroutine stress_contacts(self, context)
+   subroutine stress_contacts(self, context, attempt)
       class(families_type), intent(inout) :: self
       type(step_context_type), intent(in) :: context
+      type(attempt_type), intent(in) :: attempt
       real(wp), allocatable :: pressure(:)
-      call self%water%begin(context)
+      call self%water%begin(context, attempt)
       call pressure_on_contacts(self%water, context, self%contacts%table, pressure)
       call start_with_stress(context, self%contacts%laws, self%contacts%table, self%contacts%weak_starts, pressure)
    end subroutine stress_contacts
 
    !> Begin an attempt: first trial states.
-   subroutine begin(self, context)
+   subroutine begin(self, context, attempt)
       class(families_type), intent(inout), target :: self
       type(step_context_type), intent(in) :: context
+      type(attempt_type), intent(in) :: attempt
       class(interaction_type), pointer :: item
       integer :: i
       do i = 1, self%count()
          item => self%family(i)
-         call item%begin(context)
+         call item%begin(context, attempt)
       end do
    end subroutine begin
 
    !> Vectors of links and terms of blocks for the motion that is expected of the blocks.
-   subroutine place(self, context, equations)
+   subroutine place(self, context, attempt, equations)
       class(families_type), intent(inout), target :: self
       type(step_context_type), intent(in) :: context
+      type(attempt_type), intent(in) :: attempt
       type(equations_type), intent(inout) :: equations
       class(interaction_type), pointer :: item
       class(linked_interaction_type), pointer :: links
       integer :: i
-      if (all(context%renewed)) then
+      if (all(attempt%renewed)) then
          call equations%clear_blocks()
       else
-         call equations%clear_blocks(context%renewed)
+         call equations%clear_blocks(attempt%renewed)
       end if
       do i = 1, self%count()
          item => self%family(i)
          links => self%linked(i)
-         if (associated(links)) call links%place(context, equations)
-         call item%add_to_blocks(context, equations)
+         if (associated(links)) call links%place(context, attempt, equations)
+         call item%add_to_blocks(context, attempt, equations)
       end do
    end subroutine place
 
@@ -305,19 +312,20 @@ contains
    end subroutine lawful_forces
 
    !> How far lengths by the expected motion are off at the solution x, for all links and single blocks.
-   subroutine measure_placement(self, context, was_judged, mixed_only, equations)
+   subroutine measure_placement(self, context, attempt, was_judged, mixed_only, equations)
       class(families_type), intent(in), target :: self
       type(step_context_type), intent(in) :: context
+      type(attempt_type), intent(in) :: attempt
       logical, intent(in) :: was_judged     !! states of contacts are those of a judgement, not of the last solve
       logical, intent(in) :: mixed_only     !! of contacts only those of which one block alone is renewed
       type(equations_type), intent(inout) :: equations
       class(interaction_type), pointer :: item
       integer :: i
       call equations%clear_placement()
-      call self%contacts%measure_contacts(context, was_judged, mixed_only, equations)
+      call self%contacts%measure_contacts(context, attempt, was_judged, mixed_only, equations)
       do i = 2, self%count()
          item => self%family(i)
-         call item%measure_placement(context, equations)
+         call item%measure_placement(context, attempt, equations)
       end do
    end subroutine measure_placement
 
@@ -341,40 +349,42 @@ contains
 
    !> From the motion of links where their forces act to that of the end of the step; velocity jumps of blocks by
    !> contacts that have closed in it.
-   subroutine reach_end(self, context, equations)
+   subroutine reach_end(self, context, attempt, equations)
       class(families_type), intent(inout) :: self
-      type(step_context_type), intent(inout) :: context
+      type(step_context_type), intent(in) :: context
+      type(attempt_type), intent(inout) :: attempt
       type(equations_type), intent(in) :: equations
       real(wp) :: l(6, 6)
       integer :: i
       logical :: ok
       call self%bars%reach_end()
       call self%liners%reach_end()
-      if (.not. context%scheme%second_order) return
-      context%jump = 0
-      call self%contacts%add_impulses(equations, context%dt, context%jump)
-      call self%liners%add_impulses(equations, context%dt, context%jump)
+      if (.not. attempt%scheme%second_order) return
+      attempt%jump = 0
+      call self%contacts%add_impulses(equations, attempt%dt, attempt%jump)
+      call self%liners%add_impulses(equations, attempt%dt, attempt%jump)
       do i = 1, context%blocks%n_blocks
-         if (context%state%asleep(i)) context%jump(:, i) = 0
-         if (.not. any(abs(context%jump(:, i)) > 0)) cycle
+         if (context%state%asleep(i)) attempt%jump(:, i) = 0
+         if (.not. any(abs(attempt%jump(:, i)) > 0)) cycle
          call factorize_block(mass_matrix(context%state%mass(i), context%state%area(i), context%state%moments(:, i)), &
                               l, ok)
-         if (ok) call solve_block(l, context%jump(:, i))
+         if (ok) call solve_block(l, attempt%jump(:, i))
       end do
       call self%contacts%reach_end()
    end subroutine reach_end
 
    !> Energies of an accepted step, before anything is changed.
-   subroutine add_energies(self, context, d, balance)
+   subroutine add_energies(self, context, attempt, d, balance)
       class(families_type), intent(in), target :: self
       type(step_context_type), intent(in) :: context
+      type(attempt_type), intent(in) :: attempt
       real(wp), intent(in), contiguous :: d(:, :)   !! (6, nb)
       class(energy_balance_type), intent(inout) :: balance
       class(interaction_type), pointer :: item
       integer :: i
       do i = 1, self%count()
          item => self%family(i)
-         call item%add_energies(context, d, balance)
+         call item%add_energies(context, attempt, d, balance)
       end do
    end subroutine add_energies
 
@@ -388,28 +398,30 @@ contains
    end subroutine add_moved_energies
 
    !> Take the state of the end of an accepted step.
-   subroutine commit(self, context, d)
+   subroutine commit(self, context, attempt, d)
       class(families_type), intent(inout), target :: self
       type(step_context_type), intent(inout) :: context
+      type(attempt_type), intent(inout) :: attempt
       real(wp), intent(in), contiguous :: d(:, :)   !! (6, nb)
       class(interaction_type), pointer :: item
       integer :: i
       do i = 1, self%count()
          item => self%family(i)
-         call item%commit(context, d)
+         call item%commit(context, attempt, d)
       end do
    end subroutine commit
 
    !> Forces on the moved blocks.
-   subroutine add_forces(self, context, forces)
+   subroutine add_forces(self, context, attempt, forces)
       class(families_type), intent(inout), target :: self
       type(step_context_type), intent(in) :: context
+      type(attempt_type), intent(in) :: attempt
       type(block_forces_type), intent(inout) :: forces
       class(interaction_type), pointer :: item
       integer :: i
       do i = 1, self%count()
          item => self%family(i)
-         call item%add_forces(context, forces)
+         call item%add_forces(context, attempt, forces)
       end do
    end subroutine add_forces
 

@@ -387,8 +387,6 @@ contains
       class(auto_solver_type), intent(in) :: self
       character(len=:), allocatable :: name
       name = 'auto'
-      associate (unused => self%direct_limit)
-      end associate
    end function name_auto
 
 end module rockdda_linear_auto

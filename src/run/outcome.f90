@@ -311,8 +311,8 @@ contains
    pure real(wp) function share_after_strikes(sim) result(share)
       type(simulation_type), intent(in) :: sim
       share = 0
-      if (sim%control%time_error%largest > 0) share = sim%control%strikes%way_after(sim%step_context_type)/ &
-                                                      sim%control%time_error%largest
+      if (sim%control%time_error%largest > 0) share = sim%control%strikes%way_after(sim%step_context_type, &
+                                                                sim%trial%attempt_type)/sim%control%time_error%largest
    end function share_after_strikes
 
    !> Blocks that struck others, and how far they moved on; '' without. The estimated error leaves it out.
@@ -330,7 +330,8 @@ contains
    pure logical function strikes_matter(sim)
       type(simulation_type), intent(in) :: sim
       strikes_matter = share_after_strikes(sim) > much_error .and. &
-                       sim%control%strikes%way_after(sim%step_context_type) > rest(sim%parameters)
+                       sim%control%strikes%way_after(sim%step_context_type, sim%trial%attempt_type) > &
+                       rest(sim%parameters)
    end function strikes_matter
 
    !> Warning about motion after strikes, which depends on each step; '' otherwise, and where another warning about

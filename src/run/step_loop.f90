@@ -93,15 +93,11 @@ contains
       class(step_observer_type), intent(in) :: self
       character(len=:), allocatable :: text
       text = ''
-      associate (unused => self)
-      end associate
    end function stop_reason
 
    !> Called before the rows of an accepted step are written.
    subroutine begin_writing(self)
       class(step_observer_type), intent(inout) :: self
-      associate (unused => self)
-      end associate
    end subroutine begin_writing
 
    !> Called after the rows of a step are written, or could not be written.
@@ -109,8 +105,6 @@ contains
       class(step_observer_type), intent(inout) :: self
       type(run_type), intent(in) :: run
       logical, intent(in) :: accepted          !! false: the run ends with an error
-      associate (unused => self, not_used => run%is_open, neither => accepted)
-      end associate
    end subroutine end_step
 
 end module rockdda_run_step_loop

@@ -12,7 +12,8 @@ module rockdda_stepping_acceptance
    use rockdda_stepping_motion, only : move_blocks, measure_points
    use rockdda_stepping_sleep, only : fall_asleep
    use rockdda_stepping_stage_rest, only : watch_stage, moves_on
-   use rockdda_stepping_trial_step, only : trial_step_type, trial_report_type
+   use rockdda_stepping_step, only : step_type
+   use rockdda_stepping_trial_step, only : trial_report_type
    implicit none
    private
    public :: accept_step, start_record
@@ -21,7 +22,7 @@ contains
 
    !> Take over a step: energies, states of all interactions, motion of the blocks, record.
    subroutine accept_step(step, report, ledger, forces, record)
-      type(trial_step_type), intent(inout) :: step
+      type(step_type), intent(inout) :: step
       type(trial_report_type), intent(in) :: report
       type(ledger_type), intent(inout) :: ledger
       type(block_forces_type), intent(inout) :: forces       !! on the blocks at the end of the step
@@ -36,44 +37,41 @@ contains
       is_dynamic = step%control%is_dynamic(step%parameters)
       is_static = step%control%is_static(step%parameters)
       is_first = .not. step%control%time_error%counts
-      associate (contacts => step%families%contacts)
-         if (is_dynamic) call step%control%strikes%add(step%step_context_type, contacts%table, &
-                                                       contacts%trial%state_used, contacts%laws%restitution, &
-                                                       report%displacement/step%dt, is_first)
-         step%newton%impact%happened = .false.
-         if (.not. is_static) call step%newton%impact%find(step%step_context_type, contacts%table, contacts%trial, &
-                                                           contacts%settings, contacts%laws, step%equations%x)
+      associate (context => step%step_context_type, trial => step%trial, attempt => step%trial%attempt_type, &
+                 families => step%families, contacts => step%families%contacts, impact => step%trial%newton%impact)
+         if (is_dynamic) call step%control%strikes%add(context, attempt, contacts%table, contacts%trial%state_used, &
+                                                       contacts%laws%restitution, report%displacement/trial%dt, &
+                                                       is_first)
+         impact%happened = .false.
+         if (.not. is_static) call impact%find(context, attempt, contacts%table, contacts%trial, contacts%settings, &
+                                               contacts%laws, step%equations%x)
+         if (impact%happened) then
+            slip = contacts%trial%slip
+            call families%predict(step%equations)
+            call impact%keep_slip(slip, contacts%trial)
+         end if
+         has_struck = contacts%has_struck()
+         call families%reach_end(context, attempt, step%equations)
+         ledger%resting_energy = 0
+         if (step%parameters%energy .and. allocated(trial%resting)) ledger%resting_energy = energy_at_rest(step)
+         if (step%parameters%energy) call ledger%add_step(context, attempt, families, step%equations%x)
+         call contacts%table%take_forces(step%contacts)
+         call families%commit(context, attempt, step%equations%x)
+         call step%control%time_error%add(context, attempt, step%equations%x, contacts%table, is_dynamic)
+         before = step%state%acceleration
+         call move(step, is_static)
+         if (impact%happened) then
+            call impact%finish(context, contacts%laws, contacts%table, contacts%trial, ledger%contact_energy)
+            step%state%accelerates = .false.   ! the motion of the step is not that of its equations
+         end if
+         ! an end that struck leaves no acceleration behind: it would be thrown back faster than it came
+         if (has_struck) step%state%accelerates = .false.
+         if (step%parameters%energy) call ledger%close_step(context, attempt, families, k01, impact%happened)
+         if (step%parameters%energy .and. is_dynamic) &
+            call step%control%time_error%note_energies(is_first, record%energy, ledger%total)
       end associate
-      if (step%newton%impact%happened) then
-         slip = step%families%contacts%trial%slip
-         call step%families%predict(step%equations)
-         call step%newton%impact%keep_slip(slip, step%families%contacts%trial)
-      end if
-      has_struck = step%families%contacts%has_struck()
-      call step%families%reach_end(step%step_context_type, step%equations)
-      ledger%resting_energy = 0
-      if (step%parameters%energy .and. allocated(step%resting)) ledger%resting_energy = energy_at_rest(step)
-      if (step%parameters%energy) call ledger%add_step(step%step_context_type, step%families, step%equations%x)
-      call step%families%contacts%table%take_forces(step%contacts)
-      call step%families%commit(step%step_context_type, step%equations%x)
-      call step%control%time_error%add(step%step_context_type, step%equations%x, step%families%contacts%table, &
-                                       is_dynamic)
-      before = step%state%acceleration
-      call move(step, is_static)
-      if (step%newton%impact%happened) then
-         call step%newton%impact%finish(step%step_context_type, step%families%contacts%laws, &
-                                        step%families%contacts%table, step%families%contacts%trial, &
-                                        ledger%contact_energy)
-         step%state%accelerates = .false.   ! the motion of the step is not that of its equations
-      end if
-      ! an end that struck leaves no acceleration behind: it would be thrown back faster than it came
-      if (has_struck) step%state%accelerates = .false.
-      if (step%parameters%energy) call ledger%close_step(step%step_context_type, step%families, k01, &
-                                                          step%newton%impact%happened)
-      if (step%parameters%energy .and. is_dynamic) &
-         call step%control%time_error%note_energies(is_first, record%energy, ledger%total)
       call forces%clear(step%blocks%n_blocks)
-      call step%families%add_forces(step%step_context_type, forces)
+      call step%families%add_forces(step%step_context_type, step%trial%attempt_type, forces)
       record%unbalanced = forces%unbalanced(step%state)
       call watch_stage(step, forces, record%unbalanced, report%displacement)
       call step%control%judge_balance(step%parameters, record%unbalanced, forces%driven, &
@@ -85,11 +83,11 @@ contains
       if (.not. is_dynamic) call step%families%quiet%field%slow_down(k01)
       step%families%contacts%stiffness_is_new = .false.
       step%state%step = step%state%step + 1
-      step%state%time = step%state%time + step%dt
+      step%state%time = step%state%time + step%trial%dt
       call choose_next_dt(step, report, k01)
       ! the table of this step becomes the last one; the old one is room for the next
-      if (allocated(step%resting)) then
-         call merge_resting(step%families%contacts%table, step%resting, step%contacts, step%room)
+      if (allocated(step%trial%resting)) then
+         call merge_resting(step%families%contacts%table, step%trial%resting, step%contacts, step%room)
       else
          call step%contacts%exchange(step%families%contacts%table)
       end if
@@ -102,17 +100,17 @@ contains
 
    !> Take over what the attempt has found of the start of the step, and of blocks asleep.
    subroutine take_attempt(step, report)
-      type(trial_step_type), intent(inout) :: step
+      type(step_type), intent(inout) :: step
       type(trial_report_type), intent(in) :: report
-      if (allocated(step%acceleration)) call move_alloc(step%acceleration, step%state%acceleration)
-      step%state%asleep = step%asleep
-      step%state%calm = step%calm
+      if (allocated(step%trial%acceleration)) call move_alloc(step%trial%acceleration, step%state%acceleration)
+      step%state%asleep = step%trial%asleep
+      step%state%calm = step%trial%calm
       step%control%cuts = step%control%cuts + report%cuts
    end subroutine take_attempt
 
    !> Let blocks at rest sleep in dynamic steps while all that acts on them stays as it is; wake them otherwise.
    subroutine let_sleep(step, forces, ledger, is_dynamic)
-      type(trial_step_type), intent(inout) :: step
+      type(step_type), intent(inout) :: step
       type(block_forces_type), intent(in) :: forces
       type(ledger_type), intent(inout) :: ledger
       logical, intent(in) :: is_dynamic   !! the step
@@ -126,7 +124,8 @@ contains
       if (may) may = .not. varies_with_time(step%parameters, step%blocks, step%state%active, &
                                             step%families%loads%line_blocks, step%state%time, step%control%motion_start)
       if (may) then
-         call fall_asleep(step%step_context_type, step%equations%x, step%contacts, forces, ledger)
+         call fall_asleep(step%step_context_type, step%trial%attempt_type, step%equations%x, step%contacts, forces, &
+                          ledger)
       else
          step%state%asleep = .false.
          step%state%calm = 0
@@ -136,30 +135,32 @@ contains
    !> Move the blocks. Accelerations are known afterwards when the scheme carries them, and in static steps: those that
    !> search equilibrium have their own, which the next one may carry on, others that of the last step, for the trend.
    subroutine move(step, is_static)
-      type(trial_step_type), intent(inout) :: step
+      type(step_type), intent(inout) :: step
       logical, intent(in) :: is_static   !! the step
-      associate (elasticity => step%families%elasticity, d => step%equations%x, control => step%control)
-         if (step%scheme%second_order) then
-            call move_blocks(step%blocks, step%parameters, elasticity, step%dt, d, step%state, step%scheme, step%jump)
+      associate (elasticity => step%families%elasticity, d => step%equations%x, control => step%control, &
+                 trial => step%trial)
+         if (trial%scheme%second_order) then
+            call move_blocks(step%blocks, step%parameters, elasticity, trial%dt, d, step%state, trial%scheme, &
+                             trial%jump)
          else
             if (control%is_static_search(step%parameters)) step%state%acceleration = &
-               (2/step%dt**2)*(d - step%dt*step%state%velocity)
-            call move_blocks(step%blocks, step%parameters, elasticity, step%dt, d, step%state)
+               (2/trial%dt**2)*(d - trial%dt*step%state%velocity)
+            call move_blocks(step%blocks, step%parameters, elasticity, trial%dt, d, step%state)
          end if
          if (.not. is_static .or. control%is_static_search(step%parameters)) then
             control%trend%steps = 0
             control%trend%share = 0
          else
-            call control%trend%follow(control%trend%steps > 0 .and. abs(step%dt - control%last_dt) <= 0, step%dt, d, &
-                                      step%last_motion, step%state%acceleration)
+            call control%trend%follow(control%trend%steps > 0 .and. abs(trial%dt - control%last_dt) <= 0, trial%dt, d, &
+                                      trial%last_motion, step%state%acceleration)
          end if
       end associate
-      step%state%accelerates = step%scheme%second_order
+      step%state%accelerates = step%trial%scheme%second_order
    end subroutine move
 
    !> dt of the next step.
    subroutine choose_next_dt(step, report, k01)
-      type(trial_step_type), intent(inout) :: step
+      type(step_type), intent(inout) :: step
       type(trial_report_type), intent(in) :: report
       real(wp), intent(in) :: k01   !! of the step
       logical :: may_grow
@@ -167,25 +168,25 @@ contains
       if (may_grow) may_grow = .not. varies_with_time(step%parameters, step%blocks, step%state%active, &
                                                       step%families%loads%line_blocks, step%state%time, &
                                                       step%control%motion_start)
-      call step%control%accepted(step%parameters, step%dt, report%displacement, report%shortened, k01, &
+      call step%control%accepted(step%parameters, step%trial%dt, report%displacement, report%shortened, k01, &
                                  report%rounds*report%attempts, may_grow)
       step%control%last_displacement = report%displacement
    end subroutine choose_next_dt
 
    !> Energy of the springs between resting blocks.
    pure real(wp) function energy_at_rest(step) result(total)
-      type(trial_step_type), intent(in) :: step
+      type(step_type), intent(in) :: step
       integer :: c
       total = 0
       do c = 1, step%contacts%n
-         if (step%resting(step%contacts%block_a(c)) .and. step%resting(step%contacts%block_b(c))) &
+         if (step%trial%resting(step%contacts%block_a(c)) .and. step%trial%resting(step%contacts%block_b(c))) &
             total = total + step%contacts%energy(c)
       end do
    end function energy_at_rest
 
    !> The record at time 0.
    subroutine start_record(step, ledger, record)
-      type(trial_step_type), intent(in) :: step
+      type(step_type), intent(in) :: step
       type(ledger_type), intent(in) :: ledger
       type(step_record_type), intent(out) :: record
       if (step%parameters%energy) record%energy = ledger%total
@@ -199,13 +200,13 @@ contains
 
    !> The record of an accepted step; its unbalanced force is known.
    subroutine fill_record(step, report, ledger, record)
-      type(trial_step_type), intent(in) :: step
+      type(step_type), intent(in) :: step
       type(trial_report_type), intent(in) :: report
       type(ledger_type), intent(in) :: ledger
       type(step_record_type), intent(inout) :: record
       record%step = step%state%step
       record%time = step%state%time
-      record%dt = step%dt
+      record%dt = step%trial%dt
       record%open_close_iterations = report%rounds
       record%attempts = report%attempts
       record%solver_iterations = report%iterations
@@ -226,7 +227,7 @@ contains
 
    !> Forces and energies of bolts, where some have nodes: springs first.
    subroutine record_bolts(step, record)
-      type(trial_step_type), intent(in) :: step
+      type(step_type), intent(in) :: step
       type(step_record_type), intent(inout) :: record
       real(wp) :: stored
       integer :: m, n

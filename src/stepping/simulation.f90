@@ -22,13 +22,14 @@ module rockdda_stepping_simulation
    use rockdda_stepping_ledger, only : ledger_type
    use rockdda_stepping_stage_change, only : change_stage
    use rockdda_stepping_start, only : start_step
-   use rockdda_stepping_trial_step, only : trial_step_type, trial_report_type
+   use rockdda_stepping_step, only : step_type
+   use rockdda_stepping_trial_step, only : trial_report_type
    implicit none
    private
    public :: simulation_type
 
-   !> The model, its state and the step at hand are those of `trial_step_type`.
-   type, extends(trial_step_type) :: simulation_type
+   !> The model, its state and the step at hand are those of `step_type`.
+   type, extends(step_type) :: simulation_type
       ! the rest of the state: what a checkpoint has to hold
       type(construction_type) :: construction
       type(ledger_type) :: ledger
@@ -64,10 +65,10 @@ contains
       type(block_system_type), intent(in) :: blocks
       type(parameters_type), intent(in) :: parameters
       type(error_type), allocatable, intent(out) :: error
-      call start_step(blocks, parameters, self%trial_step_type, self%construction, error)
+      call start_step(blocks, parameters, self%step_type, self%construction, error)
       if (allocated(error)) return
       call self%ledger%start(self%step_context_type, self%families)
-      call start_record(self%trial_step_type, self%ledger, self%record)
+      call start_record(self%step_type, self%ledger, self%record)
    end subroutine init
 
    !> One more interaction, added from outside, for all steps to come. Checkpoints do not hold it.
@@ -118,17 +119,18 @@ contains
       type(trial_report_type) :: report
       self%interrupted = .false.
       call self%times%start()
-      call change_stage(self%trial_step_type, self%construction, self%forces, self%record%unbalanced, self%ledger, &
+      call change_stage(self%step_type, self%construction, self%forces, self%record%unbalanced, self%ledger, &
                         error)
       if (allocated(error)) return
       ! from the record: a checkpoint holds it, so that a resumed run goes on alike
       self%control%unbalanced = self%record%unbalanced
       self%control%idle = self%record%solver_iterations == 0
       self%control%releases = self%families%held%is_releasing()
-      call self%find_motion(report, error)
+      call self%trial%find_motion(self%step_context_type, self%contacts, self%control, self%families, self%equations, &
+                                  self%solver, self%times, report, error)
       self%interrupted = report%interrupted
       if (allocated(error) .or. report%interrupted) return
-      call accept_step(self%trial_step_type, report, self%ledger, self%forces, self%record)
+      call accept_step(self%step_type, report, self%ledger, self%forces, self%record)
       ! blocks that a stage has placed are new in their first step alone
       self%construction%newborn = .false.
    end subroutine advance

@@ -14,7 +14,7 @@ module rockdda_stepping_start
    use rockdda_stepping_control, only : new_step_control
    use rockdda_stepping_motion, only : start_state
    use rockdda_check_options, only : check_start
-   use rockdda_stepping_trial_step, only : trial_step_type
+   use rockdda_stepping_step, only : step_type
    implicit none
    private
    public :: start_step
@@ -26,7 +26,7 @@ contains
    subroutine start_step(blocks, parameters, step, construction, error)
       type(block_system_type), intent(in) :: blocks
       type(parameters_type), intent(in) :: parameters
-      type(trial_step_type), intent(inout) :: step
+      type(step_type), intent(inout) :: step
       type(construction_type), intent(inout) :: construction
       type(error_type), allocatable, intent(out) :: error
       type(diagnostics_type) :: problems
@@ -48,15 +48,15 @@ contains
       call construction%init(blocks, parameters, step%state)
       call step%ground_motion%init(parameters%quakes)
       call new_step_control(parameters, blocks%fixed%n, step%control)
-      step%water = step%control%water(parameters)
-      call step%families%init(step%step_context_type)
+      step%trial%water = step%control%water(parameters)
+      call step%families%init(step%step_context_type, step%trial%attempt_type)
       call step%families%liners%add_segments(step%step_context_type)
       call step%families%loads%make_room(step%blocks%n_blocks)
       call construction%make_room(step%blocks%n_blocks)
       call subtract_datum(step%step_context_type)
       call step%families%bars%subtract_datum(step%state%datum)
       call step%families%liners%start(step%step_context_type)
-      call step%finder%init(step%blocks)
+      call step%trial%finder%init(step%blocks)
       call step%contacts%resize(0)
       call step%equations%set_size(step%blocks%n_blocks, 0)
       step%equations%x = 0

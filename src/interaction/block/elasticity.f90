@@ -11,6 +11,7 @@ module rockdda_interaction_elasticity
    use rockdda_base_parallel, only : parallel_blocks, piece, n_pieces
    use rockdda_model_parameters, only : parameters_type
    use rockdda_model_state, only : energy
+   use rockdda_interaction_attempt, only : attempt_type
    use rockdda_interaction_balance, only : energy_balance_type
    use rockdda_interaction_context, only : step_context_type
    use rockdda_interaction_equations, only : equations_type
@@ -135,29 +136,30 @@ contains
    end subroutine init
 
    !> Stiffness, load of the stress at the start of the step, damping.
-   subroutine add_to_blocks(self, context, equations)
+   subroutine add_to_blocks(self, context, attempt, equations)
       class(elasticity_type), intent(inout) :: self
       type(step_context_type), intent(in) :: context
+      type(attempt_type), intent(in) :: attempt
       type(equations_type), intent(inout) :: equations
       real(wp) :: m(6, 6), k(6, 6), f(6), r, s
       integer :: i
-      call context%scheme%velocity_shares(r, s)
-      !$omp parallel do default(none) shared(self, context, equations, r) private(i, m, k, f) schedule(static) &
-      !$omp if (context%blocks%n_blocks > parallel_blocks)
+      call attempt%scheme%velocity_shares(r, s)
+      !$omp parallel do default(none) shared(self, context, attempt, equations, r) private(i, m, k, f) &
+      !$omp schedule(static) if (context%blocks%n_blocks > parallel_blocks)
       do i = 1, context%blocks%n_blocks
-         if (context%is_left_out(i)) cycle
+         if (attempt%is_left_out(i)) cycle
          associate (area => context%state%area(i), alpha => context%parameters%mass_damping)
             call unpack_lower(equations%block_matrix(:, i), k)
-            call add_elastic(self%e(:, :, context%blocks%block_material(i)), context%scheme%level*area, k)
+            call add_elastic(self%e(:, :, context%blocks%block_material(i)), attempt%scheme%level*area, k)
             call pack_lower(k, equations%block_matrix(:, i))
             call add_stress(context%state%stress(:, i), area, equations%block_load(:, i))
             equations%block_magnitude(4:6, i) = equations%block_magnitude(4:6, i) + area*abs(context%state%stress(:, i))
             if (.not. alpha > 0) cycle
             m = mass_matrix(context%state%mass(i), area, context%state%moments(:, i))
-            call add_mass_damping(r*alpha, m, context%dt, k)
+            call add_mass_damping(r*alpha, m, attempt%dt, k)
             call pack_lower(k, equations%block_matrix(:, i))
-            if (.not. context%scheme%second_order) cycle
-            f = -alpha*matmul(m, carried_velocity(context, i))
+            if (.not. attempt%scheme%second_order) cycle
+            f = -alpha*matmul(m, carried_velocity(context, attempt, i))
             equations%block_load(:, i) = equations%block_load(:, i) + f
             equations%block_magnitude(:, i) = equations%block_magnitude(:, i) + abs(f)
          end associate
@@ -166,30 +168,31 @@ contains
    end subroutine add_to_blocks
 
    !> Dissipation, and the strain energy at the end of the step with the areas of its start.
-   subroutine add_energies(self, context, d, balance)
+   subroutine add_energies(self, context, attempt, d, balance)
       class(elasticity_type), intent(in) :: self
       type(step_context_type), intent(in) :: context
+      type(attempt_type), intent(in) :: attempt
       real(wp), intent(in), contiguous :: d(:, :)
       class(energy_balance_type), intent(inout) :: balance
       real(wp) :: stored, lost, mass(6, 6), r, s
       integer :: i, p, n, m
       n = n_pieces(context%blocks%n_blocks)
       call balance%make_room(context%blocks%n_blocks)
-      call context%scheme%velocity_shares(r, s)
-      !$omp parallel do default(none) shared(self, context, d, balance, n, r) private(i, p, m, mass, stored, lost) &
-      !$omp schedule(static) if (context%blocks%n_blocks > parallel_blocks)
+      call attempt%scheme%velocity_shares(r, s)
+      !$omp parallel do default(none) shared(self, context, attempt, d, balance, n, r) &
+      !$omp private(i, p, m, mass, stored, lost) schedule(static) if (context%blocks%n_blocks > parallel_blocks)
       do p = 1, n
          balance%sums(1:2, p) = 0
          do i = (p - 1)*piece + 1, min(p*piece, context%blocks%n_blocks)
             associate (state => context%state, alpha => context%parameters%mass_damping)
                m = context%blocks%block_material(i)
                call elastic_energy(self%e(:, :, m), state%stress(:, i), d(4:6, i), state%area(i), stored, lost, &
-                                   context%scheme%level)
+                                   attempt%scheme%level)
                if (alpha > 0) then
                   mass = mass_matrix(state%mass(i), state%area(i), state%moments(:, i))
-                  lost = lost + mass_damping_dissipation(r*alpha, mass, context%dt, d(:, i))
-                  if (context%scheme%second_order) &
-                     lost = lost + alpha*dot_product(d(:, i), matmul(mass, carried_velocity(context, i)))
+                  lost = lost + mass_damping_dissipation(r*alpha, mass, attempt%dt, d(:, i))
+                  if (attempt%scheme%second_order) &
+                     lost = lost + alpha*dot_product(d(:, i), matmul(mass, carried_velocity(context, attempt, i)))
                end if
                balance%sums(1, p) = balance%sums(1, p) + lost
                balance%sums(2, p) = balance%sums(2, p) + strain_energy( &

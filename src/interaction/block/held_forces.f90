@@ -9,6 +9,7 @@ module rockdda_interaction_held_forces
    use rockdda_base_state_archive, only : state_archive_type
    use rockdda_model_blocks, only : largest_coordinate
    use rockdda_model_state, only : energy
+   use rockdda_interaction_attempt, only : attempt_type
    use rockdda_interaction_balance, only : energy_balance_type
    use rockdda_interaction_block_forces, only : block_forces_type
    use rockdda_interaction_context, only : step_context_type
@@ -126,48 +127,51 @@ contains
    end function released_then
 
    !> Load of force i at the end of the step.
-   pure function load_of(self, context, i) result(load)
+   pure function load_of(self, attempt, i) result(load)
       type(held_forces_type), intent(in) :: self
-      type(step_context_type), intent(in) :: context
+      type(attempt_type), intent(in) :: attempt
       integer, intent(in) :: i
       real(wp) :: load(6)
-      load = mean_load((1 - released_then(self, i))*self%force(:, i), self%point(:, i), context%moving(self%block(i)))
+      load = mean_load((1 - released_then(self, i))*self%force(:, i), self%point(:, i), attempt%moving(self%block(i)))
    end function load_of
 
    !> Loads of the step.
-   subroutine add_to_blocks(self, context, equations)
+   subroutine add_to_blocks(self, context, attempt, equations)
       class(held_forces_type), intent(inout) :: self
       type(step_context_type), intent(in) :: context
+      type(attempt_type), intent(in) :: attempt
       type(equations_type), intent(inout) :: equations
       real(wp) :: load(6)
       integer :: b, i
       do i = 1, self%n
          b = self%block(i)
-         load = load_of(self, context, i)
+         load = load_of(self, attempt, i)
          equations%block_load(:, b) = equations%block_load(:, b) + load
          equations%block_magnitude(:, b) = equations%block_magnitude(:, b) + abs(load)
       end do
    end subroutine add_to_blocks
 
    !> Their work is that of loads.
-   subroutine add_energies(self, context, d, balance)
+   subroutine add_energies(self, context, attempt, d, balance)
       class(held_forces_type), intent(in) :: self
       type(step_context_type), intent(in) :: context
+      type(attempt_type), intent(in) :: attempt
       real(wp), intent(in), contiguous :: d(:, :)
       class(energy_balance_type), intent(inout) :: balance
       real(wp) :: work
       integer :: i
       work = 0
       do i = 1, self%n
-         work = work + dot_product(load_of(self, context, i), d(:, self%block(i)))
+         work = work + dot_product(load_of(self, attempt, i), d(:, self%block(i)))
       end do
       if (self%n > 0) call balance%add(energy%external, work)
    end subroutine add_energies
 
    !> The points move with their blocks; one part more has gone.
-   subroutine commit(self, context, d)
+   subroutine commit(self, context, attempt, d)
       class(held_forces_type), intent(inout) :: self
       type(step_context_type), intent(inout) :: context
+      type(attempt_type), intent(inout) :: attempt
       real(wp), intent(in), contiguous :: d(:, :)
       integer :: b, i
       do i = 1, self%n
@@ -179,9 +183,10 @@ contains
    end subroutine commit
 
    !> The part that is still held; while it changes there is no equilibrium.
-   subroutine add_forces(self, context, forces)
+   subroutine add_forces(self, context, attempt, forces)
       class(held_forces_type), intent(in) :: self
       type(step_context_type), intent(in) :: context
+      type(attempt_type), intent(in) :: attempt
       type(block_forces_type), intent(inout) :: forces
       integer :: i
       do i = 1, self%n

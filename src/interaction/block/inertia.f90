@@ -19,6 +19,7 @@ module rockdda_interaction_inertia
    use rockdda_base_kinds, only : wp
    use rockdda_base_parallel, only : parallel_blocks, piece, n_pieces
    use rockdda_model_state, only : energy
+   use rockdda_interaction_attempt, only : attempt_type
    use rockdda_interaction_balance, only : energy_balance_type
    use rockdda_interaction_context, only : step_context_type
    use rockdda_interaction_equations, only : equations_type
@@ -34,7 +35,7 @@ module rockdda_interaction_inertia
    contains
       procedure :: add_to_blocks
       procedure :: add_energies
-      procedure :: add_moved_energies
+      procedure, nopass :: add_moved_energies
    end type inertia_type
 
 contains
@@ -51,31 +52,33 @@ contains
    end subroutine add_inertia
 
    !> What a static step carries on: c 2/dt**2 M to the stiffness, c M a0 to the load.
-   pure subroutine add_carried_damping(m, context, i, k, f)
+   pure subroutine add_carried_damping(m, context, attempt, i, k, f)
       real(wp), intent(in) :: m(6, 6)        !! mass matrix
       type(step_context_type), intent(in) :: context
+      type(attempt_type), intent(in) :: attempt
       integer, intent(in) :: i               !! block
       real(wp), intent(inout) :: k(6, 6)     !! diagonal block
       real(wp), intent(inout) :: f(6)        !! load
-      associate (c => context%scheme%carried)
-         k = k + (c*(2/context%dt**2))*m
+      associate (c => attempt%scheme%carried)
+         k = k + (c*(2/attempt%dt**2))*m
          f = f + c*matmul(m, context%state%acceleration(:, i))
       end associate
    end subroutine add_carried_damping
 
    !> Inertia in a scheme of second order: c/dt**2 M to the stiffness, c/dt M v + (c/2 - 1) M a to the load; and the
    !> loads that turn forces to where in the step they act.
-   pure subroutine add_carried_inertia(m, context, i, k, f)
+   pure subroutine add_carried_inertia(m, context, attempt, i, k, f)
       real(wp), intent(in) :: m(6, 6)        !! mass matrix
       type(step_context_type), intent(in) :: context
+      type(attempt_type), intent(in) :: attempt
       integer, intent(in) :: i               !! block
       real(wp), intent(inout) :: k(6, 6)     !! diagonal block
       real(wp), intent(inout) :: f(6)        !! load
       real(wp) :: carried(6)
-      associate (c => context%scheme%inertia, dt => context%dt)
+      associate (c => attempt%scheme%inertia, dt => attempt%dt)
          k = k + (c/dt**2)*m
-         carried = (c/dt)*context%state%velocity(:, i) + (0.5_wp*c - 1)*context%acceleration_at_start(i)
-         f = f + matmul(m, carried) + context%turning(:, i)
+         carried = (c/dt)*context%state%velocity(:, i) + (0.5_wp*c - 1)*attempt%acceleration_at_start(context, i)
+         f = f + matmul(m, carried) + attempt%turning(:, i)
       end associate
    end subroutine add_carried_inertia
 
@@ -98,13 +101,14 @@ contains
    end subroutine add_mass_damping
 
    !> Part of the velocity of block i, where the forces of a step of second order act, that its motion does not change.
-   pure function carried_velocity(context, i) result(v)
+   pure function carried_velocity(context, attempt, i) result(v)
       type(step_context_type), intent(in) :: context
+      type(attempt_type), intent(in) :: attempt
       integer, intent(in) :: i
       real(wp) :: v(6)
       real(wp) :: r, s
-      call context%scheme%velocity_shares(r, s)
-      v = (1 - r)*context%state%velocity(:, i) + (s*context%dt)*context%acceleration_at_start(i)
+      call attempt%scheme%velocity_shares(r, s)
+      v = (1 - r)*context%state%velocity(:, i) + (s*attempt%dt)*attempt%acceleration_at_start(context, i)
    end function carried_velocity
 
    !> Energy that mass-proportional damping takes in a step: alpha/dt d.M d.
@@ -117,26 +121,25 @@ contains
    end function mass_damping_dissipation
 
    !> Inertia of all blocks.
-   subroutine add_to_blocks(self, context, equations)
+   subroutine add_to_blocks(self, context, attempt, equations)
       class(inertia_type), intent(inout) :: self
       type(step_context_type), intent(in) :: context
+      type(attempt_type), intent(in) :: attempt
       type(equations_type), intent(inout) :: equations
       real(wp) :: m(6, 6), k(6, 6), f(6)
       integer :: i
-      associate (unused => self)
-      end associate
-      !$omp parallel do default(none) shared(context, equations) private(i, m, k, f) schedule(static) &
+      !$omp parallel do default(none) shared(context, attempt, equations) private(i, m, k, f) schedule(static) &
       !$omp if (context%blocks%n_blocks > parallel_blocks)
       do i = 1, context%blocks%n_blocks
-         if (context%is_left_out(i)) cycle
+         if (attempt%is_left_out(i)) cycle
          m = mass_matrix(context%state%mass(i), context%state%area(i), context%state%moments(:, i))
          call unpack_lower(equations%block_matrix(:, i), k)
          f = 0
-         if (context%scheme%second_order) then
-            call add_carried_inertia(m, context, i, k, f)
+         if (attempt%scheme%second_order) then
+            call add_carried_inertia(m, context, attempt, i, k, f)
          else
-            call add_inertia(m, context%velocity_at_start(i), context%dt, k, f)
-            if (context%scheme%carried > 0) call add_carried_damping(m, context, i, k, f)
+            call add_inertia(m, attempt%velocity_at_start(context, i), attempt%dt, k, f)
+            if (attempt%scheme%carried > 0) call add_carried_damping(m, context, attempt, i, k, f)
          end if
          call pack_lower(k, equations%block_matrix(:, i))
          equations%block_load(:, i) = equations%block_load(:, i) + f
@@ -147,44 +150,40 @@ contains
 
    !> Kinetic energy at the end of the step with the masses of its start; in a scheme of second order, and in a static
    !> step that carries accelerations on, what the work of all forces exceeds its change by is numerical dissipation.
-   subroutine add_energies(self, context, d, balance)
+   subroutine add_energies(self, context, attempt, d, balance)
       class(inertia_type), intent(in) :: self
       type(step_context_type), intent(in) :: context
+      type(attempt_type), intent(in) :: attempt
       real(wp), intent(in), contiguous :: d(:, :)
       class(energy_balance_type), intent(inout) :: balance
       integer :: i, p
-      associate (unused => self)
-      end associate
       call balance%make_room(context%blocks%n_blocks)
-      !$omp parallel do default(none) shared(context, d, balance) private(i, p) schedule(static) &
+      !$omp parallel do default(none) shared(context, attempt, d, balance) private(i, p) schedule(static) &
       !$omp if (context%blocks%n_blocks > parallel_blocks)
       do p = 1, n_pieces(context%blocks%n_blocks)
          balance%sums(1:2, p) = 0
          do i = (p - 1)*piece + 1, min(p*piece, context%blocks%n_blocks)
-            if (context%scheme%second_order) then
-               call add_carried(i, context, d(:, i), balance%sums(1, p), balance%sums(2, p))
+            if (attempt%scheme%second_order) then
+               call add_carried(i, context, attempt, d(:, i), balance%sums(1, p), balance%sums(2, p))
             else
-               call add_kinetic(i, context, new_velocity(d(:, i), context%state%velocity(:, i), context%dt), &
+               call add_kinetic(i, context, new_velocity(d(:, i), context%state%velocity(:, i), attempt%dt), &
                                 balance%sums(1, p))
-               if (context%scheme%carried > 0) balance%sums(2, p) = balance%sums(2, p) + &
-                  work_of_carried(i, context, d(:, i))
+               if (attempt%scheme%carried > 0) balance%sums(2, p) = balance%sums(2, p) + &
+                  work_of_carried(i, context, attempt, d(:, i))
             end if
          end do
       end do
       !$omp end parallel do
       balance%predicted(1) = sum(balance%sums(1, 1:n_pieces(context%blocks%n_blocks)))
-      if (context%scheme%second_order .or. context%scheme%carried > 0) call balance%add( &
+      if (attempt%scheme%second_order .or. attempt%scheme%carried > 0) call balance%add( &
          energy%dissipated, sum(balance%sums(2, 1:n_pieces(context%blocks%n_blocks))))
    end subroutine add_energies
 
    !> Kinetic energy of the state.
-   subroutine add_moved_energies(self, context, balance)
-      class(inertia_type), intent(in) :: self
+   subroutine add_moved_energies(context, balance)
       type(step_context_type), intent(in) :: context
       class(energy_balance_type), intent(inout) :: balance
       integer :: i, p
-      associate (unused => self)
-      end associate
       call balance%make_room(context%blocks%n_blocks)
       !$omp parallel do default(none) shared(context, balance) private(i, p) schedule(static) &
       !$omp if (context%blocks%n_blocks > parallel_blocks)
@@ -199,34 +198,36 @@ contains
    end subroutine add_moved_energies
 
    !> Kinetic energy of block i at the end of a step of second order, and what the scheme dissipates.
-   pure subroutine add_carried(i, context, d, kinetic, lost)
+   pure subroutine add_carried(i, context, attempt, d, kinetic, lost)
       integer, intent(in) :: i
       type(step_context_type), intent(in) :: context
+      type(attempt_type), intent(in) :: attempt
       real(wp), intent(in) :: d(6)           !! motion of the step
       real(wp), intent(inout) :: kinetic, lost
       real(wp) :: a(6), v(6), momentum(6), before, after
-      associate (state => context%state, jump => context%jump(:, i))
-         a = context%scheme%new_acceleration(d, state%velocity(:, i), state%acceleration(:, i), jump, context%dt)
-         v = state%velocity(:, i) + context%scheme%velocity_change(state%acceleration(:, i), a, jump, context%dt)
+      associate (state => context%state, jump => attempt%jump(:, i))
+         a = attempt%scheme%new_acceleration(d, state%velocity(:, i), state%acceleration(:, i), jump, attempt%dt)
+         v = state%velocity(:, i) + attempt%scheme%velocity_change(state%acceleration(:, i), a, jump, attempt%dt)
          momentum = context%momentum(i, d)
          before = 0
          after = 0
          call add_kinetic(i, context, state%velocity(:, i), before)
          call add_kinetic(i, context, v, after)
          kinetic = kinetic + after
-         lost = lost + context%scheme%inertia_work(momentum, state%acceleration(:, i), a, jump, context%dt) &
-                - (after - before) - dot_product(d, context%turning(:, i))
+         lost = lost + attempt%scheme%inertia_work(momentum, state%acceleration(:, i), a, jump, attempt%dt) &
+                - (after - before) - dot_product(d, attempt%turning(:, i))
       end associate
    end subroutine add_carried
 
    !> Work against what a static step carries on, c d.M (a - a0), for block i.
-   pure real(wp) function work_of_carried(i, context, d) result(work)
+   pure real(wp) function work_of_carried(i, context, attempt, d) result(work)
       integer, intent(in) :: i
       type(step_context_type), intent(in) :: context
+      type(attempt_type), intent(in) :: attempt
       real(wp), intent(in) :: d(6)           !! motion of the step
       associate (state => context%state)
-         work = context%scheme%carried*dot_product(context%momentum(i, d), &
-                                                   (2/context%dt**2)*d - state%acceleration(:, i))
+         work = attempt%scheme%carried*dot_product(context%momentum(i, d), &
+                                                   (2/attempt%dt**2)*d - state%acceleration(:, i))
       end associate
    end function work_of_carried
 

@@ -12,6 +12,7 @@ module rockdda_interaction_loads
    use rockdda_model_blocks, only : block_system_type
    use rockdda_model_parameters, only : parameters_type
    use rockdda_model_state, only : energy
+   use rockdda_interaction_attempt, only : attempt_type
    use rockdda_interaction_balance, only : energy_balance_type
    use rockdda_interaction_block_forces, only : block_forces_type
    use rockdda_interaction_context, only : step_context_type
@@ -54,14 +55,16 @@ contains
 
    !> Acceleration of the base in the step: of tables and harmonic terms that of the middle, of records the mean.
    !> A scheme that takes forces at another level of the step has the middle there.
-   pure function base_motion(context) result(a)
+   pure function base_motion(context, attempt) result(a)
       type(step_context_type), intent(in) :: context
+      type(attempt_type), intent(in) :: attempt
       real(wp) :: a(2)                !! [length/time^2]
       real(wp) :: middle              !! share of the step
-      middle = context%scheme%middle()
-      a = base_acceleration(context%parameters%base, context%motion_time(middle))
+      middle = attempt%scheme%middle()
+      a = base_acceleration(context%parameters%base, attempt%motion_time(context, middle))
       if (context%ground_motion%acts('base_acceleration')) a = a + context%ground_motion%mean_acceleration( &
-         'base_acceleration', context%motion_time(middle - 0.5_wp), context%motion_time(middle + 0.5_wp))
+         'base_acceleration', attempt%motion_time(context, middle - 0.5_wp), &
+         attempt%motion_time(context, middle + 0.5_wp))
    end function base_motion
 
    !> Room for the loads, and the blocks that carry the line loads.
@@ -92,15 +95,16 @@ contains
    end subroutine make_room
 
    !> All loads of the step.
-   subroutine add_to_blocks(self, context, equations)
+   subroutine add_to_blocks(self, context, attempt, equations)
       class(loads_type), intent(inout) :: self
       type(step_context_type), intent(in) :: context
+      type(attempt_type), intent(in) :: attempt
       type(equations_type), intent(inout) :: equations
       real(wp) :: base(2), gravity, f(6)
       integer :: i
-      base = -base_motion(context)
-      !$omp parallel do default(none) private(i, gravity, f) schedule(static) shared(self, context, equations) &
-      !$omp if (context%blocks%n_blocks > parallel_blocks)
+      base = -base_motion(context, attempt)
+      !$omp parallel do default(none) private(i, gravity, f) shared(self, context, attempt, equations) &
+      !$omp schedule(static) if (context%blocks%n_blocks > parallel_blocks)
       do i = 1, context%blocks%n_blocks
          associate (material => context%parameters%block_materials(context%blocks%block_material(i)))
             gravity = material%weight/material%density
@@ -108,7 +112,7 @@ contains
          if (context%parameters%gravity >= 0) gravity = context%parameters%gravity
          f = 0
          if (context%state%active(i)) f = body_force(context%state%mass(i), &
-                                                     gravity*context%gravity*context%parameters%weight_direction)
+                                                     gravity*attempt%gravity*context%parameters%weight_direction)
          self%weight(:, i) = f(1:2)
          equations%block_load(1:2, i) = equations%block_load(1:2, i) + self%weight(:, i)
          equations%block_magnitude(1:2, i) = equations%block_magnitude(1:2, i) + abs(self%weight(:, i))
@@ -121,8 +125,8 @@ contains
       do i = 1, context%blocks%n_blocks
          if (context%state%active(i)) self%external(:, i) = body_force(context%state%mass(i), base)
       end do
-      call add_points_and_lines(self, context)
-      !$omp parallel do default(none) shared(self, context, equations) private(i) schedule(static) &
+      call add_points_and_lines(self, context, attempt)
+      !$omp parallel do default(none) shared(self, context, attempt, equations) private(i) schedule(static) &
       !$omp if (context%blocks%n_blocks > parallel_blocks)
       do i = 1, context%blocks%n_blocks
          equations%block_load(:, i) = equations%block_load(:, i) + self%external(:, i)
@@ -132,12 +136,13 @@ contains
    end subroutine add_to_blocks
 
    !> Point loads and line loads at the time of the step for which forces are taken, its end in Shi's scheme.
-   pure subroutine add_points_and_lines(self, context)
+   pure subroutine add_points_and_lines(self, context, attempt)
       class(loads_type), intent(inout) :: self
       type(step_context_type), intent(in) :: context
+      type(attempt_type), intent(in) :: attempt
       real(wp) :: force(2), factor, t_end
       integer :: p, b
-      t_end = context%load_time()
+      t_end = attempt%load_time(context)
       do p = 1, context%blocks%loading%n
          associate (table => context%parameters%loading_tables(p))
             if (.not. allocated(table%rows)) cycle
@@ -147,29 +152,30 @@ contains
             force = table_value(table%rows, t_end)
          end associate
          self%external(:, b) = self%external(:, b) + mean_load(force, context%state%loading_position(:, p), &
-                                                               context%moving(b))
+                                                               attempt%moving(b))
       end do
       do p = 1, size(self%line_blocks)
          b = self%line_blocks(p)
          if (.not. context%state%active(b)) cycle
          associate (load => context%parameters%line_loads(p), ends => context%line_ends(:, p))
             factor = load_factor(load%table, t_end)
-            self%external(:, b) = self%external(:, b) + line_load(ends(1:2), ends(3:4), context%moving(b), &
+            self%external(:, b) = self%external(:, b) + line_load(ends(1:2), ends(3:4), attempt%moving(b), &
                                                                   factor*load%force_start, factor*load%force_end)
          end associate
       end do
    end subroutine add_points_and_lines
 
    !> Work of all loads.
-   subroutine add_energies(self, context, d, balance)
+   subroutine add_energies(self, context, attempt, d, balance)
       class(loads_type), intent(in) :: self
       type(step_context_type), intent(in) :: context
+      type(attempt_type), intent(in) :: attempt
       real(wp), intent(in), contiguous :: d(:, :)
       class(energy_balance_type), intent(inout) :: balance
       integer :: i, p, n
       n = n_pieces(context%blocks%n_blocks)
       call balance%make_room(context%blocks%n_blocks)
-      !$omp parallel do default(none) shared(self, context, d, balance, n) private(i, p) schedule(static) &
+      !$omp parallel do default(none) shared(self, context, attempt, d, balance, n) private(i, p) schedule(static) &
       !$omp if (context%blocks%n_blocks > parallel_blocks)
       do p = 1, n
          balance%sums(1:2, p) = 0
@@ -185,9 +191,10 @@ contains
    end subroutine add_energies
 
    !> Line loads move with their blocks.
-   subroutine commit(self, context, d)
+   subroutine commit(self, context, attempt, d)
       class(loads_type), intent(inout) :: self
       type(step_context_type), intent(inout) :: context
+      type(attempt_type), intent(inout) :: attempt
       real(wp), intent(in), contiguous :: d(:, :)
       integer :: p, b, side
       do p = 1, size(self%line_blocks)
@@ -200,15 +207,16 @@ contains
    end subroutine commit
 
    !> Loads on the moved blocks; while points or lines are loaded more or less there is no equilibrium.
-   subroutine add_forces(self, context, forces)
+   subroutine add_forces(self, context, attempt, forces)
       class(loads_type), intent(in) :: self
       type(step_context_type), intent(in) :: context
+      type(attempt_type), intent(in) :: attempt
       type(block_forces_type), intent(inout) :: forces
       type(moving_block_type) :: block
       real(wp) :: base(2), force(2), factor, f(6), t_end
       integer :: b, i, p
-      t_end = context%state%time + context%dt
-      base = -base_motion(context)
+      t_end = context%state%time + attempt%dt
+      base = -base_motion(context, attempt)
       do i = 1, context%blocks%n_blocks
          if (.not. context%state%active(i)) cycle
          call forces%add_load(i, [self%weight(1, i), self%weight(2, i), 0.0_wp])

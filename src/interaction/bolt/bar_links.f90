@@ -12,10 +12,10 @@
 !> Each round linearises at the motion of the last one, and is repeated until forces follow their laws there.
 module rockdda_interaction_bar_links
    use rockdda_base_kinds, only : wp
+   use rockdda_interaction_attempt, only : attempt_type
    use rockdda_interaction_bar, only : bar_response_type, respond, condense
    use rockdda_interaction_bar_bolt, only : bolt_type, find_directions, direction, is_joint, separation, find_points, &
       find_forces, is_straight, continue_forces, chain_forces, dowel_response
-   use rockdda_interaction_context, only : step_context_type
    use rockdda_interaction_equations, only : equations_type
    use rockdda_interaction_finite_rotation, only : mean_load, mean_displacement, end_displacement
    implicit none
@@ -98,9 +98,9 @@ contains
    end subroutine find_tension
 
    !> Vectors of the links of a bolt.
-   subroutine place_bolt(bolt, context, equations)
+   subroutine place_bolt(bolt, attempt, equations)
       type(bolt_type), intent(inout) :: bolt
-      type(step_context_type), intent(in) :: context
+      type(attempt_type), intent(in) :: attempt
       type(equations_type), intent(inout) :: equations
       integer :: points(2, axial_links(bolt) + size(bolt%crossing)), k, p, side
       real(wp) :: then(2, size(bolt%block)), parts(2, size(bolt%block)/2), n(2), a(6, 2), b(6, 2), v(6, 2, 2)
@@ -108,7 +108,7 @@ contains
       then = bolt%place
       do p = 1, size(bolt%block)
          if (bolt%block(p) > 0) then(:, p) = then(:, p) + &
-            mean_displacement(context%moving(bolt%block(p))%d, bolt%place(:, p), context%moving(bolt%block(p)))
+            mean_displacement(attempt%moving(bolt%block(p))%d, bolt%place(:, p), attempt%moving(bolt%block(p)))
       end do
       call find_directions(then, parts)
       points = link_points(bolt)
@@ -119,9 +119,9 @@ contains
          do side = 1, 2
             associate (block => bolt%block(points(side, k)), x => bolt%place(:, points(side, k)))
                if (block == 0) cycle
-               v(:, 1, side) = mean_load(merge(-n, n, side == 1), x, context%moving(block))
+               v(:, 1, side) = mean_load(merge(-n, n, side == 1), x, attempt%moving(block))
                if (acts_across(bolt, k)) &
-                  v(:, 2, side) = mean_load(merge(-1, 1, side == 1)*[-n(2), n(1)], x, context%moving(block))
+                  v(:, 2, side) = mean_load(merge(-1, 1, side == 1)*[-n(2), n(1)], x, attempt%moving(block))
             end associate
          end do
          a = v(:, :, 1)
@@ -402,10 +402,10 @@ contains
    end function force_across
 
    !> Lengths of a bolt that the expected motion gives otherwise than the solution.
-   subroutine measure_placement_of(bolt, level, context, equations)
+   subroutine measure_placement_of(bolt, level, attempt, equations)
       type(bolt_type), intent(in) :: bolt
       real(wp), intent(in) :: level
-      type(step_context_type), intent(in) :: context
+      type(attempt_type), intent(in) :: attempt
       type(equations_type), intent(inout) :: equations
       real(wp) :: moved(2, size(bolt%block)), parts(2, size(bolt%block)/2), load, scale, off
       integer :: b, k, p
@@ -413,7 +413,7 @@ contains
       moved = bolt%place
       do p = 1, size(bolt%block)
          b = bolt%block(p)
-         if (b > 0) moved(:, p) = bolt%place(:, p) + end_displacement(context%moved(b), bolt%place(:, p))
+         if (b > 0) moved(:, p) = bolt%place(:, p) + end_displacement(attempt%moved(b), bolt%place(:, p))
       end do
       call find_directions(moved, parts)
       do k = 1, size(bolt%acting) - 1

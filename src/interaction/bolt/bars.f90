@@ -10,6 +10,7 @@ module rockdda_interaction_bars
    use rockdda_model_bolt_numbers, only : numbers_of_bolt
    use rockdda_model_geometry_input, only : is_spring
    use rockdda_model_state, only : energy
+   use rockdda_interaction_attempt, only : attempt_type
    use rockdda_interaction_balance, only : energy_balance_type
    use rockdda_interaction_bar, only : bar_response_type, copy_state
    use rockdda_interaction_bar_bolt, only : bolt_type, draw_bolt, install, forget_step, measure_bolt, measure_between, &
@@ -229,9 +230,10 @@ contains
    end function count_links
 
    !> Places and blocks at the start of the step.
-   subroutine prepare(self, context, equations)
+   subroutine prepare(self, context, attempt, equations)
       class(bars_type), intent(inout) :: self
       type(step_context_type), intent(in) :: context
+      type(attempt_type), intent(in) :: attempt
       type(equations_type), intent(inout) :: equations
       integer :: l, n
       n = self%first_link
@@ -244,11 +246,12 @@ contains
    end subroutine prepare
 
    !> Begin an attempt: linearise at the start of the step.
-   subroutine begin(self, context)
+   subroutine begin(self, context, attempt)
       class(bars_type), intent(inout) :: self
       type(step_context_type), intent(in) :: context
+      type(attempt_type), intent(in) :: attempt
       integer :: changes, unsettled, l
-      self%level = context%scheme%level
+      self%level = attempt%scheme%level
       do l = 1, n_bolts(self)
          associate (bolt => self%bolts(l))
             if (.not. bolt%is_measured) call measure_between(context%state%active, bolt)
@@ -261,21 +264,22 @@ contains
       do l = 1, n_bolts(self)
          associate (bolt => self%bolts(l))
             bolt%tense = 0
-            if (.not. context%scheme%is_dynamic) call find_tension(bolt)
+            if (.not. attempt%scheme%is_dynamic) call find_tension(bolt)
          end associate
       end do
    end subroutine begin
 
    !> Vectors of all links.
-   subroutine place(self, context, equations)
+   subroutine place(self, context, attempt, equations)
       class(bars_type), intent(inout) :: self
       type(step_context_type), intent(in) :: context
+      type(attempt_type), intent(in) :: attempt
       type(equations_type), intent(inout) :: equations
       integer :: l
       do l = 1, n_bolts(self)
          associate (bolt => self%bolts(l))
             if (size(bolt%acting) == 0) cycle
-            if (any(context%renewed(bolt%crossed))) call place_bolt(bolt, context, equations)
+            if (any(attempt%renewed(bolt%crossed))) call place_bolt(bolt, attempt, equations)
          end associate
       end do
    end subroutine place
@@ -347,13 +351,14 @@ contains
    end subroutine lawful_forces
 
    !> Lengths that the expected motion gives otherwise than the solution.
-   subroutine measure_placement(self, context, equations)
+   subroutine measure_placement(self, context, attempt, equations)
       class(bars_type), intent(in) :: self
       type(step_context_type), intent(in) :: context
+      type(attempt_type), intent(in) :: attempt
       type(equations_type), intent(inout) :: equations
       integer :: l
       do l = 1, n_bolts(self)
-         call measure_placement_of(self%bolts(l), self%level, context, equations)
+         call measure_placement_of(self%bolts(l), self%level, attempt, equations)
       end do
    end subroutine measure_placement
 
@@ -379,15 +384,14 @@ contains
    end subroutine reach_end
 
    !> Stored energy, and the work of slip, of yield and of breaking.
-   subroutine add_energies(self, context, d, balance)
+   subroutine add_energies(self, context, attempt, d, balance)
       class(bars_type), intent(in) :: self
       type(step_context_type), intent(in) :: context
+      type(attempt_type), intent(in) :: attempt
       real(wp), intent(in), contiguous :: d(:, :)
       class(energy_balance_type), intent(inout) :: balance
       real(wp) :: work, start, end
       integer :: k, l
-      associate (unused => context%dt, not_used => d)
-      end associate
       start = 0
       end = 0
       do l = 1, n_bolts(self)
@@ -411,9 +415,10 @@ contains
    end subroutine add_energies
 
    !> States at the end of the step, and new places.
-   subroutine commit(self, context, d)
+   subroutine commit(self, context, attempt, d)
       class(bars_type), intent(inout) :: self
       type(step_context_type), intent(inout) :: context
+      type(attempt_type), intent(inout) :: attempt
       real(wp), intent(in), contiguous :: d(:, :)
       integer :: b, l, p
       do l = 1, n_bolts(self)
@@ -434,9 +439,10 @@ contains
    end subroutine commit
 
    !> Forces on the blocks at their new places.
-   subroutine add_forces(self, context, forces)
+   subroutine add_forces(self, context, attempt, forces)
       class(bars_type), intent(in) :: self
       type(step_context_type), intent(in) :: context
+      type(attempt_type), intent(in) :: attempt
       type(block_forces_type), intent(inout) :: forces
       integer :: l
       do l = 1, n_bolts(self)
@@ -494,8 +500,6 @@ contains
       real(wp), allocatable :: work(:)
       integer :: l
       logical :: fits
-      associate (unused => context%dt)
-      end associate
       if (.not. allocated(self%bolts)) allocate (self%bolts(0))
       call archive%section('bars')
       work = self%work

@@ -16,6 +16,7 @@ module rockdda_interaction_bolts
    use rockdda_base_kinds, only : wp
    use rockdda_model_blocks, only : bolt_set_type
    use rockdda_model_state, only : energy
+   use rockdda_interaction_attempt, only : attempt_type
    use rockdda_interaction_balance, only : energy_balance_type
    use rockdda_interaction_block_forces, only : block_forces_type
    use rockdda_interaction_context, only : step_context_type
@@ -144,9 +145,10 @@ contains
    end function count_links
 
    !> Blocks of all bolts, and forces at the start of the step.
-   subroutine prepare(self, context, equations)
+   subroutine prepare(self, context, attempt, equations)
       class(bolts_type), intent(inout) :: self
       type(step_context_type), intent(in) :: context
+      type(attempt_type), intent(in) :: attempt
       type(equations_type), intent(inout) :: equations
       integer :: c, l, pair(2)
       do l = 1, self%n
@@ -196,18 +198,20 @@ contains
    end function is_there
 
    !> Begin an attempt: no bolt yields.
-   subroutine begin(self, context)
+   subroutine begin(self, context, attempt)
       class(bolts_type), intent(inout) :: self
       type(step_context_type), intent(in) :: context
-      self%level = context%scheme%level
+      type(attempt_type), intent(in) :: attempt
+      self%level = attempt%scheme%level
       self%yields = .false.
       self%stretch = 0
    end subroutine begin
 
    !> Directions of all bolts.
-   subroutine place(self, context, equations)
+   subroutine place(self, context, attempt, equations)
       class(bolts_type), intent(inout) :: self
       type(step_context_type), intent(in) :: context
+      type(attempt_type), intent(in) :: attempt
       type(equations_type), intent(inout) :: equations
       real(wp) :: length, a(6, 2), b(6, 2)
       integer :: c, l
@@ -216,19 +220,19 @@ contains
       do l = 1, self%n
          c = self%first_link + l
          call bolt_vectors(context%state%bolt_ends(:, l), equations%pair(:, c), &
-                           blocks_of_ends(context, equations%pair(:, c)), length, a(:, 1), b(:, 1))
+                           blocks_of_ends(attempt, equations%pair(:, c)), length, a(:, 1), b(:, 1))
          call equations%set_vectors(c, a, b)
       end do
    end subroutine place
 
    !> The moving blocks of the two ends; one that does not move for an end in no block.
-   pure function blocks_of_ends(context, pair) result(moving)
-      type(step_context_type), intent(in) :: context
+   pure function blocks_of_ends(attempt, pair) result(moving)
+      type(attempt_type), intent(in) :: attempt
       integer, intent(in) :: pair(2)
       type(moving_block_type) :: moving(2)
       integer :: side
       do side = 1, 2
-         if (pair(side) > 0) moving(side) = context%moving(pair(side))
+         if (pair(side) > 0) moving(side) = attempt%moving(pair(side))
       end do
    end function blocks_of_ends
 
@@ -299,9 +303,10 @@ contains
    end subroutine lawful_forces
 
    !> Lengths that the expected motion gives otherwise than the solution.
-   subroutine measure_placement(self, context, equations)
+   subroutine measure_placement(self, context, attempt, equations)
       class(bolts_type), intent(in) :: self
       type(step_context_type), intent(in) :: context
+      type(attempt_type), intent(in) :: attempt
       type(equations_type), intent(inout) :: equations
       real(wp) :: ends(4), load, scale, off
       integer :: b, c, l, side
@@ -316,7 +321,7 @@ contains
             b = equations%pair(side, c)
             if (b == 0) cycle
             ends(2*side - 1:2*side) = ends(2*side - 1:2*side) + &
-                                      end_displacement(context%moved(b), ends(2*side - 1:2*side))
+                                      end_displacement(attempt%moved(b), ends(2*side - 1:2*side))
             load = min(load, equations%block_force(b))
          end do
          if (all(equations%pair(:, c) == 0)) cycle
@@ -342,16 +347,15 @@ contains
    end subroutine judge
 
    !> Stored and plastic work.
-   subroutine add_energies(self, context, d, balance)
+   subroutine add_energies(self, context, attempt, d, balance)
       class(bolts_type), intent(in) :: self
       type(step_context_type), intent(in) :: context
+      type(attempt_type), intent(in) :: attempt
       real(wp), intent(in), contiguous :: d(:, :)
       class(energy_balance_type), intent(inout) :: balance
       real(wp) :: start_energy, end_energy, force, yielded, stored, lost, plastic, work
       logical :: yields
       integer :: l
-      associate (unused => context%dt, not_used => d)
-      end associate
       start_energy = 0
       end_energy = 0
       do l = 1, self%n
@@ -374,15 +378,14 @@ contains
    end subroutine add_energies
 
    !> Plastic elongation at the end of the step.
-   subroutine commit(self, context, d)
+   subroutine commit(self, context, attempt, d)
       class(bolts_type), intent(inout) :: self
       type(step_context_type), intent(inout) :: context
+      type(attempt_type), intent(inout) :: attempt
       real(wp), intent(in), contiguous :: d(:, :)
       real(wp) :: force, yielded
       logical :: yields
       integer :: l
-      associate (unused => d)
-      end associate
       do l = 1, self%n
          call bolt_response(self%stiffness(l), self%strength(l), self%force(l), self%stretch(l)/self%level, force, &
                             yields, yielded)
@@ -391,9 +394,10 @@ contains
    end subroutine commit
 
    !> Axial forces on the blocks of both ends.
-   subroutine add_forces(self, context, forces)
+   subroutine add_forces(self, context, attempt, forces)
       class(bolts_type), intent(in) :: self
       type(step_context_type), intent(in) :: context
+      type(attempt_type), intent(in) :: attempt
       type(block_forces_type), intent(inout) :: forces
       real(wp) :: along(2), force, length
       integer :: b, l, side

@@ -9,6 +9,7 @@ module rockdda_interaction_boundaries
    use rockdda_model_blocks, only : block_system_type
    use rockdda_model_in_situ, only : initial_stress_type
    use rockdda_model_parameters, only : parameters_type
+   use rockdda_interaction_attempt, only : attempt_type
    use rockdda_interaction_balance, only : energy_balance_type
    use rockdda_interaction_block_forces, only : block_forces_type
    use rockdda_interaction_boundary_edges, only : find_outer_edges, edges_along, next_vertex, place, &
@@ -117,60 +118,66 @@ contains
 
    !> Before the first dynamic step: from now on quiet boundaries keep the forces that they have, and their dashpots
    !> act.
-   subroutine become_quiet(self, context, balance)
+   subroutine become_quiet(self, context, attempt, balance)
       class(boundaries_type), intent(in) :: self
       type(step_context_type), intent(inout) :: context
+      type(attempt_type), intent(in) :: attempt
       class(energy_balance_type), intent(inout) :: balance
       if (context%state%quiet) return
-      call self%springs%hold_forces(context, balance)
+      call self%springs%hold_forces(context, attempt, balance)
       context%state%quiet = .true.
    end subroutine become_quiet
 
    !> Springs and tractions.
-   subroutine add_to_blocks(self, context, equations)
+   subroutine add_to_blocks(self, context, attempt, equations)
       class(boundaries_type), intent(inout) :: self
       type(step_context_type), intent(in) :: context
+      type(attempt_type), intent(in) :: attempt
       type(equations_type), intent(inout) :: equations
-      call self%springs%add_to_blocks(context, equations)
-      call self%tractions%add_to_blocks(context, equations)
+      call self%springs%add_to_blocks(context, attempt, equations)
+      call self%tractions%add_to_blocks(context, attempt, equations)
    end subroutine add_to_blocks
 
    !> Displacements of springs that the expected motion gives otherwise than the solution.
-   subroutine measure_placement(self, context, equations)
+   subroutine measure_placement(self, context, attempt, equations)
       class(boundaries_type), intent(in) :: self
       type(step_context_type), intent(in) :: context
+      type(attempt_type), intent(in) :: attempt
       type(equations_type), intent(inout) :: equations
-      call self%springs%measure_placement(context, equations)
+      call self%springs%measure_placement(context, attempt, equations)
    end subroutine measure_placement
 
    !> Springs, and work of moving boundaries and tractions.
-   subroutine add_energies(self, context, d, balance)
+   subroutine add_energies(self, context, attempt, d, balance)
       class(boundaries_type), intent(in) :: self
       type(step_context_type), intent(in) :: context
+      type(attempt_type), intent(in) :: attempt
       real(wp), intent(in), contiguous :: d(:, :)
       class(energy_balance_type), intent(inout) :: balance
       if (size(self%edges, 2) == 0) return
-      call self%springs%add_energies(context, d, balance)
+      call self%springs%add_energies(context, attempt, d, balance)
       call self%tractions%add_work(d, balance)
    end subroutine add_energies
 
    !> Forces of the boundaries at the end of the step.
-   subroutine commit(self, context, d)
+   subroutine commit(self, context, attempt, d)
       class(boundaries_type), intent(inout) :: self
       type(step_context_type), intent(inout) :: context
+      type(attempt_type), intent(inout) :: attempt
       real(wp), intent(in), contiguous :: d(:, :)
       self%force = 0
-      call self%springs%sum_forces(context, d, self%force)
+      call self%springs%sum_forces(context, attempt, d, self%force)
       call self%tractions%sum_forces(self%force)
    end subroutine commit
 
    !> Forces on the moved blocks.
-   subroutine add_forces(self, context, forces)
+   subroutine add_forces(self, context, attempt, forces)
       class(boundaries_type), intent(in) :: self
       type(step_context_type), intent(in) :: context
+      type(attempt_type), intent(in) :: attempt
       type(block_forces_type), intent(inout) :: forces
       call self%springs%add_forces(context, forces)
-      call self%tractions%add_forces(context, forces)
+      call self%tractions%add_forces(context, attempt, forces)
    end subroutine add_forces
 
 end module rockdda_interaction_boundaries

@@ -16,6 +16,7 @@ module rockdda_interaction_boundary_springs
    use rockdda_model_in_situ, only : initial_stress_type
    use rockdda_model_parameters, only : parameters_type
    use rockdda_model_state, only : energy
+   use rockdda_interaction_attempt, only : attempt_type
    use rockdda_interaction_balance, only : energy_balance_type
    use rockdda_interaction_block_forces, only : block_forces_type
    use rockdda_interaction_boundary_edges, only : next_vertex
@@ -179,12 +180,13 @@ contains
    end function start_energy
 
    !> Displacement of a boundary at a time: of its own, and of the ground by records.
-   pure function target_of(context, g, t) result(target)
+   pure function target_of(context, attempt, g, t) result(target)
       type(step_context_type), intent(in) :: context
+      type(attempt_type), intent(in) :: attempt
       integer, intent(in) :: g      !! boundary
       real(wp), intent(in) :: t     !! [time]
       real(wp) :: target(2)         !! [length]
-      target = context%ground_motion%displacement('base_motion', t - context%motion_start)
+      target = context%ground_motion%displacement('base_motion', t - attempt%motion_start)
       associate (group => context%parameters%boundaries(g))
          if (group%kind == 'moving') target = target + factor_integral(group%table, t)*group%velocity(:, 1)
       end associate
@@ -192,9 +194,10 @@ contains
 
    !> Before the first dynamic step: the forces that springs of quiet boundaries keep. What they have stored
    !> is discarded.
-   subroutine hold_forces(self, context, balance)
+   subroutine hold_forces(self, context, attempt, balance)
       class(boundary_springs_type), intent(in) :: self
       type(step_context_type), intent(inout) :: context
+      type(attempt_type), intent(in) :: attempt
       class(energy_balance_type), intent(inout) :: balance
       real(wp) :: force(size(self%list)), stored
       integer :: i
@@ -202,7 +205,7 @@ contains
       do i = 1, size(self%list)
          associate (s => self%list(i))
             if (.not. s%quiet .or. .not. context%state%active(s%block)) cycle
-            force(i) = -s%stiffness*stretch_at_start(s, context)
+            force(i) = -s%stiffness*stretch_at_start(s, context, attempt)
             stored = 0.5_wp*force(i)**2/s%stiffness
             balance%boundary_energy(s%block) = balance%boundary_energy(s%block) - stored
             call balance%add(energy%discarded, stored)
@@ -220,28 +223,29 @@ contains
    end function is_held
 
    !> Springs of all active blocks.
-   subroutine add_to_blocks(self, context, equations)
+   subroutine add_to_blocks(self, context, attempt, equations)
       class(boundary_springs_type), intent(inout) :: self
       type(step_context_type), intent(in) :: context
+      type(attempt_type), intent(in) :: attempt
       type(equations_type), intent(inout) :: equations
       integer :: g, i
       do g = 1, size(self%target_end, 2)
-         self%target_start(:, g) = target_of(context, g, context%state%time)
-         self%target_end(:, g) = target_of(context, g, context%state%time + context%dt)
+         self%target_start(:, g) = target_of(context, attempt, g, context%state%time)
+         self%target_end(:, g) = target_of(context, attempt, g, context%state%time + attempt%dt)
       end do
       do i = 1, size(self%list)
          associate (s => self%list(i), b => self%list(i)%block)
             if (.not. context%state%active(b)) cycle
             if (is_held(self, i, context)) then
                call add_line_spring(0.0_wp, s%direction, context%state%quiet_force(i), &
-                                    context%state%vertices(:, s%vertex), context%moving(b), &
+                                    context%state%vertices(:, s%vertex), attempt%moving(b), &
                                     equations%block_matrix(:, b), equations%block_load(:, b), &
                                     equations%block_magnitude(:, b))
                cycle
             end if
-            call add_line_spring(context%scheme%level*s%stiffness, s%direction, -s%stiffness* &
-                                 (stretch_at_start(s, context) - context%scheme%level*pulled_by(self, s)), &
-                                 context%state%vertices(:, s%vertex), context%moving(b), &
+            call add_line_spring(attempt%scheme%level*s%stiffness, s%direction, -s%stiffness* &
+                                 (stretch_at_start(s, context, attempt) - attempt%scheme%level*pulled_by(self, s)), &
+                                 context%state%vertices(:, s%vertex), attempt%moving(b), &
                                  equations%block_matrix(:, b), equations%block_load(:, b), &
                                  equations%block_magnitude(:, b))
          end associate
@@ -249,12 +253,13 @@ contains
    end subroutine add_to_blocks
 
    !> Stretch of a spring at the start of a step, with the target of that time: its force is -stiffness*stretch.
-   pure real(wp) function stretch_at_start(spring, context) result(x)
+   pure real(wp) function stretch_at_start(spring, context, attempt) result(x)
       type(boundary_spring_type), intent(in) :: spring
       type(step_context_type), intent(in) :: context
+      type(attempt_type), intent(in) :: attempt
       real(wp) :: moved(2)
       moved = context%state%vertices(:, spring%vertex) - context%blocks%vertices(:, spring%vertex)
-      x = dot_product(spring%direction, moved - target_of(context, spring%group, context%state%time)) - &
+      x = dot_product(spring%direction, moved - target_of(context, attempt, spring%group, context%state%time)) - &
           spring%start_force/spring%stiffness
    end function stretch_at_start
 
@@ -266,42 +271,47 @@ contains
    end function pulled_by
 
    !> Stretch of a spring at the end of a step, with the target of that time.
-   pure real(wp) function stretch_at_end(self, spring, context, d) result(x)
+   pure real(wp) function stretch_at_end(self, spring, context, attempt, d) result(x)
       type(boundary_springs_type), intent(in) :: self
       type(boundary_spring_type), intent(in) :: spring
       type(step_context_type), intent(in) :: context
+      type(attempt_type), intent(in) :: attempt
       real(wp), intent(in) :: d(6)    !! motion of the block
-      x = stretch_at_start(spring, context) - pulled_by(self, spring) + moved_along(spring, context, d)
+      x = stretch_at_start(spring, context, attempt) - pulled_by(self, spring) + &
+          moved_along(spring, context, attempt, d)
    end function stretch_at_end
 
    !> Motion of the point of a spring in the step, along it.
-   pure real(wp) function moved_along(spring, context, d) result(u)
+   pure real(wp) function moved_along(spring, context, attempt, d) result(u)
       type(boundary_spring_type), intent(in) :: spring
       type(step_context_type), intent(in) :: context
+      type(attempt_type), intent(in) :: attempt
       real(wp), intent(in) :: d(6)    !! motion of the block
       u = dot_product(spring%direction, mean_displacement(d, context%state%vertices(:, spring%vertex), &
-                                                          context%moving(spring%block)))
+                                                          attempt%moving(spring%block)))
    end function moved_along
 
    !> Displacements of springs that the expected motion gives otherwise than the solution.
-   subroutine measure_placement(self, context, equations)
+   subroutine measure_placement(self, context, attempt, equations)
       class(boundary_springs_type), intent(in) :: self
       type(step_context_type), intent(in) :: context
+      type(attempt_type), intent(in) :: attempt
       type(equations_type), intent(inout) :: equations
       integer :: i
       do i = 1, size(self%list)
          if (is_held(self, i, context)) cycle
          associate (s => self%list(i))
-            call measure_point(context, s%stiffness, context%state%vertices(:, s%vertex), s%block, equations, &
+            call measure_point(attempt, s%stiffness, context%state%vertices(:, s%vertex), s%block, equations, &
                                s%direction)
          end associate
       end do
    end subroutine measure_placement
 
    !> Stored and lost energy, and work of moving boundaries.
-   subroutine add_energies(self, context, d, balance)
+   subroutine add_energies(self, context, attempt, d, balance)
       class(boundary_springs_type), intent(in) :: self
       type(step_context_type), intent(in) :: context
+      type(attempt_type), intent(in) :: attempt
       real(wp), intent(in), contiguous :: d(:, :)
       class(energy_balance_type), intent(inout) :: balance
       real(wp) :: x0, x1, dx, stored, lost, external
@@ -312,14 +322,15 @@ contains
          if (.not. context%state%active(self%list(i)%block)) cycle
          associate (s => self%list(i))
             if (is_held(self, i, context)) then
-               call balance%add(energy%external, context%state%quiet_force(i)*moved_along(s, context, d(:, s%block)))
+               call balance%add(energy%external, context%state%quiet_force(i)* &
+                                moved_along(s, context, attempt, d(:, s%block)))
                cycle
             end if
-            x0 = stretch_at_start(s, context)
-            x1 = stretch_at_end(self, s, context, d(:, s%block))
+            x0 = stretch_at_start(s, context, attempt)
+            x1 = stretch_at_end(self, s, context, attempt, d(:, s%block))
             dx = pulled_by(self, s)
             call spring_step_energy(s%stiffness, [x0, 0.0_wp], [x1, 0.0_wp], [dx, 0.0_wp], stored, lost, external, &
-                                    context%scheme%level)
+                                    attempt%scheme%level)
             before(s%block) = before(s%block) + 0.5_wp*s%stiffness*x0**2
             after(s%block) = after(s%block) + (0.5_wp*s%stiffness*x0**2 + stored)
             call balance%add(energy%dissipated, lost)
@@ -341,9 +352,10 @@ contains
    !>
    !> They are those of the solution. Positions that have been moved by it are rounded: by 1e-18 in a model of 10 mm,
    !> which on springs of 1e12 is a force beyond the share of the weights that equilibrium allows.
-   pure subroutine sum_forces(self, context, d, force)
+   pure subroutine sum_forces(self, context, attempt, d, force)
       class(boundary_springs_type), intent(inout) :: self
       type(step_context_type), intent(in) :: context
+      type(attempt_type), intent(in) :: attempt
       real(wp), intent(in), contiguous :: d(:, :)
       real(wp), intent(inout) :: force(:, :)          !! (2, boundaries)
       integer :: i
@@ -353,7 +365,7 @@ contains
             if (is_held(self, i, context)) then
                s%force = context%state%quiet_force(i)
             else
-               s%force = -s%stiffness*stretch_at_end(self, s, context, d(:, s%block))
+               s%force = -s%stiffness*stretch_at_end(self, s, context, attempt, d(:, s%block))
             end if
             force(:, s%group) = force(:, s%group) + s%force*s%direction
          end associate

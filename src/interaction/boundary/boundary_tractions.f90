@@ -5,6 +5,7 @@ module rockdda_interaction_boundary_tractions
    use rockdda_base_kinds, only : wp
    use rockdda_model_options, only : boundary_type
    use rockdda_model_state, only : energy
+   use rockdda_interaction_attempt, only : attempt_type
    use rockdda_interaction_balance, only : energy_balance_type
    use rockdda_interaction_block_forces, only : block_forces_type
    use rockdda_interaction_context, only : step_context_type
@@ -53,9 +54,10 @@ contains
    end subroutine append_edge
 
    !> Loads of all edges of active blocks.
-   subroutine add_to_blocks(self, context, equations)
+   subroutine add_to_blocks(self, context, attempt, equations)
       class(boundary_tractions_type), intent(inout) :: self
       type(step_context_type), intent(in) :: context
+      type(attempt_type), intent(in) :: attempt
       type(equations_type), intent(inout) :: equations
       integer :: i
       do i = 1, size(self%list)
@@ -65,8 +67,8 @@ contains
                edge%load = 0
                cycle
             end if
-            call find_traction_load(context, context%parameters%boundaries(edge%group), &
-                                    context%moving(edge%block), edge)
+            call find_traction_load(context, attempt, context%parameters%boundaries(edge%group), &
+                                    attempt%moving(edge%block), edge)
             equations%block_load(:, edge%block) = equations%block_load(:, edge%block) + edge%load
             equations%block_magnitude(:, edge%block) = equations%block_magnitude(:, edge%block) + abs(edge%load)
          end associate
@@ -75,8 +77,9 @@ contains
 
    !> Force and load of an edge with a traction: of the end of the step, on the arms of its middle. The traction is
    !> uniform along the edge.
-   pure subroutine find_traction_load(context, group, block, edge)
+   pure subroutine find_traction_load(context, attempt, group, block, edge)
       type(step_context_type), intent(in) :: context
+      type(attempt_type), intent(in) :: attempt
       type(boundary_type), intent(in) :: group
       type(moving_block_type), intent(in) :: block   !! of the edge
       type(loaded_edge_type), intent(inout) :: edge
@@ -94,7 +97,7 @@ contains
       else
          traction = -group%pressure*normal
       end if
-      traction = load_factor(group%table, context%load_time())*traction
+      traction = load_factor(group%table, attempt%load_time(context))*traction
       edge%force = norm2(q - p)*traction
       edge%load = line_load(p, q, block, traction, traction)
    end subroutine find_traction_load
@@ -123,9 +126,10 @@ contains
    end subroutine sum_forces
 
    !> Forces on the moved blocks; while they change there is no equilibrium.
-   subroutine add_forces(self, context, forces)
+   subroutine add_forces(self, context, attempt, forces)
       class(boundary_tractions_type), intent(in) :: self
       type(step_context_type), intent(in) :: context
+      type(attempt_type), intent(in) :: attempt
       type(block_forces_type), intent(inout) :: forces
       type(loaded_edge_type) :: edge
       type(moving_block_type) :: block
@@ -134,10 +138,10 @@ contains
          edge = self%list(i)
          if (.not. context%state%active(edge%block)) cycle
          block = new_moving_block(context%state%centroid(:, edge%block), spread(0.0_wp, 1, 6))
-         call find_traction_load(context, context%parameters%boundaries(edge%group), block, edge)
+         call find_traction_load(context, attempt, context%parameters%boundaries(edge%group), block, edge)
          call forces%add_load(edge%block, edge%load(1:3))
          if (table_changes(context%parameters%boundaries(edge%group)%table, context%state%time, &
-                           context%state%time + context%dt)) forces%driven = .true.
+                           context%state%time + attempt%dt)) forces%driven = .true.
       end do
    end subroutine add_forces
 

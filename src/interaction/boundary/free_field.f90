@@ -16,6 +16,7 @@ module rockdda_interaction_free_field
    use rockdda_model_blocks, only : block_system_type
    use rockdda_model_parameters, only : parameters_type
    use rockdda_contact_table, only : contact_table_type, contact_state
+   use rockdda_interaction_attempt, only : attempt_type
    use rockdda_interaction_contact_law, only : contact_law_type
    use rockdda_interaction_context, only : step_context_type
    use rockdda_interaction_dashpots, only : dashpots_of
@@ -105,9 +106,10 @@ contains
 
    !> Before the first dynamic step, whose contacts are in the table: the joints between layers are the closed contacts
    !> between their blocks, per length along x.
-   subroutine take_joints(self, context, laws, table)
+   subroutine take_joints(self, context, attempt, laws, table)
       class(free_field_type), intent(inout) :: self
       type(step_context_type), intent(in) :: context
+      type(attempt_type), intent(in) :: attempt
       type(contact_law_type), intent(in) :: laws(:)      !! per joint material
       type(contact_table_type), intent(in) :: table
       real(wp), allocatable :: drag(:, :)
@@ -115,7 +117,7 @@ contains
       integer :: c, l
       if (self%has_joints .or. size(self%group) == 0 .or. .not. context%state%quiet) return
       self%has_joints = .true.
-      drag = dashpots_of(context, laws, table)
+      drag = dashpots_of(context, attempt, laws, table)
       do l = 2, size(self%group)
          if (self%group(l) /= self%group(l - 1)) cycle
          springs = 0
@@ -139,26 +141,28 @@ contains
    end subroutine take_joints
 
    !> Motion of the columns in an attempt. Where accelerations of the start are sought, theirs.
-   subroutine begin(self, context)
+   subroutine begin(self, context, attempt)
       class(free_field_type), intent(inout) :: self
       type(step_context_type), intent(in) :: context
+      type(attempt_type), intent(in) :: attempt
       type(time_scheme_type) :: at_rest
       if (size(self%group) == 0 .or. .not. context%state%quiet) return
-      if (context%scheme%purpose /= purpose%acceleration) then
-         call self%find_motion(context, context%scheme, self%velocity, self%acceleration)
+      if (attempt%scheme%purpose /= purpose%acceleration) then
+         call self%find_motion(context, attempt, attempt%scheme, self%velocity, self%acceleration)
          return
       end if
       at_rest = shi_scheme()
       self%acceleration = 0
-      call self%find_motion(context, at_rest, self%acceleration, self%acceleration)
-      self%acceleration = (2/context%dt**2)*self%motion
+      call self%find_motion(context, attempt, at_rest, self%acceleration, self%acceleration)
+      self%acceleration = (2/attempt%dt**2)*self%motion
       self%motion = 0
    end subroutine begin
 
    !> Solve the chains of all columns for the motion of a step.
-   pure subroutine find_motion(self, context, scheme, velocity, acceleration)
+   pure subroutine find_motion(self, context, attempt, scheme, velocity, acceleration)
       class(free_field_type), intent(inout) :: self
       type(step_context_type), intent(in) :: context
+      type(attempt_type), intent(in) :: attempt
       type(time_scheme_type), intent(in) :: scheme
       real(wp), intent(in) :: velocity(:, :), acceleration(:, :)   !! (2, 2 n) at the start of the step
       integer :: axis, first, last, n
@@ -171,7 +175,7 @@ contains
             last = last + 1
          end do
          do axis = 1, 2
-            call solve_chain(self, context, scheme, axis, first, last, velocity(axis, 2*first - 1:2*last), &
+            call solve_chain(self, context, attempt, scheme, axis, first, last, velocity(axis, 2*first - 1:2*last), &
                              acceleration(axis, 2*first - 1:2*last), self%motion(axis, 2*first - 1:2*last))
          end do
          first = last + 1
@@ -179,9 +183,10 @@ contains
    end subroutine find_motion
 
    !> Motion of one column along one axis: a tridiagonal system.
-   pure subroutine solve_chain(self, context, scheme, axis, first, last, velocity, acceleration, motion)
+   pure subroutine solve_chain(self, context, attempt, scheme, axis, first, last, velocity, acceleration, motion)
       class(free_field_type), intent(in) :: self
       type(step_context_type), intent(in) :: context
+      type(attempt_type), intent(in) :: attempt
       type(time_scheme_type), intent(in) :: scheme
       integer, intent(in) :: axis, first, last
       real(wp), intent(in) :: velocity(:), acceleration(:)   !! (nodes) at the start of the step
@@ -193,9 +198,9 @@ contains
       diagonal = 0
       beside = 0
       load = 0
-      base = base_motion(context)
+      base = base_motion(context, attempt)
       call scheme%velocity_shares(r, s)
-      associate (dt => context%dt, damping => context%parameters%mass_damping, u => self%displacement(axis, :))
+      associate (dt => attempt%dt, damping => context%parameters%mass_damping, u => self%displacement(axis, :))
          do l = first, last
             i = 2*(l - first) + 1
             mass = self%density(l)*self%height(l)/6
@@ -217,12 +222,12 @@ contains
             load(i - 1:i) = load(i - 1:i) + [k, -k]
          end do
          if (self%on_dashpots) then
-            ground = context%ground_step('viscous_base')
+            ground = attempt%ground_step(context, 'viscous_base')
             c = sqrt(self%density(first)*self%modulus(axis, first))/dt
             diagonal(1) = diagonal(1) + c
             load(1) = load(1) + 2*c*ground(axis)
          else
-            ground = context%ground_step('base_motion')
+            ground = attempt%ground_step(context, 'base_motion')
             load(2) = load(2) - beside(1)*ground(axis)
             load(1) = ground(axis)
             diagonal(1) = 1
@@ -240,12 +245,13 @@ contains
    end subroutine solve_chain
 
    !> Take over the motion of an accepted step.
-   subroutine commit(self, context)
+   subroutine commit(self, context, attempt)
       class(free_field_type), intent(inout) :: self
       type(step_context_type), intent(in) :: context
+      type(attempt_type), intent(in) :: attempt
       real(wp), allocatable :: new(:, :)
       if (size(self%group) == 0 .or. .not. context%state%quiet) return
-      associate (scheme => context%scheme, dt => context%dt)
+      associate (scheme => attempt%scheme, dt => attempt%dt)
          new = scheme%new_acceleration(self%motion, self%velocity, self%acceleration, 0.0_wp, dt)
          self%velocity = self%velocity + scheme%velocity_change(self%acceleration, new, 0.0_wp, dt)
       end associate

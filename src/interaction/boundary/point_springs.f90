@@ -6,7 +6,7 @@
 !> `target` the prescribed one. The point moves by the T of rockdda_interaction_finite_rotation.
 module rockdda_interaction_point_springs
    use rockdda_base_kinds, only : wp
-   use rockdda_interaction_context, only : step_context_type
+   use rockdda_interaction_attempt, only : attempt_type
    use rockdda_interaction_equations, only : equations_type
    use rockdda_interaction_finite_rotation, only : moving_block_type, mean_load, mean_displacement, end_displacement
    implicit none
@@ -63,15 +63,15 @@ contains
 
    !> How far the springs of a point are off, by the displacement that the expected motion gives otherwise than the
    !> solution: see `measure_placement` of the interactions.
-   pure subroutine measure_point(context, p, point, b, equations, direction)
-      type(step_context_type), intent(in) :: context
+   pure subroutine measure_point(attempt, p, point, b, equations, direction)
+      type(attempt_type), intent(in) :: attempt
       real(wp), intent(in) :: p                       !! stiffness [force/length]
       real(wp), intent(in) :: point(2)                !! at the start of the step [length]
       integer, intent(in) :: b                        !! block
       type(equations_type), intent(inout) :: equations
       real(wp), intent(in), optional :: direction(2)  !! of the spring; without it there is one along x and one along y
       real(wp) :: off(2), length, scale
-      off = end_displacement(context%moved(b), point) - mean_displacement(equations%x(:, b), point, context%moving(b))
+      off = end_displacement(attempt%moved(b), point) - mean_displacement(equations%x(:, b), point, attempt%moving(b))
       length = maxval(abs(off))
       if (present(direction)) length = abs(dot_product(direction, off))
       scale = equations%block_force(b)

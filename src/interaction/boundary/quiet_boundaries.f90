@@ -13,6 +13,7 @@ module rockdda_interaction_quiet_boundaries
    use rockdda_model_boundary_options, only : is_quiet
    use rockdda_model_parameters, only : parameters_type
    use rockdda_model_state, only : energy
+   use rockdda_interaction_attempt, only : attempt_type
    use rockdda_interaction_balance, only : energy_balance_type
    use rockdda_interaction_block_forces, only : block_forces_type
    use rockdda_interaction_boundary_edges, only : next_vertex
@@ -144,10 +145,11 @@ contains
    !> Coefficients of the dashpots of an edge, the rows of their motion, and the motion outside (of waves that come in
    !> twice): the dashpot is stretched by row . d - outside in the step. Normal and tangent at the first point, then at
    !> the second. And the forces there by the stress outside.
-   pure subroutine find_dashpots(self, edge, context, coefficient, rows, outside, pull)
+   pure subroutine find_dashpots(self, edge, context, attempt, coefficient, rows, outside, pull)
       class(quiet_boundaries_type), intent(in) :: self
       type(dashpot_edge_type), intent(in) :: edge
       type(step_context_type), intent(in) :: context
+      type(attempt_type), intent(in) :: attempt
       real(wp), intent(out) :: coefficient(2)      !! normal, tangential [force time/length]
       real(wp), intent(out) :: rows(6, 2, 2)
       real(wp), intent(out) :: outside(2, 2)       !! (line, point) [length]
@@ -163,49 +165,51 @@ contains
       outside = 0
       pull = 0
       if (edge%layer > 0) pull = 0.5_wp*length*matmul(self%field%traction_on(edge%layer, lines(:, 1), &
-                                                                             context%scheme%level), lines)
+                                                                             attempt%scheme%level), lines)
       do k = 1, 2
          share = merge(gauss, 1 - gauss, k == 1)
          do i = 1, 2
-            rows(:, i, k) = mean_load(lines(:, i), p + share*(q - p), context%moving(edge%block))
+            rows(:, i, k) = mean_load(lines(:, i), p + share*(q - p), attempt%moving(edge%block))
          end do
          if (edge%layer == 0) cycle
          if (q(2) < p(2)) share = 1 - share
          outside(:, k) = matmul(self%field%motion_at(edge%layer, share), lines)
       end do
       if (.not. edge%is_base) return
-      motion = matmul(context%ground_step('viscous_base'), lines)
+      motion = matmul(attempt%ground_step(context, 'viscous_base'), lines)
       outside = 2*spread(motion, 2, 2)
    end subroutine find_dashpots
 
    !> Motion of the free field in an attempt.
-   subroutine begin(self, context)
+   subroutine begin(self, context, attempt)
       class(quiet_boundaries_type), intent(inout) :: self
       type(step_context_type), intent(in) :: context
-      if (context%scheme%purpose /= purpose%turning) call self%field%begin(context)
+      type(attempt_type), intent(in) :: attempt
+      if (attempt%scheme%purpose /= purpose%turning) call self%field%begin(context, attempt)
    end subroutine begin
 
    !> Dashpots of all edges, and the stress of the free field.
-   subroutine add_to_blocks(self, context, equations)
+   subroutine add_to_blocks(self, context, attempt, equations)
       class(quiet_boundaries_type), intent(inout) :: self
       type(step_context_type), intent(in) :: context
+      type(attempt_type), intent(in) :: attempt
       type(equations_type), intent(inout) :: equations
       real(wp) :: c(2), rows(6, 2, 2), outside(2, 2), pull(2), load(6)
       integer :: e, i, j, k, l
-      if (context%scheme%purpose == purpose%turning) return
+      if (attempt%scheme%purpose == purpose%turning) return
       do e = 1, size(self%list)
          if (.not. acts(self%list(e), context)) cycle
-         call find_dashpots(self, self%list(e), context, c, rows, outside, pull)
+         call find_dashpots(self, self%list(e), context, attempt, c, rows, outside, pull)
          associate (b => self%list(e)%block)
             do k = 1, 2
                do i = 1, 2
                   l = 0
                   do j = 1, 6
                      equations%block_matrix(l + 1:l + 7 - j, b) = equations%block_matrix(l + 1:l + 7 - j, b) + &
-                                                                  c(i)/context%dt*rows(j:6, i, k)*rows(j, i, k)
+                                                                  c(i)/attempt%dt*rows(j:6, i, k)*rows(j, i, k)
                      l = l + 7 - j
                   end do
-                  load = (c(i)/context%dt*outside(i, k) + pull(i))*rows(:, i, k)
+                  load = (c(i)/attempt%dt*outside(i, k) + pull(i))*rows(:, i, k)
                   equations%block_load(:, b) = equations%block_load(:, b) + load
                   equations%block_magnitude(:, b) = equations%block_magnitude(:, b) + abs(load)
                end do
@@ -217,26 +221,27 @@ contains
    !> At a viscous edge what the dashpots take, c (row . d)**2/dt, is dissipated, and the waves that come in do the work
    !> c outside (row . d)/dt. Beside a free field the dashpots take c (row . d - outside)**2/dt, the free field works by
    !> its motion and its stress.
-   subroutine add_energies(self, context, d, balance)
+   subroutine add_energies(self, context, attempt, d, balance)
       class(quiet_boundaries_type), intent(in) :: self
       type(step_context_type), intent(in) :: context
+      type(attempt_type), intent(in) :: attempt
       real(wp), intent(in), contiguous :: d(:, :)
       class(energy_balance_type), intent(inout) :: balance
       real(wp) :: c(2), rows(6, 2, 2), outside(2, 2), pull(2), moved, relative
       integer :: e, i, k
       do e = 1, size(self%list)
          if (.not. acts(self%list(e), context)) cycle
-         call find_dashpots(self, self%list(e), context, c, rows, outside, pull)
+         call find_dashpots(self, self%list(e), context, attempt, c, rows, outside, pull)
          do k = 1, 2
             do i = 1, 2
                moved = dot_product(rows(:, i, k), d(:, self%list(e)%block))
                if (self%list(e)%layer > 0) then
                   relative = moved - outside(i, k)
-                  call balance%add(energy%dissipated, c(i)/context%dt*relative**2)
-                  call balance%add(energy%external, pull(i)*moved - c(i)/context%dt*relative*outside(i, k))
+                  call balance%add(energy%dissipated, c(i)/attempt%dt*relative**2)
+                  call balance%add(energy%external, pull(i)*moved - c(i)/attempt%dt*relative*outside(i, k))
                else
-                  call balance%add(energy%dissipated, c(i)/context%dt*moved**2)
-                  call balance%add(energy%external, c(i)/context%dt*outside(i, k)*moved)
+                  call balance%add(energy%dissipated, c(i)/attempt%dt*moved**2)
+                  call balance%add(energy%external, c(i)/attempt%dt*outside(i, k)*moved)
                end if
             end do
          end do
@@ -244,33 +249,35 @@ contains
    end subroutine add_energies
 
    !> The forces on the blocks in the step, and the free field at its end.
-   subroutine commit(self, context, d)
+   subroutine commit(self, context, attempt, d)
       class(quiet_boundaries_type), intent(inout) :: self
       type(step_context_type), intent(inout) :: context
+      type(attempt_type), intent(inout) :: attempt
       real(wp), intent(in), contiguous :: d(:, :)
       real(wp) :: c(2), rows(6, 2, 2), outside(2, 2), pull(2)
       integer :: e, i, k
       self%force = 0
       do e = 1, size(self%list)
          if (.not. acts(self%list(e), context)) cycle
-         call find_dashpots(self, self%list(e), context, c, rows, outside, pull)
+         call find_dashpots(self, self%list(e), context, attempt, c, rows, outside, pull)
          associate (g => self%list(e)%group)
             do k = 1, 2
                do i = 1, 2
                   ! the first two entries of a row are its direction
-                  self%force(:, g) = self%force(:, g) - rows(1:2, i, k)*(c(i)/context%dt* &
+                  self%force(:, g) = self%force(:, g) - rows(1:2, i, k)*(c(i)/attempt%dt* &
                                      (dot_product(rows(:, i, k), d(:, self%list(e)%block)) - outside(i, k)) - pull(i))
                end do
             end do
          end associate
       end do
-      call self%field%commit(context)
+      call self%field%commit(context, attempt)
    end subroutine commit
 
    !> Forces of the free field's stress on the moved blocks.
-   subroutine add_forces(self, context, forces)
+   subroutine add_forces(self, context, attempt, forces)
       class(quiet_boundaries_type), intent(in) :: self
       type(step_context_type), intent(in) :: context
+      type(attempt_type), intent(in) :: attempt
       type(block_forces_type), intent(inout) :: forces
       real(wp) :: p(2), q(2), outward(2)
       integer :: e
@@ -292,8 +299,6 @@ contains
       type(step_context_type), intent(in) :: context
       class(state_archive_type), intent(inout) :: archive
       call self%field%exchange_state(archive)
-      associate (unused => context%dt)
-      end associate
    end subroutine exchange_state
 
 end module rockdda_interaction_quiet_boundaries

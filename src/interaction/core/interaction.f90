@@ -26,6 +26,7 @@
 module rockdda_interaction_interaction
    use rockdda_base_kinds, only : wp
    use rockdda_base_state_archive, only : state_archive_type
+   use rockdda_interaction_attempt, only : attempt_type
    use rockdda_interaction_balance, only : energy_balance_type
    use rockdda_interaction_block_forces, only : block_forces_type
    use rockdda_interaction_context, only : step_context_type
@@ -48,61 +49,55 @@ module rockdda_interaction_interaction
 contains
 
    !> Begin an attempt: first trial state.
-   subroutine begin(self, context)
+   subroutine begin(self, context, attempt)
       class(interaction_type), intent(inout) :: self
       type(step_context_type), intent(in) :: context
-      associate (unused => self, not_used => context%dt)
-      end associate
+      type(attempt_type), intent(in) :: attempt
    end subroutine begin
 
    !> Terms of single blocks for the motion that is expected of them, added to block_matrix, block_load and
    !> block_magnitude.
-   subroutine add_to_blocks(self, context, equations)
+   subroutine add_to_blocks(self, context, attempt, equations)
       class(interaction_type), intent(inout) :: self
       type(step_context_type), intent(in) :: context
+      type(attempt_type), intent(in) :: attempt
       type(equations_type), intent(inout) :: equations
-      associate (unused => self, not_used => context%dt, nor_this => equations%n_links)
-      end associate
    end subroutine add_to_blocks
 
    !> Forces that come from lengths which the expected motion and the solution x give differently, as a share of the
    !> link's own force, or of the load (with inertia) of the less loaded of its blocks if that is larger: link_off of
    !> the family's links, and block_off, which is only to be raised.
-   subroutine measure_placement(self, context, equations)
+   subroutine measure_placement(self, context, attempt, equations)
       class(interaction_type), intent(in) :: self
       type(step_context_type), intent(in) :: context
+      type(attempt_type), intent(in) :: attempt
       type(equations_type), intent(inout) :: equations
-      associate (unused => self, not_used => context%dt, nor_this => equations%n_links)
-      end associate
    end subroutine measure_placement
 
    !> Work and stored energy of an accepted step, before anything is changed.
-   subroutine add_energies(self, context, d, balance)
+   subroutine add_energies(self, context, attempt, d, balance)
       class(interaction_type), intent(in) :: self
       type(step_context_type), intent(in) :: context
+      type(attempt_type), intent(in) :: attempt
       real(wp), intent(in), contiguous :: d(:, :)   !! (6, nb) unknowns of the step
       class(energy_balance_type), intent(inout) :: balance
-      associate (unused => self, not_used => context%dt, nor_this => d, nor_that => balance%bolt_energy)
-      end associate
    end subroutine add_energies
 
    !> Take the state of the end of an accepted step. Blocks have not moved yet.
-   subroutine commit(self, context, d)
+   subroutine commit(self, context, attempt, d)
       class(interaction_type), intent(inout) :: self
       type(step_context_type), intent(inout) :: context
+      type(attempt_type), intent(inout) :: attempt
       real(wp), intent(in), contiguous :: d(:, :)   !! (6, nb) unknowns of the step
-      associate (unused => self, not_used => context%dt, nor_this => d)
-      end associate
    end subroutine commit
 
    !> Forces on the moved blocks: of springs, friction and loads at the end of an accepted step, without inertia and
    !> viscous damping.
-   subroutine add_forces(self, context, forces)
+   subroutine add_forces(self, context, attempt, forces)
       class(interaction_type), intent(in) :: self
       type(step_context_type), intent(in) :: context   !! time and step are those of the start
+      type(attempt_type), intent(in) :: attempt
       type(block_forces_type), intent(inout) :: forces
-      associate (unused => self, not_used => context%dt, nor_this => forces%driven)
-      end associate
    end subroutine add_forces
 
    !> Save or load what the family keeps from step to step, beside the contact table and the state of the blocks. What
@@ -111,8 +106,6 @@ contains
       class(interaction_type), intent(inout) :: self
       type(step_context_type), intent(in) :: context     !! its blocks and numbers have been checked
       class(state_archive_type), intent(inout) :: archive
-      associate (unused => self, not_used => context%dt, nor_this => archive%saving)
-      end associate
    end subroutine exchange_state
 
 end module rockdda_interaction_interaction

@@ -6,6 +6,7 @@
 !> rockdda_interaction_interaction.
 module rockdda_interaction_linked_interaction
    use rockdda_base_kinds, only : wp
+   use rockdda_interaction_attempt, only : attempt_type
    use rockdda_interaction_context, only : step_context_type
    use rockdda_interaction_equations, only : equations_type
    use rockdda_interaction_interaction, only : interaction_type
@@ -36,18 +37,20 @@ module rockdda_interaction_linked_interaction
       end function count_all_links
 
       !> Pairs of the links, and vectors that do not depend on the motion of the step.
-      subroutine prepare_links(self, context, equations)
-         import :: linked_interaction_type, step_context_type, equations_type
+      subroutine prepare_links(self, context, attempt, equations)
+         import :: linked_interaction_type, step_context_type, attempt_type, equations_type
          class(linked_interaction_type), intent(inout) :: self
          type(step_context_type), intent(in) :: context
+         type(attempt_type), intent(in) :: attempt
          type(equations_type), intent(inout) :: equations
       end subroutine prepare_links
 
       !> Vectors of the links for the motion that is expected of the blocks: of links to blocks for which it is new.
-      subroutine place_links(self, context, equations)
-         import :: linked_interaction_type, step_context_type, equations_type
+      subroutine place_links(self, context, attempt, equations)
+         import :: linked_interaction_type, step_context_type, attempt_type, equations_type
          class(linked_interaction_type), intent(inout) :: self
          type(step_context_type), intent(in) :: context
+         type(attempt_type), intent(in) :: attempt
          type(equations_type), intent(inout) :: equations
       end subroutine place_links
 
@@ -95,8 +98,6 @@ contains
       class(linked_interaction_type), intent(inout) :: self
       integer, intent(out) :: n_changes     !! changes of state: K is new
       integer, intent(out) :: n_unsettled   !! changes that another solve must follow whatever the forces are
-      associate (unused => self%first_link)
-      end associate
       n_changes = 0
       n_unsettled = 0
    end subroutine judge

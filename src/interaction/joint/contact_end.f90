@@ -6,6 +6,7 @@ module rockdda_interaction_contact_end
    use rockdda_model_state, only : energy
    use rockdda_contact_interval_law, only : end_gaps
    use rockdda_contact_table, only : contact_table_type, contact_state, is_of_interval
+   use rockdda_interaction_attempt, only : attempt_type
    use rockdda_interaction_balance, only : energy_balance_type
    use rockdda_interaction_contact_law, only : contact_law_type, dilated_gap
    use rockdda_interaction_contact_lengths, only : move_contacts
@@ -229,11 +230,12 @@ contains
 
    !> The table becomes that of the step's end; ties that have reached their strength break. What the springs gain by
    !> dilation is theirs from here on.
-   subroutine end_contacts(trial, laws, stiffness, context, d, table)
+   subroutine end_contacts(trial, laws, stiffness, context, attempt, d, table)
       type(open_close_type), intent(in) :: trial
       type(contact_law_type), intent(in) :: laws(:)         !! per joint material
       type(joint_stiffness_type), intent(in) :: stiffness
       type(step_context_type), intent(inout) :: context
+      type(attempt_type), intent(inout) :: attempt
       real(wp), intent(in), contiguous :: d(:, :)           !! (6, nb) unknowns of the step
       type(contact_table_type), intent(inout) :: table
       real(wp), allocatable :: before(:)
@@ -241,8 +243,8 @@ contains
       if (any(laws%dilation > 0)) before = table%total_slip(1:table%n)
       call commit(trial, laws, table)
       call commit_bonds(trial, laws, table)
-      if (context%parameters%by_length) call context%find_moved(d)
-      call move_contacts(trial%gap, context%moved, table)
+      if (context%parameters%by_length) call attempt%find_moved(context, d)
+      call move_contacts(trial%gap, attempt%moved, table)
       if (any(context%parameters%joint_materials%tie)) call break_ties(laws, stiffness, table, trial%gap)
       if (.not. allocated(before)) return
       do c = 1, table%n

@@ -17,6 +17,7 @@ module rockdda_interaction_contact_lengths
    use rockdda_base_kinds, only : wp
    use rockdda_base_parallel, only : parallel_contacts, piece, n_pieces
    use rockdda_contact_table, only : contact_table_type, contact_state
+   use rockdda_interaction_attempt, only : attempt_type
    use rockdda_interaction_context, only : step_context_type
    use rockdda_interaction_equations, only : equations_type
    use rockdda_interaction_finite_rotation, only : moving_block_type, moved_block_type, mean_vectors, end_lengths, &
@@ -73,26 +74,26 @@ module rockdda_interaction_contact_lengths
 contains
 
    !> Vectors of the links of all rows between blocks for which the expected motion is new.
-   subroutine place_contacts(table, lean, first_link, context, equations)
+   subroutine place_contacts(table, lean, first_link, attempt, equations)
       type(contact_table_type), intent(in) :: table
       !> (3, >= rows) Where the slip is: from the point, and the gap there [length].
       real(wp), intent(in), contiguous :: lean(:, :)
       integer, intent(in) :: first_link                  !! row c is the link first_link + c
-      type(step_context_type), intent(in) :: context
+      type(attempt_type), intent(in) :: attempt
       type(equations_type), intent(inout) :: equations
       integer :: rows(piece)
       integer :: c, n, p
-      !$omp parallel do default(none) shared(table, lean, first_link, context, equations) private(c, n, p, rows) &
+      !$omp parallel do default(none) shared(table, lean, first_link, attempt, equations) private(c, n, p, rows) &
       !$omp schedule(static) if (table%n > parallel_contacts)
       do p = 1, n_pieces(table%n)
          n = 0
          do c = (p - 1)*piece + 1, min(p*piece, table%n)
-            if (.not. (context%renewed(table%block_a(c)) .or. context%renewed(table%block_b(c)))) cycle
+            if (.not. (attempt%renewed(table%block_a(c)) .or. attempt%renewed(table%block_b(c)))) cycle
             n = n + 1
             rows(n) = c
          end do
          call place_rows(n, rows, table%block_a, table%block_b, table%point, table%distance, table%normal, &
-                         table%share, lean, context%moving, equations%vectors(:, first_link + 1:first_link + table%n))
+                         table%share, lean, attempt%moving, equations%vectors(:, first_link + 1:first_link + table%n))
       end do
       !$omp end parallel do
    end subroutine place_contacts
@@ -224,29 +225,30 @@ contains
    end function contact_lengths
 
    !> Gaps of closed contacts, and slips of locked ones, that the expected motion gives otherwise than the solution.
-   subroutine measure_lengths(table, lean, trial, first_link, context, was_judged, mixed_only, equations)
+   subroutine measure_lengths(table, lean, trial, first_link, context, attempt, was_judged, mixed_only, equations)
       type(contact_table_type), intent(in) :: table
       !> (3, >= rows) Where the slip is: from the point, and the gap there [length].
       real(wp), intent(in), contiguous :: lean(:, :)
       type(open_close_type), intent(in) :: trial
       integer, intent(in) :: first_link                  !! row c is the link first_link + c
       type(step_context_type), intent(in) :: context
+      type(attempt_type), intent(in) :: attempt
       logical, intent(in) :: was_judged                  !! states are those of a judgement, not of the last solve
       logical, intent(in) :: mixed_only                  !! only contacts of which one block alone is renewed
       type(equations_type), intent(inout) :: equations
       integer :: p
       !$omp parallel do default(none) private(p) schedule(static) &
-      !$omp shared(table, lean, trial, first_link, context, was_judged, mixed_only, equations) &
+      !$omp shared(table, lean, trial, first_link, context, attempt, was_judged, mixed_only, equations) &
       !$omp if (table%n > parallel_contacts)
       do p = 1, n_pieces(table%n)
-         call measure_rows((p - 1)*piece + 1, min(p*piece, table%n), table, lean, trial, first_link, context, &
+         call measure_rows((p - 1)*piece + 1, min(p*piece, table%n), table, lean, trial, first_link, context, attempt, &
                            was_judged, mixed_only, equations)
       end do
       !$omp end parallel do
    end subroutine measure_lengths
 
    !> `measure_lengths` of some of the rows.
-   pure subroutine measure_rows(first, last, table, lean, trial, first_link, context, was_judged, mixed_only, &
+   pure subroutine measure_rows(first, last, table, lean, trial, first_link, context, attempt, was_judged, mixed_only, &
                                 equations)
       integer, intent(in) :: first, last                 !! at most a piece
       type(contact_table_type), intent(in) :: table
@@ -254,6 +256,7 @@ contains
       type(open_close_type), intent(in) :: trial
       integer, intent(in) :: first_link
       type(step_context_type), intent(in) :: context
+      type(attempt_type), intent(in) :: attempt
       logical, intent(in) :: was_judged                  !! states are those of a judgement, not of the last solve
       logical, intent(in) :: mixed_only                  !! only contacts of which one block alone is renewed
       type(equations_type), intent(inout) :: equations
@@ -264,16 +267,16 @@ contains
       n = 0
       do c = first, last
          ! most blocks do not turn, and nothing else of the contact is read
-         if (.not. (context%is_turning(table%block_a(c)) .or. context%is_turning(table%block_b(c)))) cycle
+         if (.not. (attempt%is_turning(table%block_a(c)) .or. attempt%is_turning(table%block_b(c)))) cycle
          if (state_of(c) == contact_state%open) cycle
          if (mixed_only) then
-            if (context%renewed(table%block_a(c)) .eqv. context%renewed(table%block_b(c))) cycle
+            if (attempt%renewed(table%block_a(c)) .eqv. attempt%renewed(table%block_b(c))) cycle
          end if
          n = n + 1
          rows(n) = c
       end do
       call find_lengths(n, rows, table%block_a, table%block_b, table%point, table%distance, table%normal, table%share, &
-                        lean, context%moved, lengths)
+                        lean, attempt%moved, lengths)
       do k = 1, n
          c = rows(k)
          a = table%block_a(c)

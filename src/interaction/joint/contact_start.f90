@@ -5,6 +5,7 @@ module rockdda_interaction_contact_start
    use rockdda_base_parallel, only : parallel_contacts, piece, n_pieces
    use rockdda_contact_interval_law, only : n_points
    use rockdda_contact_table, only : contact_table_type, contact_state
+   use rockdda_interaction_attempt, only : attempt_type
    use rockdda_interaction_contact_law, only : contact_law_type, dilated_gap, opened_last
    use rockdda_interaction_contact_stiffness, only : joint_stiffness_type
    use rockdda_interaction_context, only : step_context_type
@@ -23,8 +24,9 @@ module rockdda_interaction_contact_start
 contains
 
    !> Springs of all rows at the start of a step.
-   subroutine start_contacts(context, laws, stiffness, keep_force, table)
+   subroutine start_contacts(context, attempt, laws, stiffness, keep_force, table)
       type(step_context_type), intent(in) :: context
+      type(attempt_type), intent(in) :: attempt
       type(contact_law_type), intent(in) :: laws(:)      !! per joint material
       type(joint_stiffness_type), intent(in) :: stiffness
       logical, intent(in) :: keep_force                  !! closed contacts keep it with a new stiffness
@@ -34,7 +36,7 @@ contains
       logical :: dilates
       dilates = any(laws%dilation > 0)
       if (any(context%parameters%joint_materials%tie)) &
-         call context%blocks%count_holds(holds, context%released, context%held)
+         call context%blocks%count_holds(holds, attempt%released, context%held)
       !$omp parallel do default(none) shared(context, laws, stiffness, holds, keep_force, table, dilates) private(p) &
       !$omp schedule(static) if (table%n > parallel_contacts)
       do p = 1, n_pieces(table%n)
@@ -147,8 +149,9 @@ contains
    !> The opening of joints that dilate, in this step: what the velocities at its start let them slip opens evenly
    !> within it, so that the springs of blocks that slide keep their force; what the last step slipped beyond what was
    !> expected of it opens evenly too.
-   pure subroutine expect_dilation(context, laws, table, level, extra, gap)
+   pure subroutine expect_dilation(context, attempt, laws, table, level, extra, gap)
       type(step_context_type), intent(in) :: context
+      type(attempt_type), intent(in) :: attempt
       type(contact_law_type), intent(in) :: laws(:)      !! per joint material
       type(contact_table_type), intent(in) :: table
       real(wp), intent(in) :: level                      !! share of the step after which forces of closed contacts act
@@ -161,7 +164,7 @@ contains
          associate (law => laws(table%joint(c)))
             last = opened_last(law, table%k_n(c), table%normal_force(c), table%gap(c), table%total_slip(c))
             if (table%state(c) == contact_state%sliding .and. law%dilation > 0) then
-               slip = max(0.0_wp, table%slip_sign(c)*expected_slip(context, table, c))
+               slip = max(0.0_wp, table%slip_sign(c)*expected_slip(context, attempt, table, c))
                extra(c)%opens = dilated_gap(law, table%total_slip(c) + slip) - dilated_gap(law, table%total_slip(c))
             end if
          end associate
@@ -171,8 +174,9 @@ contains
    end subroutine expect_dilation
 
    !> Slip of a contact in the step by the velocities and accelerations of its start.
-   pure real(wp) function expected_slip(context, table, c) result(slip)
+   pure real(wp) function expected_slip(context, attempt, table, c) result(slip)
       type(step_context_type), intent(in) :: context
+      type(attempt_type), intent(in) :: attempt
       type(contact_table_type), intent(in) :: table
       integer, intent(in) :: c
       real(wp) :: d(6), u(2), point(2)
@@ -185,8 +189,9 @@ contains
       end if
       do k = 1, 2
          block = merge(table%block_a(c), table%block_b(c), k == 1)
-         d = context%dt*context%velocity_at_start(block)
-         if (context%knows_acceleration()) d = d + (0.5_wp*context%dt**2)*context%acceleration_at_start(block)
+         d = attempt%dt*attempt%velocity_at_start(context, block)
+         if (attempt%knows_acceleration(context)) d = d + (0.5_wp*attempt%dt**2)* &
+                                                      attempt%acceleration_at_start(context, block)
          u = displacement_at(d, point, context%state%centroid(:, block))
          slip = slip + merge(1, -1, k == 1)*(table%normal(1, c)*u(2) - table%normal(2, c)*u(1))
       end do

@@ -8,6 +8,7 @@ module rockdda_interaction_contacts
    use rockdda_base_kinds, only : wp, i2
    use rockdda_base_parallel, only : parallel_contacts, piece, n_pieces, n_ranges, range_of
    use rockdda_contact_table, only : contact_table_type, contact_state, is_of_interval, other_row
+   use rockdda_interaction_attempt, only : attempt_type
    use rockdda_interaction_balance, only : energy_balance_type
    use rockdda_interaction_block_forces, only : block_forces_type
    use rockdda_interaction_contact_end, only : joint_end_type, end_motion => reach_end, measure_energies, end_contacts
@@ -96,9 +97,10 @@ contains
    end function count_links
 
    !> Blocks and springs of all rows.
-   subroutine prepare(self, context, equations)
+   subroutine prepare(self, context, attempt, equations)
       class(contacts_type), intent(inout) :: self
       type(step_context_type), intent(in) :: context
+      type(attempt_type), intent(in) :: attempt
       type(equations_type), intent(inout) :: equations
       integer :: c
       logical :: is_same
@@ -115,38 +117,40 @@ contains
       !$omp end parallel do
       equations%same_pairs = is_same
       call self%stiffness%renew(context%blocks, context%parameters, self%stiffness_is_new)
-      call start_contacts(context, self%laws, self%stiffness, self%stiffness_is_new, self%table)
+      call start_contacts(context, attempt, self%laws, self%stiffness, self%stiffness_is_new, self%table)
       call find_leans(self%laws, self%table, self%lean)
    end subroutine prepare
 
    !> Vectors of all rows.
-   subroutine place(self, context, equations)
+   subroutine place(self, context, attempt, equations)
       class(contacts_type), intent(inout) :: self
       type(step_context_type), intent(in) :: context
+      type(attempt_type), intent(in) :: attempt
       type(equations_type), intent(inout) :: equations
-      call place_contacts(self%table, self%lean, self%first_link, context, equations)
+      call place_contacts(self%table, self%lean, self%first_link, attempt, equations)
    end subroutine place
 
    !> Begin an attempt with the states of the last step.
-   subroutine begin(self, context)
+   subroutine begin(self, context, attempt)
       class(contacts_type), intent(inout) :: self
       type(step_context_type), intent(in) :: context
-      self%settings = new_joint_settings(context%parameters, context%dt, context%scheme)
+      type(attempt_type), intent(in) :: attempt
+      self%settings = new_joint_settings(context%parameters, attempt%dt, attempt%scheme)
       ! blocks that thrust alone will hold would slide off before their joints have opened into hinges
-      self%settings%sticks = context%parameters%by_length .and. .not. (context%scheme%is_dynamic .or. &
+      self%settings%sticks = context%parameters%by_length .and. .not. (attempt%scheme%is_dynamic .or. &
                                                               any(abs(self%table%normal_force(1:self%table%n)) > 0))
       self%laws%sliding_damping = 0
       ! the dashpot of a rebound was not given
-      if (context%scheme%is_dynamic) where (.not. context%parameters%joint_materials%damping_ratio > 0) &
+      if (attempt%scheme%is_dynamic) where (.not. context%parameters%joint_materials%damping_ratio > 0) &
          self%laws%sliding_damping = context%parameters%sliding_damping
       call self%trial%begin(self%table, self%laws, self%settings)
-      if (context%parameters%by_length .and. context%scheme%is_dynamic .and. context%scheme%second_order) &
-         call mark_striking_ends(context, self%laws, self%table, self%trial%start)
+      if (context%parameters%by_length .and. attempt%scheme%is_dynamic .and. attempt%scheme%second_order) &
+         call mark_striking_ends(context, attempt, self%laws, self%table, self%trial%start)
       if (allocated(self%trial%extra)) &
-         call set_dashpots(context, self%laws, self%table, self%trial%level(1:2), &
+         call set_dashpots(context, attempt, self%laws, self%table, self%trial%level(1:2), &
                              self%trial%extra)
       self%delays = any(self%laws%dilation > 0) .and. self%trial%level(1) < 1
-      if (self%delays) call expect_dilation(context, self%laws, self%table, self%trial%level(1), &
+      if (self%delays) call expect_dilation(context, attempt, self%laws, self%table, self%trial%level(1), &
                                               self%trial%extra, self%trial%gap)
    end subroutine begin
 
@@ -354,14 +358,15 @@ contains
    end subroutine weigh_impacts
 
    !> Gaps of closed contacts, and slips of locked ones, that the expected motion gives otherwise than the solution.
-   subroutine measure_contacts(self, context, was_judged, mixed_only, equations)
+   subroutine measure_contacts(self, context, attempt, was_judged, mixed_only, equations)
       class(contacts_type), intent(in) :: self
       type(step_context_type), intent(in) :: context
+      type(attempt_type), intent(in) :: attempt
       logical, intent(in) :: was_judged       !! states are those of a judgement, not of the last solve
       logical, intent(in) :: mixed_only       !! only contacts of which one block alone is renewed
       type(equations_type), intent(inout) :: equations
-      call measure_lengths(self%table, self%lean, self%trial, self%first_link, context, was_judged, mixed_only, &
-                           equations)
+      call measure_lengths(self%table, self%lean, self%trial, self%first_link, context, attempt, was_judged, &
+                           mixed_only, equations)
    end subroutine measure_contacts
 
    !> From the motion where forces have acted to that of the end of the step.
@@ -448,28 +453,29 @@ contains
    end subroutine foresee
 
    !> Springs, friction, dashpots and changes of state of an accepted step.
-   subroutine add_energies(self, context, d, balance)
+   subroutine add_energies(self, context, attempt, d, balance)
       class(contacts_type), intent(in) :: self
       type(step_context_type), intent(in) :: context
+      type(attempt_type), intent(in) :: attempt
       real(wp), intent(in), contiguous :: d(:, :)
       class(energy_balance_type), intent(inout) :: balance
       call measure_energies(self%trial, self%laws, self%table, self%settings%peer, balance)
-      associate (unused => context%dt, not_used => d)
-      end associate
    end subroutine add_energies
 
    !> The table becomes that of the step's end.
-   subroutine commit(self, context, d)
+   subroutine commit(self, context, attempt, d)
       class(contacts_type), intent(inout) :: self
       type(step_context_type), intent(inout) :: context
+      type(attempt_type), intent(inout) :: attempt
       real(wp), intent(in), contiguous :: d(:, :)
-      call end_contacts(self%trial, self%laws, self%stiffness, context, d, self%table)
+      call end_contacts(self%trial, self%laws, self%stiffness, context, attempt, d, self%table)
    end subroutine commit
 
    !> Forces of the springs, and friction, where the contacts are now.
-   subroutine add_forces(self, context, forces)
+   subroutine add_forces(self, context, attempt, forces)
       class(contacts_type), intent(in) :: self
       type(step_context_type), intent(in) :: context
+      type(attempt_type), intent(in) :: attempt
       type(block_forces_type), intent(inout) :: forces
       integer :: p, ranges
       ranges = n_ranges(self%table%n > parallel_contacts)

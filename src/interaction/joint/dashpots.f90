@@ -17,6 +17,7 @@ module rockdda_interaction_dashpots
    use rockdda_base_kinds, only : wp
    use rockdda_contact_interval_law, only : end_gaps
    use rockdda_contact_table, only : contact_table_type, contact_state, is_of_interval, other_row
+   use rockdda_interaction_attempt, only : attempt_type
    use rockdda_interaction_contact_law, only : contact_law_type, opened_last
    use rockdda_interaction_context, only : step_context_type
    use rockdda_interaction_joint_law, only : joint_extra_type
@@ -36,33 +37,36 @@ contains
    end function has_dashpots
 
    !> Dashpots of all contacts in an attempt, of which `context` has the step.
-   pure subroutine set_dashpots(context, laws, table, level, extra)
+   pure subroutine set_dashpots(context, attempt, laws, table, level, extra)
       type(step_context_type), intent(in) :: context
+      type(attempt_type), intent(in) :: attempt
       type(contact_law_type), intent(in) :: laws(:)      !! per joint material
       type(contact_table_type), intent(in) :: table
       real(wp), intent(in) :: level(2)                   !! share of the motion that gap and slip are, closed and open
       type(joint_extra_type), intent(inout) :: extra(:)  !! (>= rows)
-      if (has_dashpots(laws, table)) call share_damping(context, laws, table, level, extra)
+      if (has_dashpots(laws, table)) call share_damping(context, attempt, laws, table, level, extra)
    end subroutine set_dashpots
 
    !> Coefficients of the dashpots of all contacts.
-   function dashpots_of(context, laws, table) result(drag)
+   function dashpots_of(context, attempt, laws, table) result(drag)
       type(step_context_type), intent(in) :: context
+      type(attempt_type), intent(in) :: attempt
       type(contact_law_type), intent(in) :: laws(:)      !! per joint material
       type(contact_table_type), intent(in) :: table
       real(wp) :: drag(2, table%n)                       !! normal and shear [force time/length]
       type(joint_extra_type), allocatable :: extra(:)
       integer :: c
       allocate (extra(table%n))
-      call set_dashpots(context, laws, table, [1.0_wp, 1.0_wp], extra)
+      call set_dashpots(context, attempt, laws, table, [1.0_wp, 1.0_wp], extra)
       do c = 1, table%n
-         drag(:, c) = context%dt*[extra(c)%normal_drag, extra(c)%drag]
+         drag(:, c) = attempt%dt*[extra(c)%normal_drag, extra(c)%drag]
       end do
    end function dashpots_of
 
    !> Dashpots of all contacts, for which the springs of each block are added up.
-   pure subroutine share_damping(context, laws, table, level, extra)
+   pure subroutine share_damping(context, attempt, laws, table, level, extra)
       type(step_context_type), intent(in) :: context
+      type(attempt_type), intent(in) :: attempt
       type(contact_law_type), intent(in) :: laws(:)      !! per joint material
       type(contact_table_type), intent(in) :: table
       real(wp), intent(in) :: level(2)                   !! share of the motion that gap and slip are, closed and open
@@ -73,10 +77,10 @@ contains
       real(wp) :: springs(2), squared(2), ratio
       integer :: c, k, block
       allocate (stiffness(2, context%blocks%n_blocks), source=0.0_wp)
-      call context%blocks%count_holds(holds, context%released, context%held)
+      call context%blocks%count_holds(holds, attempt%released, context%held)
       do c = 1, table%n
          counts(c) = table%state(c) /= contact_state%open
-         if (.not. counts(c)) counts(c) = expected_gap(context, table, c) < 0
+         if (.not. counts(c)) counts(c) = expected_gap(context, attempt, table, c) < 0
          if (.not. counts(c)) cycle
          springs = springs_of(laws, table, c)
          stiffness(:, table%block_a(c)) = stiffness(:, table%block_a(c)) + springs
@@ -94,10 +98,10 @@ contains
                if (holds(block) > 1) cycle
                squared = squared + (stiffness(:, block) + merge(0.0_wp, springs, counts(c)))/context%state%mass(block)
             end do
-            extra(c)%normal_drag = dashpot_coefficient(ratio, springs(1), squared(1))/(share*context%dt)
+            extra(c)%normal_drag = dashpot_coefficient(ratio, springs(1), squared(1))/(share*attempt%dt)
             ! it acts as the spring does: of a law that is not linear more where that is stiffer
             if (springs(1) > 0) extra(c)%normal_drag = extra(c)%normal_drag*(table%k_n(c)/springs(1))
-            extra(c)%drag = dashpot_coefficient(ratio, springs(2), squared(2))/(share*context%dt)
+            extra(c)%drag = dashpot_coefficient(ratio, springs(2), squared(2))/(share*attempt%dt)
             ! a dashpot that is not there before the contact closes: its force must vanish where that of the spring does
             extra(c)%drag_gap = table%gap(c)
             if (table%state(c) == contact_state%open) then
@@ -129,22 +133,24 @@ contains
    end function slides
 
    !> Gap at the end of the step with the velocities of its start, of an interval the smaller one of both ends.
-   pure real(wp) function expected_gap(context, table, c) result(gap)
+   pure real(wp) function expected_gap(context, attempt, table, c) result(gap)
       type(step_context_type), intent(in) :: context
+      type(attempt_type), intent(in) :: attempt
       type(contact_table_type), intent(in) :: table
       integer, intent(in) :: c
       real(wp) :: other
       integer :: d
-      gap = table%gap(c) + context%dt*opening_speed(context, table, c)
+      gap = table%gap(c) + attempt%dt*opening_speed(context, attempt, table, c)
       if (.not. is_of_interval(table, c)) return
       d = other_row(table, c)
-      other = table%gap(d) + context%dt*opening_speed(context, table, d)
+      other = table%gap(d) + attempt%dt*opening_speed(context, attempt, table, d)
       gap = minval(end_gaps([gap, other]))
    end function expected_gap
 
    !> Speed at which the gap of a row opens with the velocities of the step's start.
-   pure real(wp) function opening_speed(context, table, c) result(speed)
+   pure real(wp) function opening_speed(context, attempt, table, c) result(speed)
       type(step_context_type), intent(in) :: context
+      type(attempt_type), intent(in) :: attempt
       type(contact_table_type), intent(in) :: table
       integer, intent(in) :: c
       real(wp) :: arm(2), motion(6), v(2)
@@ -153,7 +159,7 @@ contains
       do k = 1, 2
          block = merge(table%block_a(c), table%block_b(c), k == 1)
          arm = table%point(:, c) - context%state%centroid(:, block)
-         motion = context%velocity_at_start(block)
+         motion = attempt%velocity_at_start(context, block)
          v = motion(1:2) + motion(3)*[-arm(2), arm(1)]
          speed = speed + merge(1, -1, k == 1)*dot_product(v, table%normal(:, c))
       end do

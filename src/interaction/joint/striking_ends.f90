@@ -13,6 +13,7 @@ module rockdda_interaction_striking_ends
    use rockdda_base_parallel, only : parallel_contacts
    use rockdda_contact_interval_law, only : at_end, end_gaps
    use rockdda_contact_table, only : contact_table_type, contact_state
+   use rockdda_interaction_attempt, only : attempt_type
    use rockdda_interaction_contact_law, only : contact_law_type
    use rockdda_interaction_context, only : step_context_type
    use rockdda_interaction_trial_states, only : at_level
@@ -27,15 +28,16 @@ contains
 
    !> Mark the rows of intervals with an end that may strike. Joints with a coefficient of restitution have their own
    !> law of impact.
-   subroutine mark_striking_ends(context, laws, table, start)
+   subroutine mark_striking_ends(context, attempt, laws, table, start)
       type(step_context_type), intent(in) :: context
+      type(attempt_type), intent(in) :: attempt
       type(contact_law_type), intent(in) :: laws(:)          !! per joint material
       type(contact_table_type), intent(in) :: table
       integer(i1), intent(inout), contiguous :: start(:)     !! (>= rows) one of at_level%...
       real(wp) :: holds(context%blocks%n_blocks)             !! a block with two cannot move
       integer :: c
-      call context%blocks%count_holds(holds, context%released, context%held)
-      !$omp parallel do default(none) shared(context, laws, table, start, holds) private(c) schedule(static) &
+      call context%blocks%count_holds(holds, attempt%released, context%held)
+      !$omp parallel do default(none) shared(context, attempt, laws, table, start, holds) private(c) schedule(static) &
       !$omp if (table%n > parallel_contacts)
       do c = 1, table%n
          if (table%station(c) /= 1 .or. table%state(c) == contact_state%open) cycle
@@ -43,15 +45,16 @@ contains
          ! a sound bond pulls as its springs press
          if (table%bonded(c) .and. laws(table%joint(c))%tension > 0 .and. table%bond_end(c + 1) > table%bond_end(c)) &
             cycle
-         if (laws(table%joint(c))%normal%is_curved() .or. may_strike(context, table, holds, c)) &
+         if (laws(table%joint(c))%normal%is_curved() .or. may_strike(context, attempt, table, holds, c)) &
             start(c:c + 1) = at_level%may_strike
       end do
       !$omp end parallel do
    end subroutine mark_striking_ends
 
    !> Does an interval have an open end at which the step does not resolve vibrations?
-   pure logical function may_strike(context, table, holds, c)
+   pure logical function may_strike(context, attempt, table, holds, c)
       type(step_context_type), intent(in) :: context
+      type(attempt_type), intent(in) :: attempt
       type(contact_table_type), intent(in) :: table
       real(wp), intent(in) :: holds(:)                       !! (nb)
       integer, intent(in) :: c                               !! first row
@@ -71,7 +74,7 @@ contains
             block = merge(table%block_a(c), table%block_b(c), i == 1)
             if (holds(block) < 2) squared = squared + sum(table%k_n(c:c + 1))*mobility(context, block, point, normal)
          end do
-         may_strike = may_strike .or. squared*context%dt**2 > resolved**2
+         may_strike = may_strike .or. squared*attempt%dt**2 > resolved**2
       end do
    end function may_strike
 

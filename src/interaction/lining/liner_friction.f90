@@ -5,6 +5,7 @@ module rockdda_interaction_liner_friction
    use rockdda_base_kinds, only : wp
    use rockdda_base_strings, only : counted, to_string
    use rockdda_model_block_names, only : block_name
+   use rockdda_interaction_attempt, only : attempt_type
    use rockdda_interaction_contact_law, only : contact_law_type
    use rockdda_interaction_context, only : step_context_type
    use rockdda_interaction_dashpots, only : dashpot_coefficient
@@ -163,11 +164,12 @@ contains
 
    !> Dashpots of the ties with a joint in a dynamic step, as contacts have them (rockdda_interaction_dashpots):
    !> undamped, friction feeds the vibration of the normal forces on which it depends.
-   subroutine set_dashpots(liners, laws, level, context)
+   subroutine set_dashpots(liners, laws, level, context, attempt)
       type(liner_type), intent(inout) :: liners(:)
       type(contact_law_type), allocatable, intent(in) :: laws(:)   !! of the joint materials
       real(wp), intent(in) :: level          !! share of the step's motion up to where forces act
       type(step_context_type), intent(in) :: context
+      type(attempt_type), intent(in) :: attempt
       real(wp), allocatable :: stiffness(:, :), holds(:)
       real(wp) :: squared(2), ratio
       integer :: b, i, k, side
@@ -184,8 +186,8 @@ contains
             end associate
          end do
       end do
-      if (.not. context%scheme%is_dynamic .or. .not. level > 0) return
-      call context%blocks%count_holds(holds, context%released, context%held)
+      if (.not. attempt%scheme%is_dynamic .or. .not. level > 0) return
+      call context%blocks%count_holds(holds, attempt%released, context%held)
       do k = 1, size(liners)
          associate (liner => liners(k))
             if (liner%joint == 0) cycle
@@ -202,7 +204,7 @@ contains
                      squared = squared + stiffness(:, b)/context%state%mass(b)
                   end do
                   tie%drag = [(dashpot_coefficient(ratio, liner%stiffness(side)*tie%length, squared(side)), &
-                               side=1, 2)]/(tie%level*context%dt)
+                               side=1, 2)]/(tie%level*attempt%dt)
                end associate
             end do
          end associate

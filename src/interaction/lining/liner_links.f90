@@ -12,6 +12,7 @@
 !> Each round linearises at the motion of the last one, and is repeated until forces follow their laws there.
 module rockdda_interaction_liner_links
    use rockdda_base_kinds, only : wp
+   use rockdda_interaction_attempt, only : attempt_type
    use rockdda_interaction_contact_law, only : contact_law_type
    use rockdda_interaction_context, only : step_context_type
    use rockdda_interaction_equations, only : equations_type
@@ -82,16 +83,17 @@ contains
    end subroutine begin_liner
 
    !> Vectors of all links.
-   subroutine place_liner(liner, context, equations)
+   subroutine place_liner(liner, context, attempt, equations)
       type(liner_type), intent(in) :: liner
       type(step_context_type), intent(in) :: context
+      type(attempt_type), intent(in) :: attempt
       type(equations_type), intent(inout) :: equations
       real(wp) :: v(6, 2, 2), line(6, 2, 2)
       integer :: c, i, j
       c = liner%first_link
       do i = 1, size(liner%joints)
          associate (joint => liner%joints(i), a => liner%joints(i)%block(1), b => liner%joints(i)%block(2))
-            call joint_vectors(context%moving(a), context%moving(b), on_segment(context, a, joint%arm(:, 1)), &
+            call joint_vectors(attempt%moving(a), attempt%moving(b), on_segment(context, a, joint%arm(:, 1)), &
                                on_segment(context, b, joint%arm(:, 2)), joint%beam%angle + 0.5_wp* &
                                (context%state%rotation(a) + context%state%rotation(b)), [0.5_wp, 0.5_wp], &
                                [.true., .true.], v)
@@ -114,7 +116,7 @@ contains
          c = c + 1
          associate (tie => liner%ties(i))
             if (.not. tie%acts) cycle
-            call joint_vectors(context%moving(tie%a), context%moving(tie%b), first_point(context, tie), &
+            call joint_vectors(attempt%moving(tie%a), attempt%moving(tie%b), first_point(context, tie), &
                                on_segment(context, tie%b, tie%arm), tie%angle + context%state%rotation(tie%b), &
                                [0.0_wp, 1.0_wp], [.not. tie%on_rock, .true.], v)
             v(4, 1, 2) = tie%shape(1)

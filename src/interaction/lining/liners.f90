@@ -13,6 +13,7 @@ module rockdda_interaction_liners
    use rockdda_model_regions, only : same_name
    use rockdda_model_stage_options, only : stage_name
    use rockdda_model_state, only : energy, liner_nodes_type
+   use rockdda_interaction_attempt, only : attempt_type
    use rockdda_interaction_balance, only : energy_balance_type
    use rockdda_interaction_block_forces, only : block_forces_type
    use rockdda_interaction_contact_law, only : contact_law_type
@@ -236,9 +237,10 @@ contains
    end function count_links
 
    !> Links at the start of the step.
-   subroutine prepare(self, context, equations)
+   subroutine prepare(self, context, attempt, equations)
       class(liners_type), intent(inout) :: self
       type(step_context_type), intent(in) :: context
+      type(attempt_type), intent(in) :: attempt
       type(equations_type), intent(inout) :: equations
       integer :: k, n
       n = self%first_link
@@ -250,16 +252,17 @@ contains
    end subroutine prepare
 
    !> Begin an attempt: linear at the start of the step.
-   subroutine begin(self, context)
+   subroutine begin(self, context, attempt)
       class(liners_type), intent(inout) :: self
       type(step_context_type), intent(in) :: context
+      type(attempt_type), intent(in) :: attempt
       integer :: changes, k, unsettled
-      self%level = context%scheme%level
+      self%level = attempt%scheme%level
       if (n_liners(self) == 0) return
       do k = 1, n_liners(self)
-         if (self%liners(k)%is_there) call begin_liner(self%liners(k), self%laws, self%level, context%scheme)
+         if (self%liners(k)%is_there) call begin_liner(self%liners(k), self%laws, self%level, attempt%scheme)
       end do
-      call set_dashpots(self%liners, self%laws, self%level, context)
+      call set_dashpots(self%liners, self%laws, self%level, context, attempt)
       call self%judge(changes, unsettled)
       do k = 1, n_liners(self)
          self%liners(k)%ties%changes = 0
@@ -267,13 +270,14 @@ contains
    end subroutine begin
 
    !> Vectors of all links.
-   subroutine place(self, context, equations)
+   subroutine place(self, context, attempt, equations)
       class(liners_type), intent(inout) :: self
       type(step_context_type), intent(in) :: context
+      type(attempt_type), intent(in) :: attempt
       type(equations_type), intent(inout) :: equations
       integer :: k
       do k = 1, n_liners(self)
-         if (self%liners(k)%is_there) call place_liner(self%liners(k), context, equations)
+         if (self%liners(k)%is_there) call place_liner(self%liners(k), context, attempt, equations)
       end do
    end subroutine place
 
@@ -342,9 +346,10 @@ contains
    end subroutine lawful_forces
 
    !> Deformations that the expected motion gives otherwise than the solution.
-   subroutine measure_placement(self, context, equations)
+   subroutine measure_placement(self, context, attempt, equations)
       class(liners_type), intent(in) :: self
       type(step_context_type), intent(in) :: context
+      type(attempt_type), intent(in) :: attempt
       type(equations_type), intent(inout) :: equations
       integer :: k
       do k = 1, n_liners(self)
@@ -423,15 +428,14 @@ contains
    end subroutine reach_end
 
    !> Stored energy, and the work of slip and of breaking.
-   subroutine add_energies(self, context, d, balance)
+   subroutine add_energies(self, context, attempt, d, balance)
       class(liners_type), intent(in) :: self
       type(step_context_type), intent(in) :: context
+      type(attempt_type), intent(in) :: attempt
       real(wp), intent(in), contiguous :: d(:, :)
       class(energy_balance_type), intent(inout) :: balance
       real(wp) :: start
       integer :: k
-      associate (unused => context%dt, not_used => d)
-      end associate
       if (n_liners(self) == 0) return
       start = 0
       do k = 1, n_liners(self)
@@ -448,9 +452,10 @@ contains
    end subroutine add_energies
 
    !> States at the end of the step, and places in the rock.
-   subroutine commit(self, context, d)
+   subroutine commit(self, context, attempt, d)
       class(liners_type), intent(inout) :: self
       type(step_context_type), intent(inout) :: context
+      type(attempt_type), intent(inout) :: attempt
       real(wp), intent(in), contiguous :: d(:, :)
       integer :: k
       self%stored = 0
@@ -462,9 +467,10 @@ contains
    end subroutine commit
 
    !> Forces on the blocks at their new places.
-   subroutine add_forces(self, context, forces)
+   subroutine add_forces(self, context, attempt, forces)
       class(liners_type), intent(in) :: self
       type(step_context_type), intent(in) :: context
+      type(attempt_type), intent(in) :: attempt
       type(block_forces_type), intent(inout) :: forces
       integer :: k
       do k = 1, n_liners(self)

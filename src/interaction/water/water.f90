@@ -12,6 +12,7 @@ module rockdda_interaction_water
    use rockdda_model_parameters, only : parameters_type
    use rockdda_model_state, only : energy
    use rockdda_model_water_check, only : acts
+   use rockdda_interaction_attempt, only : attempt_type
    use rockdda_interaction_balance, only : energy_balance_type
    use rockdda_interaction_block_forces, only : block_forces_type
    use rockdda_interaction_context, only : step_context_type
@@ -81,20 +82,22 @@ contains
    end subroutine choose
 
    !> Groups that act in the step.
-   subroutine begin(self, context)
+   subroutine begin(self, context, attempt)
       class(water_family_type), intent(inout) :: self
       type(step_context_type), intent(in) :: context
-      if (self%chosen /= context%water) call self%choose(context%parameters, context%water)
+      type(attempt_type), intent(in) :: attempt
+      if (self%chosen /= attempt%water) call self%choose(context%parameters, attempt%water)
    end subroutine begin
 
    !> Pressure on all wetted stretches.
-   subroutine add_to_blocks(self, context, equations)
+   subroutine add_to_blocks(self, context, attempt, equations)
       class(water_family_type), intent(inout) :: self
       type(step_context_type), intent(in) :: context
+      type(attempt_type), intent(in) :: attempt
       type(equations_type), intent(inout) :: equations
       integer :: i
       if (size(self%stretches) == 0) return
-      call find_loads(self%stretches, self%group, self%pressure, context, self%load)
+      call find_loads(self%stretches, self%group, self%pressure, context, attempt, self%load)
       ! one after the other, so that the order of the sum does not depend on the number of threads
       do i = 1, size(self%stretches)
          associate (b => self%stretches(i)%block)
@@ -105,16 +108,17 @@ contains
    end subroutine add_to_blocks
 
    !> Loads that the expected motion gives otherwise than the solution.
-   subroutine measure_placement(self, context, equations)
+   subroutine measure_placement(self, context, attempt, equations)
       class(water_family_type), intent(in) :: self
       type(step_context_type), intent(in) :: context
+      type(attempt_type), intent(in) :: attempt
       type(equations_type), intent(inout) :: equations
       real(wp), allocatable :: found(:, :)
       real(wp) :: scale
       integer :: i, b
       if (size(self%stretches) == 0) return
       allocate (found(6, size(self%stretches)))
-      call find_loads(self%stretches, self%group, self%pressure, context, found, motion=equations%x)
+      call find_loads(self%stretches, self%group, self%pressure, context, attempt, found, motion=equations%x)
       do i = 1, size(self%stretches)
          b = self%stretches(i)%block
          ! not the load, which is nearly nothing where a block floats
@@ -125,36 +129,36 @@ contains
    end subroutine measure_placement
 
    !> Work of the pressure.
-   subroutine add_energies(self, context, d, balance)
+   subroutine add_energies(self, context, attempt, d, balance)
       class(water_family_type), intent(in) :: self
       type(step_context_type), intent(in) :: context
+      type(attempt_type), intent(in) :: attempt
       real(wp), intent(in), contiguous :: d(:, :)
       class(energy_balance_type), intent(inout) :: balance
       integer :: i
       do i = 1, size(self%stretches)
          call balance%add(energy%external, dot_product(self%load(:, i), d(:, self%stretches(i)%block)))
       end do
-      associate (unused => context%dt)
-      end associate
    end subroutine add_energies
 
    !> Pressure on the moved blocks. No equilibrium while a table rises or falls.
-   subroutine add_forces(self, context, forces)
+   subroutine add_forces(self, context, attempt, forces)
       class(water_family_type), intent(in) :: self
       type(step_context_type), intent(in) :: context
+      type(attempt_type), intent(in) :: attempt
       type(block_forces_type), intent(inout) :: forces
       real(wp), allocatable :: load(:, :)
       integer :: i
       if (size(self%pressure) == 0) return
       allocate (load(6, size(self%stretches)))
-      call find_loads(self%stretches, self%group, self%pressure, context, load, at_rest=.true.)
+      call find_loads(self%stretches, self%group, self%pressure, context, attempt, load, at_rest=.true.)
       do i = 1, size(self%stretches)
          if (any(abs(load(:, i)) > 0)) call forces%add_load(self%stretches(i)%block, load(1:3, i))
       end do
       do i = 1, size(self%pressure)
          associate (group => context%parameters%water(i), time => context%state%time)
-            if (.not. acts(group, context%water)) cycle
-            if (abs(rise_of(group, time + context%dt) - rise_of(group, time)) > 0) forces%driven = .true.
+            if (.not. acts(group, attempt%water)) cycle
+            if (abs(rise_of(group, time + attempt%dt) - rise_of(group, time)) > 0) forces%driven = .true.
          end associate
       end do
    end subroutine add_forces

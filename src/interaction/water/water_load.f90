@@ -6,6 +6,7 @@
 module rockdda_interaction_water_load
    use rockdda_base_kinds, only : wp
    use rockdda_base_parallel, only : parallel_blocks
+   use rockdda_interaction_attempt, only : attempt_type
    use rockdda_interaction_context, only : step_context_type
    use rockdda_interaction_finite_rotation, only : moving_block_type, new_moving_block, mean_load, mean_displacement
    use rockdda_interaction_water_edges, only : edge_stretch_type
@@ -18,11 +19,12 @@ contains
 
    !> Loads of all stretches: for the motion that is expected of their blocks, for another motion, or, with `at_rest`,
    !> for none. Zero where no group wets the stretch, or its block is not there.
-   subroutine find_loads(stretches, group, pressure, context, loads, motion, at_rest)
+   subroutine find_loads(stretches, group, pressure, context, attempt, loads, motion, at_rest)
       type(edge_stretch_type), intent(in) :: stretches(:)
       integer, intent(in) :: group(:)                     !! that wets each stretch, 0: none does
       type(water_pressure_type), intent(in) :: pressure(:)   !! (groups)
       type(step_context_type), intent(in) :: context
+      type(attempt_type), intent(in) :: attempt
       real(wp), intent(out), contiguous :: loads(:, :)    !! (6, stretches)
       real(wp), intent(in), contiguous, optional :: motion(:, :)   !! (6, nb)
       logical, intent(in), optional :: at_rest
@@ -33,8 +35,9 @@ contains
       logical :: is_given
       d = 0
       is_given = present(motion) .or. present(at_rest)
-      rises = all_rises(context, size(pressure))
-      !$omp parallel do default(none) shared(stretches, group, pressure, context, loads, motion, is_given, rises) &
+      rises = all_rises(context, attempt, size(pressure))
+      !$omp parallel do default(none) shared(stretches, group, pressure, context, attempt, loads) &
+      !$omp shared(motion, is_given, rises) &
       !$omp private(i, block, scratch) firstprivate(d) schedule(static) if (size(stretches) > parallel_blocks)
       do i = 1, size(stretches)
          associate (b => stretches(i)%block)
@@ -44,7 +47,7 @@ contains
             if (is_given) then
                block = new_moving_block(context%state%centroid(:, b), d)
             else
-               block = context%moving(b)
+               block = attempt%moving(b)
             end if
             call find_load(stretches(i), pressure(group(i)), rises(group(i)), context, block, scratch, loads(:, i))
          end associate
@@ -53,13 +56,14 @@ contains
    end subroutine find_loads
 
    !> Rises of the tables of all groups at the end of the step.
-   pure function all_rises(context, n) result(rises)
+   pure function all_rises(context, attempt, n) result(rises)
       type(step_context_type), intent(in) :: context
+      type(attempt_type), intent(in) :: attempt
       integer, intent(in) :: n          !! groups
       real(wp) :: rises(n)
       integer :: g
       do g = 1, n
-         rises(g) = rise_of(context%parameters%water(g), context%load_time())
+         rises(g) = rise_of(context%parameters%water(g), attempt%load_time(context))
       end do
    end function all_rises
 

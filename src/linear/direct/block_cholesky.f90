@@ -176,8 +176,6 @@ contains
       class(block_cholesky_type), intent(in) :: self
       character(len=:), allocatable :: name
       name = 'cholesky'
-      associate (unused => self%tolerance)
-      end associate
    end function name_by_blocks
 
 end module rockdda_linear_block_cholesky

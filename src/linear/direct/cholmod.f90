@@ -228,8 +228,6 @@ contains
       class(cholmod_solver_type), intent(in) :: self
       character(len=:), allocatable :: name
       name = 'cholmod'
-      associate (unused => self%tolerance)
-      end associate
    end function name_cholmod
 
    !> Free the memory of CHOLMOD.

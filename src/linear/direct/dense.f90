@@ -53,8 +53,6 @@ contains
       type(block_matrix_type), intent(in) :: matrix
       real(wp), intent(out) :: operations, fill
       type(error_type), allocatable, intent(out) :: error
-      associate (unused => self%tolerance)
-      end associate
       operations = (6.0_wp*matrix%n)**3/3
       fill = 3.0_wp*matrix%n*(6.0_wp*matrix%n + 1)
       if (matrix%n > max_dense_blocks) call refuse(matrix%n, error)
@@ -125,8 +123,6 @@ contains
       class(dense_solver_type), intent(in) :: self
       character(len=:), allocatable :: name
       name = 'dense'
-      associate (unused => self%tolerance)
-      end associate
    end function name_dense
 
 end module rockdda_linear_dense

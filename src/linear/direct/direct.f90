@@ -89,8 +89,6 @@ contains
       real(wp) :: relative, refined
       logical :: done
 
-      associate (unused => present(effort))
-      end associate
       if (self%left >= 0 .and. matrix%values_id /= 0 .and. matrix%values_id == self%values_id .and. &
           allocated(self%reference_load)) then
          ! loads are measured by the reference load, that of the first one

@@ -487,8 +487,6 @@ contains
       class(pcg_solver_type), intent(in) :: self
       character(len=:), allocatable :: name
       name = 'pcg'
-      associate (unused => self%tolerance)
-      end associate
    end function name_pcg
 
 end module rockdda_linear_pcg

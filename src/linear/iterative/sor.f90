@@ -54,8 +54,6 @@ contains
       logical :: done
       integer :: sweeps
 
-      associate (unused => present(effort))
-      end associate
       call self%residual%start(matrix, f, self%reference_load, x, report, done, error)
       if (done .or. allocated(error)) return
       if (self%graph_id /= self%residual%graph_id) call colour_blocks(self%residual%graph, self%first, self%order)
@@ -137,8 +135,6 @@ contains
       class(sor_solver_type), intent(in) :: self
       character(len=:), allocatable :: name
       name = 'sor'
-      associate (unused => self%tolerance)
-      end associate
    end function name_sor
 
 end module rockdda_linear_sor

@@ -14,7 +14,7 @@ module rockdda_linear_norm_anew
       real(wp), allocatable, private :: partial(:)   !! (>= pieces) sums
    contains
       procedure :: norm
-      procedure :: norm_of_part
+      procedure, nopass :: norm_of_part
    end type norm_anew_type
 
    interface
@@ -77,8 +77,7 @@ contains
    end subroutine norm
 
    !> |v| if the forces on all blocks but the first `group` of each `stride` blocks were 0.
-   subroutine norm_of_part(self, n, v, group, stride, size_of_v, ok, values, packed, place)
-      class(norm_anew_type), intent(in) :: self
+   subroutine norm_of_part(n, v, group, stride, size_of_v, ok, values, packed, place)
       integer, intent(in) :: n
       real(wp), intent(in), contiguous :: v(:, :)            !! (6, n)
       integer, intent(in) :: group, stride                   !! group: at most a piece
@@ -102,8 +101,6 @@ contains
          end if
       end do
       size_of_v = sqrt(total)
-      associate (unused => self%partial)
-      end associate
    end subroutine norm_of_part
 
    !> Add the squares of some blocks, at most a piece of them, to a total.

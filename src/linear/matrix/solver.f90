@@ -79,8 +79,6 @@ contains
    pure subroutine pack_nothing(self, memory)
       class(linear_solver_type), intent(in) :: self
       real(wp), allocatable, intent(out) :: memory(:)   !! size 0: no state; its meaning is private to the solver
-      associate (unused => self%reference_load)
-      end associate
       allocate (memory(0))
    end subroutine pack_nothing
 
@@ -88,8 +86,6 @@ contains
    pure subroutine unpack_nothing(self, memory)
       class(linear_solver_type), intent(inout) :: self
       real(wp), intent(in) :: memory(:)
-      associate (unused => self%reference_load, not_used => memory)
-      end associate
    end subroutine unpack_nothing
 
 end module rockdda_linear_solver

@@ -136,8 +136,6 @@ contains
    !> A simulation without anything.
    subroutine begin_anew(sim)
       type(simulation_type), intent(out) :: sim
-      associate (unused => sim%dt)
-      end associate
    end subroutine begin_anew
 
 end module rockdda_run_settling

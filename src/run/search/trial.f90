@@ -57,24 +57,18 @@ contains
    logical function never(self)
       class(search_observer_type), intent(in) :: self
       never = .false.
-      associate (unused => self)
-      end associate
    end function never
 
    !> Called after each step.
    subroutine progress(self, text)
       class(search_observer_type), intent(in) :: self
       character(len=*), intent(in) :: text
-      associate (unused => self, not_used => text)
-      end associate
    end subroutine progress
 
    !> Called with a warning about a trial.
    subroutine warn(self, text)
       class(search_observer_type), intent(in) :: self
       character(len=*), intent(in) :: text
-      associate (unused => self, not_used => text)
-      end associate
    end subroutine warn
 
    !> The settled state with the parameters of a trial.

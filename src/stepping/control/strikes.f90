@@ -11,6 +11,7 @@
 module rockdda_stepping_strikes
    use rockdda_base_kinds, only : wp, i1
    use rockdda_contact_table, only : contact_table_type, contact_state
+   use rockdda_interaction_attempt, only : attempt_type
    use rockdda_interaction_context, only : step_context_type
    use rockdda_interaction_dashpots, only : opening_speed
    implicit none
@@ -57,9 +58,10 @@ contains
    end function has_shape
 
    !> Take up a dynamic step that is accepted, before the blocks move and contacts take their new states.
-   subroutine add(self, context, table, states, restitution, speed, is_first)
+   subroutine add(self, context, attempt, table, states, restitution, speed, is_first)
       class(strikes_type), intent(inout) :: self
       type(step_context_type), intent(in) :: context
+      type(attempt_type), intent(in) :: attempt
       type(contact_table_type), intent(in) :: table    !! with the states of the step's start
       integer(i1), intent(in) :: states(:)             !! (>= rows) of its end
       real(wp), intent(in) :: restitution(:)           !! of joint materials, < 0: no law of impact
@@ -73,12 +75,12 @@ contains
          allocate (self%of_blocks(n_rows, context%blocks%n_blocks), source=0.0_wp)
       end if
       do i = 1, size(self%of_blocks, 2)
-         if (self%of_blocks(at_lawless, i) > 0) self%of_blocks(at_way, i) = self%way_of(context, i)
+         if (self%of_blocks(at_lawless, i) > 0) self%of_blocks(at_way, i) = self%way_of(context, attempt, i)
       end do
       self%fastest = max(self%fastest, speed)
       do c = 1, table%n
          if (table%state(c) /= contact_state%open .or. states(c) == contact_state%open) cycle
-         approach = -opening_speed(context, table, c)
+         approach = -opening_speed(context, attempt, table, c)
          call mark(table%block_a(c), approach, restitution(table%joint(c)) < 0)
          call mark(table%block_b(c), approach, restitution(table%joint(c)) < 0)
       end do
@@ -93,7 +95,7 @@ contains
          if (.not. at > max(least_share*self%fastest, self%of_blocks(at_speed, i))) return
          ! the way after a strike that counts is not lost by a faster one
          if (.not. self%counts(i)) self%of_blocks(at_way, i) = 0
-         self%of_blocks(:at_speed, i) = [from_ground(context, i), at]
+         self%of_blocks(:at_speed, i) = [from_ground(context, attempt, i), at]
          self%of_blocks(at_lawless, i) = merge(1, 0, is_lawless)
       end subroutine mark
 
@@ -117,31 +119,34 @@ contains
    end function count_struck
 
    !> Largest distance of a block from where it was struck fastest, up to now [length].
-   pure real(wp) function way_of(self, context, i)
+   pure real(wp) function way_of(self, context, attempt, i)
       class(strikes_type), intent(in) :: self
       type(step_context_type), intent(in) :: context   !! now
+      type(attempt_type), intent(in) :: attempt
       integer, intent(in) :: i                         !! block
-      way_of = max(self%of_blocks(at_way, i), norm2(from_ground(context, i) - self%of_blocks(1:2, i)))
+      way_of = max(self%of_blocks(at_way, i), norm2(from_ground(context, attempt, i) - self%of_blocks(1:2, i)))
    end function way_of
 
    !> Centroid of a block less the displacement of the ground.
-   pure function from_ground(context, i) result(place)
+   pure function from_ground(context, attempt, i) result(place)
       type(step_context_type), intent(in) :: context   !! now
+      type(attempt_type), intent(in) :: attempt
       integer, intent(in) :: i                         !! block
       real(wp) :: place(2)
       place = context%state%centroid(:, i)
       if (context%ground_motion%acts('base_motion')) place = place - &
-         context%ground_motion%displacement('base_motion', context%state%time - context%motion_start)
+         context%ground_motion%displacement('base_motion', context%state%time - attempt%motion_start)
    end function from_ground
 
    !> The same of all blocks.
-   pure real(wp) function way_after(self, context)
+   pure real(wp) function way_after(self, context, attempt)
       class(strikes_type), intent(in) :: self
       type(step_context_type), intent(in) :: context   !! now
+      type(attempt_type), intent(in) :: attempt
       integer :: i
       way_after = 0
       do i = 1, size(self%of_blocks, 2)
-         if (self%counts(i)) way_after = max(way_after, self%way_of(context, i))
+         if (self%counts(i)) way_after = max(way_after, self%way_of(context, attempt, i))
       end do
    end function way_after
 

@@ -27,6 +27,7 @@ module rockdda_stepping_time_error
    use rockdda_model_parameters, only : parameters_type
    use rockdda_model_state, only : block_state_type, energy, n_energies, radius_of_inertia
    use rockdda_contact_table, only : contact_table_type, contact_state
+   use rockdda_interaction_attempt, only : attempt_type
    use rockdda_interaction_context, only : step_context_type
    use rockdda_interaction_kinematics, only : displacement_at
    implicit none
@@ -99,9 +100,10 @@ contains
 
    !> Take up a step that is accepted, before the blocks move. In other steps the error of dynamic ones stays, until
    !> the next dynamic one.
-   subroutine add(self, context, x, table, is_dynamic)
+   subroutine add(self, context, attempt, x, table, is_dynamic)
       class(time_error_type), intent(inout) :: self
       type(step_context_type), intent(in) :: context
+      type(attempt_type), intent(in) :: attempt
       real(wp), intent(in), contiguous :: x(:, :)          !! (6, nb) motion
       type(contact_table_type), intent(in) :: table        !! with the states of the step's end
       logical, intent(in) :: is_dynamic
@@ -113,17 +115,17 @@ contains
       if (.not. is_dynamic) return
       if (is_first) call begin(self, context%state)
       scale = reference(self, context%parameters)
-      call context%blocks%count_holds(self%of_blocks(at_fixed, :), context%released, context%held)
-      !$omp parallel do default(none) shared(self, context, x, is_first) private(i) schedule(static) &
+      call context%blocks%count_holds(self%of_blocks(at_fixed, :), attempt%released, context%held)
+      !$omp parallel do default(none) shared(self, context, attempt, x, is_first) private(i) schedule(static) &
       !$omp if (size(x, 2) > parallel_blocks)
       do i = 1, size(x, 2)
-         if (context%state%active(i)) call add_error(self%of_blocks(:, i), context, i, x(1:3, i), is_first)
+         if (context%state%active(i)) call add_error(self%of_blocks(:, i), context, attempt, i, x(1:3, i), is_first)
       end do
       !$omp end parallel do
-      call keep_contacts(self%of_blocks, size(x, 2), context, table, small*scale, bin*scale)
+      call keep_contacts(self%of_blocks, size(x, 2), context, attempt, table, small*scale, bin*scale)
       error = 0
       largest = 0
-      !$omp parallel do default(none) shared(self, context, x, scale) private(i) &
+      !$omp parallel do default(none) shared(self, context, attempt, x, scale) private(i) &
       !$omp reduction(max:error, largest) schedule(static) if (size(x, 2) > parallel_blocks)
       do i = 1, size(x, 2)
          if (context%state%active(i)) call count_error(self%of_blocks(:, i), scale, largest, error)
@@ -161,24 +163,25 @@ contains
    end subroutine begin
 
    !> Add motion and error of a step to one block.
-   pure subroutine add_error(rows, context, i, x, is_first)
+   pure subroutine add_error(rows, context, attempt, i, x, is_first)
       real(wp), intent(inout), contiguous :: rows(:)       !! (n_rows)
       type(step_context_type), intent(in) :: context
+      type(attempt_type), intent(in) :: attempt
       integer, intent(in) :: i                             !! block
       real(wp), intent(in) :: x(3)
       logical, intent(in) :: is_first                      !! nothing is known of the step before
       real(wp) :: a(3), change(3), drift(3), factors(3), speed
       factors = [1.0_wp, 1.0_wp, radius_of_inertia(context%state, i)]
-      call find_change(rows, context, i, x, is_first, factors, a, change)
+      call find_change(rows, context, attempt, i, x, is_first, factors, a, change)
       rows(at_displacement + 1:at_displacement + 3) = rows(at_displacement + 1:at_displacement + 3) + factors*x
       rows(at_acceleration + 1:at_acceleration + 3) = a
       rows(at_inertia) = 1/factors(3)
       rows(at_give) = 0
       if (rows(at_fixed) > 1) return
       rows(at_give) = 1/context%state%mass(i)
-      associate (sum => rows(at_sum + 1:at_sum + 3), dt => context%dt, scheme => context%scheme)
+      associate (sum => rows(at_sum + 1:at_sum + 3), dt => attempt%dt, scheme => attempt%scheme)
          if (scheme%second_order) then
-            sum = sum + (scheme%beta - 1/6.0_wp)*dt**2*change + 0.5_wp*dt*factors*context%jump(1:3, i)
+            sum = sum + (scheme%beta - 1/6.0_wp)*dt**2*change + 0.5_wp*dt*factors*attempt%jump(1:3, i)
          else
             speed = size_of(factors*((2/dt)*x - context%state%velocity(1:3, i)))
             rows(at_speed) = max(speed, fading*rows(at_speed))
@@ -191,11 +194,12 @@ contains
    end subroutine add_error
 
    !> Take away what closed contacts hold. Less than `least` waits until it has become more.
-   pure subroutine keep_contacts(of_blocks, n, context, table, least, least_swing)
+   pure subroutine keep_contacts(of_blocks, n, context, attempt, table, least, least_swing)
       integer, intent(in) :: n                             !! blocks
       ! of constant shape: the place of a column is worked out many times
       real(wp), intent(inout) :: of_blocks(n_rows, n)
       type(step_context_type), intent(in) :: context
+      type(attempt_type), intent(in) :: attempt
       type(contact_table_type), intent(in) :: table
       real(wp), intent(in) :: least                        !! [length]
       real(wp), intent(in) :: least_swing                  !! amplitude [length]
@@ -215,7 +219,7 @@ contains
             line = lines(arms, table%normal(:, c))
             along = [difference(a(drift:drift + 2), b(drift:drift + 2), line), &
                      difference(a(total:total + 2), b(total:total + 2), line)]
-            if (turn_of_q .or. max(context%dt*abs(along(1)), abs(along(2))) > least) then
+            if (turn_of_q .or. max(attempt%dt*abs(along(1)), abs(along(2))) > least) then
                weight = weights(give, line)
                swing = swing_of(table%k_n(c), table%gap(c))
                call take_away(a(drift:drift + 2), b(drift:drift + 2), along(1), weight)
@@ -242,7 +246,7 @@ contains
          real(wp) :: v(3, 2), speed, inertia
          integer :: side
          swing_of = 0
-         if (.not. (context%scheme%second_order .and. stiffness > 0)) return
+         if (.not. (attempt%scheme%second_order .and. stiffness > 0)) return
          do side = 1, 2
             associate (i => pair(side))
                v(:, side) = context%state%velocity(1:3, i)
@@ -356,17 +360,18 @@ contains
    end subroutine count_error
 
    !> Acceleration of a block in a step, and its change since the step before, of corners.
-   pure subroutine find_change(rows, context, i, x, is_first, factors, a, change)
+   pure subroutine find_change(rows, context, attempt, i, x, is_first, factors, a, change)
       real(wp), intent(in), contiguous :: rows(:)
       type(step_context_type), intent(in) :: context
+      type(attempt_type), intent(in) :: attempt
       integer, intent(in) :: i                             !! block
       real(wp), intent(in) :: x(3)
       logical, intent(in) :: is_first                      !! nothing is known of the step before
       real(wp), intent(in) :: factors(3)                   !! of unknowns to motions
       real(wp), intent(out) :: a(3), change(3)
-      associate (state => context%state, scheme => context%scheme, dt => context%dt)
+      associate (state => context%state, scheme => attempt%scheme, dt => attempt%dt)
          if (scheme%second_order) then
-            a = scheme%new_acceleration(x, state%velocity(1:3, i), state%acceleration(1:3, i), context%jump(1:3, i), dt)
+            a = scheme%new_acceleration(x, state%velocity(1:3, i), state%acceleration(1:3, i), attempt%jump(1:3, i), dt)
             change = factors*(a - state%acceleration(1:3, i))
             a = factors*a
          else

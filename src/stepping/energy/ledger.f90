@@ -8,6 +8,7 @@
 module rockdda_stepping_ledger
    use rockdda_base_kinds, only : wp
    use rockdda_model_state, only : energy, n_energies
+   use rockdda_interaction_attempt, only : attempt_type
    use rockdda_interaction_balance, only : energy_balance_type
    use rockdda_interaction_bolts, only : is_there
    use rockdda_interaction_context, only : step_context_type
@@ -59,9 +60,10 @@ contains
    end subroutine start
 
    !> Work and energies of an accepted step, while all states are those of its start.
-   subroutine add_step(self, context, families, d)
+   subroutine add_step(self, context, attempt, families, d)
       class(ledger_type), intent(inout) :: self
       type(step_context_type), intent(in) :: context
+      type(attempt_type), intent(in) :: attempt
       type(families_type), intent(in) :: families
       real(wp), intent(in), contiguous :: d(:, :)   !! (6, nb) unknowns of the step
       if (context%state%step == 0) then
@@ -73,15 +75,16 @@ contains
       end if
       self%before = self%total
       self%other_energy = 0
-      call families%add_energies(context, d, self)
+      call families%add_energies(context, attempt, d, self)
    end subroutine add_step
 
    !> Energies of the moved blocks and the share that k01 takes; close the balance, and judge the columns `discarded`
    !> and `geometry`. With an impact the velocities are not those of the step's equations: what the balance lacks is
    !> what the impact has taken.
-   subroutine close_step(self, context, families, k01, impact)
+   subroutine close_step(self, context, attempt, families, k01, impact)
       class(ledger_type), intent(inout) :: self
       type(step_context_type), intent(in) :: context   !! blocks have moved; time and step are those of the start
+      type(attempt_type), intent(in) :: attempt
       type(families_type), intent(in) :: families
       real(wp), intent(in) :: k01                      !! share of the velocity that is carried on
       logical, intent(in) :: impact                    !! some contacts have closed by the law of impact
@@ -110,7 +113,7 @@ contains
          end associate
       end do
       if (.not. allocated(self%holds)) allocate (self%holds(context%blocks%n_blocks))
-      call context%blocks%count_holds(self%holds, context%released, context%held)
+      call context%blocks%count_holds(self%holds, attempt%released, context%held)
       associate (parameters => context%parameters)
          call self%given%add_step(self%before, self%total, [-self%step_discarded, &
                                   self%total(energy%geometry) - self%before(energy%geometry)], &

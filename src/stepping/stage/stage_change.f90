@@ -14,7 +14,7 @@ module rockdda_stepping_stage_change
    use rockdda_stepping_equilibrium, only : report_no_equilibrium
    use rockdda_stepping_material_changes, only : change_materials
    use rockdda_stepping_motion, only : reset_measured, block_energies
-   use rockdda_stepping_trial_step, only : trial_step_type
+   use rockdda_stepping_step, only : step_type
    implicit none
    private
    public :: change_stage
@@ -24,7 +24,7 @@ contains
    !> Leave stages that have ended, and begin the next. An error when the present one, with all its steps, has not come
    !> to equilibrium.
    subroutine change_stage(step, construction, forces, unbalanced, balance, error)
-      type(trial_step_type), intent(inout) :: step
+      type(step_type), intent(inout) :: step
       type(construction_type), intent(inout) :: construction
       type(block_forces_type), intent(inout) :: forces     !! of the last accepted step of this process
       real(wp), intent(in) :: unbalanced                   !! at its end
@@ -43,12 +43,12 @@ contains
       end if
       call begin_stages(step, construction, balance)
       if (step%control%is_dynamic(step%parameters)) &
-         call step%families%boundaries%become_quiet(step%step_context_type, balance)
+         call step%families%boundaries%become_quiet(step%step_context_type, step%trial%attempt_type, balance)
    end subroutine change_stage
 
    !> Blocks that are there and may have contacts: segments of linings have none.
    pure function with_contacts(step) result(seen)
-      type(trial_step_type), intent(in) :: step
+      type(step_type), intent(in) :: step
       logical :: seen(step%blocks%n_blocks)
       seen = step%state%active
       seen(step%blocks%n_blocks - step%blocks%n_segments + 1:) = .false.
@@ -56,7 +56,7 @@ contains
 
    !> Carry out the start of all stages that have begun since the last step.
    subroutine begin_stages(step, construction, balance)
-      type(trial_step_type), intent(inout) :: step
+      type(step_type), intent(inout) :: step
       type(construction_type), intent(inout) :: construction
       class(energy_balance_type), intent(inout) :: balance
       logical :: places
@@ -80,12 +80,12 @@ contains
          step%state%calm = 0
          step%state%accelerates = .false.
       end do
-      call step%finder%show_blocks(with_contacts(step), construction%newborn, places)
+      call step%trial%finder%show_blocks(with_contacts(step), construction%newborn, places)
    end subroutine begin_stages
 
    !> Blocks that were taken out and that a stage has placed again: their boundaries and line loads begin anew.
    subroutine bring_back(step, construction, s)
-      type(trial_step_type), intent(inout) :: step
+      type(step_type), intent(inout) :: step
       type(construction_type), intent(in) :: construction
       integer, intent(in) :: s   !! stage
       logical :: back(step%blocks%n_blocks)
@@ -104,7 +104,7 @@ contains
 
    !> Take out the blocks of a stage, and begin to release the forces that they gave.
    subroutine take_out_blocks(step, construction, s, balance)
-      type(trial_step_type), intent(inout) :: step
+      type(step_type), intent(inout) :: step
       type(construction_type), intent(in) :: construction
       integer, intent(in) :: s   !! stage
       class(energy_balance_type), intent(inout) :: balance
@@ -128,7 +128,7 @@ contains
 
    !> Take the materials that change with a stage; what strain and motion lose by it is discarded.
    subroutine take_new_materials(step, construction, s, balance)
-      type(trial_step_type), intent(inout) :: step
+      type(step_type), intent(inout) :: step
       type(construction_type), intent(in) :: construction
       integer, intent(in) :: s   !! stage
       class(energy_balance_type), intent(inout) :: balance
@@ -149,20 +149,23 @@ contains
 
    !> Where the first stage excavates: contacts of all blocks with the forces that the initial stress gives them.
    subroutine find_first_forces(step, construction, places)
-      type(trial_step_type), intent(inout) :: step
+      type(step_type), intent(inout) :: step
       type(construction_type), intent(in) :: construction
       logical, intent(in) :: places   !! some stage places blocks
+      real(wp) :: reach
       if (size(construction%excavated, 2) == 0) return
       if (.not. any(construction%excavated(:, 1) > 0)) return
-      step%asleep = step%state%asleep
-      step%released = step%control%released
-      step%gravity = step%control%gravity(step%parameters)
-      step%water = step%control%water(step%parameters)
-      step%dt = step%control%step_size(step%parameters, step%state%time)
-      call step%finder%show_blocks(with_contacts(step), construction%newborn, places)
-      step%finder%needs_forces = .true.
-      call step%find_contacts(step%finder%first_reach(step%step_context_type, step%control))
-      step%finder%needs_forces = .false.
+      step%trial%asleep = step%state%asleep
+      step%trial%released = step%control%released
+      step%trial%gravity = step%control%gravity(step%parameters)
+      step%trial%water = step%control%water(step%parameters)
+      step%trial%dt = step%control%step_size(step%parameters, step%state%time)
+      call step%trial%finder%show_blocks(with_contacts(step), construction%newborn, places)
+      step%trial%finder%needs_forces = .true.
+      reach = step%trial%finder%first_reach(step%step_context_type, step%control, step%trial%dt)
+      call step%trial%find_contacts(step%step_context_type, step%contacts, reach, step%families, step%equations, &
+                                    step%solver, step%times)
+      step%trial%finder%needs_forces = .false.
    end subroutine find_first_forces
 
 end module rockdda_stepping_stage_change

@@ -10,7 +10,7 @@ module rockdda_stepping_stage_rest
    use rockdda_model_state, only : radius_of_inertia
    use rockdda_interaction_block_forces, only : block_forces_type
    use rockdda_stepping_stage_watch, only : progress_type, stage_watch_type
-   use rockdda_stepping_trial_step, only : trial_step_type
+   use rockdda_stepping_step, only : step_type
    use rockdda_stepping_verdict, only : apart, deformation_of, stays, typical_size
    implicit none
    private
@@ -35,7 +35,7 @@ contains
 
    !> Follow a static stage by an accepted step whose forces are known; blocks have moved, the time has not.
    subroutine watch_stage(step, forces, unbalanced, displacement)
-      class(trial_step_type), intent(inout) :: step
+      class(step_type), intent(inout) :: step
       type(block_forces_type), intent(in) :: forces    !! at the end of the step
       real(wp), intent(in) :: unbalanced
       real(wp), intent(in) :: displacement             !! largest of any vertex [length]
@@ -67,7 +67,7 @@ contains
    !> Does the unbalanced force stay while the way grows by the factor `apart`, from a share of a block's size on? A
    !> search for a factor finds so that a block fails (rockdda_stepping_verdict); here it is the model as a whole.
    subroutine compare_pulls(step)
-      class(trial_step_type), intent(inout) :: step
+      class(step_type), intent(inout) :: step
       real(wp) :: way
       associate (watch => step%control%watch)
          way = watch%grown - watch%grown_from
@@ -84,7 +84,7 @@ contains
 
    !> A way that is no deformation [length].
    real(wp) function beyond_deformation(step) result(way)
-      class(trial_step_type), intent(in) :: step
+      class(step_type), intent(in) :: step
       way = max(most_moved*typical_size(step), most_deformed*deformation_of(step, step%families%contacts%table))
    end function beyond_deformation
 
@@ -96,7 +96,7 @@ contains
    !> step is. Where the resultants do not fall no place of rest is known: then a step may move a few loose blocks, one
    !> that is no shorter than the last: shorter ones move blocks less, whatever the forces are.
    logical function moves_on(step, unbalanced, displacement, before)
-      class(trial_step_type), intent(inout) :: step
+      class(step_type), intent(inout) :: step
       real(wp), intent(in) :: unbalanced
       real(wp), intent(in) :: displacement             !! largest of any vertex [length]
       real(wp), intent(in), contiguous :: before(:, :) !! (6, nb) acceleration at the end of the last step
@@ -124,7 +124,7 @@ contains
             moves_on = displacement*max(r, 0.0_wp) > small*(1 - r)
          else
             call find_movers(step, little_motion*small, moves_on, step%control%watch%restless)
-            moves_on = moves_on .or. step%dt < step%control%last_dt
+            moves_on = moves_on .or. step%trial%dt < step%control%last_dt
          end if
       end subroutine judge_motion
 
@@ -133,7 +133,7 @@ contains
    !> Ratio of the resultants at the end of a static step to those of the last one, along its motion; 1 where
    !> they do not fall, or none is known; negative where the motion turns back.
    real(wp) function decay(step, before) result(r)
-      class(trial_step_type), intent(in) :: step
+      class(step_type), intent(in) :: step
       real(wp), intent(in), contiguous :: before(:, :)   !! (6, nb)
       real(wp) :: work(2), inertia(3)
       integer :: i
@@ -155,7 +155,7 @@ contains
 
    !> Which blocks have moved in a step?
    subroutine find_movers(step, small, are_many, most_moved)
-      class(trial_step_type), intent(in) :: step
+      class(step_type), intent(in) :: step
       real(wp), intent(in) :: small          !! motion that does not count [length]
       logical, intent(out) :: are_many
       integer, intent(out) :: most_moved     !! the block that has moved most; 0: none has
@@ -178,7 +178,7 @@ contains
 
    !> Whenever the way has doubled: does the model follow the load?
    subroutine watch_load(step, forces)
-      class(trial_step_type), intent(inout) :: step
+      class(step_type), intent(inout) :: step
       type(block_forces_type), intent(in) :: forces
       real(wp) :: now, rise, excess, first, early, late, middle, last
       integer :: i
@@ -187,7 +187,7 @@ contains
          if (watch%marks == 0) watch%times = step%state%time
          watch%way = watch%grown
          watch%marks = watch%marks + 1
-         watch%times = [watch%times(2:3), step%state%time + step%dt]
+         watch%times = [watch%times(2:3), step%state%time + step%trial%dt]
          excess = 0
          do i = 1, step%blocks%n_blocks
             if (forces%counts(i, step%state)) excess = excess + dot_product(forces%resultant(:, i), &
@@ -236,9 +236,9 @@ contains
          integer :: b
          call loads%clear(step%blocks%n_blocks)
          present_time = step%state%time
-         step%state%time = time - step%dt
-         call step%families%loads%add_forces(step%step_context_type, loads)
-         call step%families%boundaries%tractions%add_forces(step%step_context_type, loads)
+         step%state%time = time - step%trial%dt
+         call step%families%loads%add_forces(step%step_context_type, step%trial%attempt_type, loads)
+         call step%families%boundaries%tractions%add_forces(step%step_context_type, step%trial%attempt_type, loads)
          step%state%time = present_time
          work = 0
          do b = 1, step%blocks%n_blocks

@@ -15,7 +15,7 @@ module rockdda_stepping_verdict
    use rockdda_contact_table, only : contact_state, contact_table_type, is_of_interval
    use rockdda_model_stage_options, only : confirming_steps
    use rockdda_interaction_block_forces, only : block_forces_type
-   use rockdda_stepping_trial_step, only : trial_step_type
+   use rockdda_stepping_step, only : step_type
    implicit none
    private
    public :: verdict_type, verdict, typical_size, deformation_of
@@ -67,7 +67,7 @@ contains
    !> Begin in the present state.
    subroutine begin(self, step, share, stressed)
       class(verdict_type), intent(out) :: self
-      class(trial_step_type), intent(in) :: step
+      class(step_type), intent(in) :: step
       real(wp), intent(in), optional :: share    !! of a block's size, for a model that does not begin at rest
       logical, intent(in), optional :: stressed  !! there was stress before the first step; default: not
       integer :: nb
@@ -88,7 +88,7 @@ contains
    !> Measure how far blocks have moved.
    subroutine measure(self, step, forces)
       class(verdict_type), intent(inout) :: self
-      class(trial_step_type), intent(in) :: step
+      class(step_type), intent(in) :: step
       type(block_forces_type), intent(in) :: forces
       integer :: i
       associate (state => step%state)
@@ -103,7 +103,7 @@ contains
    !> The verdict after an accepted step that began at rest.
    integer function judge(self, step, forces) result(outcome)
       class(verdict_type), intent(inout) :: self
-      class(trial_step_type), intent(in) :: step
+      class(step_type), intent(in) :: step
       type(block_forces_type), intent(in) :: forces   !! at the end of the step
       real(wp) :: pull, first
       integer :: i, m, before
@@ -148,7 +148,7 @@ contains
    !> Work of the pulls in the motion so far, over the motion of all areas: what carries a mechanism away.
    pure real(wp) function pull_by_area(self, step, forces) result(pull)
       class(verdict_type), intent(in) :: self
-      class(trial_step_type), intent(in) :: step
+      class(step_type), intent(in) :: step
       type(block_forces_type), intent(in) :: forces   !! at the end of the step
       real(wp) :: work, moved
       integer :: i
@@ -172,7 +172,7 @@ contains
    !> times as large (2.5 times at the tip of a cantilever under its weight).
    function deformation_by_now(self, step, forces) result(deformation)
       class(verdict_type), intent(in) :: self
-      class(trial_step_type), intent(in) :: step
+      class(step_type), intent(in) :: step
       type(block_forces_type), intent(in) :: forces   !! at the end of the step
       real(wp) :: deformation
       real(wp) :: twice_energy, carried
@@ -207,7 +207,7 @@ contains
 
    !> Normal force of a contact over its closure.
    pure real(wp) function stiffness_of(step, table, c)
-      class(trial_step_type), intent(in) :: step
+      class(step_type), intent(in) :: step
       type(contact_table_type), intent(in) :: table   !! of the last step
       integer, intent(in) :: c                        !! row
       stiffness_of = step%families%contacts%laws(table%joint(c))%normal%secant(table%k_n(c), table%normal_force(c))
@@ -217,7 +217,7 @@ contains
    !> closure at one end, times its extent. A trial changes the loads or what carries them by their own order, so that
    !> an elastic answer is of this size, or smaller.
    function deformation_of(step, table) result(deformation)
-      class(trial_step_type), intent(in) :: step
+      class(step_type), intent(in) :: step
       type(contact_table_type), intent(in) :: table   !! of the last step
       real(wp) :: deformation
       real(wp) :: strain, closing, joint_length, modulus
@@ -254,7 +254,7 @@ contains
 
    !> Diagonal of the box around the blocks that can move.
    function extent_of(step) result(extent)
-      class(trial_step_type), intent(in) :: step
+      class(step_type), intent(in) :: step
       real(wp) :: extent
       real(wp) :: low(2), high(2)
       integer :: i
@@ -277,7 +277,7 @@ contains
    !> Blocks that can move: neither inactive nor held at two points or by a boundary. The same for a state that was
    !> computed and one that was read.
    function movable(step) result(can_move)
-      class(trial_step_type), intent(in) :: step
+      class(step_type), intent(in) :: step
       logical :: can_move(step%blocks%n_blocks)
       real(wp) :: holds(step%blocks%n_blocks)
       call step%blocks%count_holds(holds, step%control%released, step%held)
@@ -286,7 +286,7 @@ contains
 
    !> Median of the sizes of the blocks that can move.
    function typical_size(step) result(median)
-      class(trial_step_type), intent(in) :: step
+      class(step_type), intent(in) :: step
       real(wp) :: median
       real(wp), allocatable :: sizes(:)
       integer, allocatable :: order(:)

@@ -16,6 +16,7 @@
 !> do not agree with them yet, measuring waits for the end of friction.
 module rockdda_stepping_arms
    use rockdda_base_kinds, only : wp
+   use rockdda_interaction_attempt, only : attempt_type
    use rockdda_interaction_context, only : step_context_type
    use rockdda_interaction_equations, only : equations_type
    use rockdda_interaction_families, only : families_type
@@ -65,75 +66,80 @@ contains
    end function moment_of
 
    !> Measure by how much arms are wrong; turn them if it is too much.
-   subroutine place(self, was_judged, method, context, families, equations)
+   subroutine place(self, was_judged, method, context, attempt, families, equations)
       class(arms_type), intent(inout) :: self
       logical, intent(in) :: was_judged   !! states were found by the motion, after the solve
       type(method_type), intent(in) :: method
-      type(step_context_type), intent(inout) :: context
+      type(step_context_type), intent(in) :: context
+      type(attempt_type), intent(inout) :: attempt
       type(families_type), intent(inout) :: families
       type(equations_type), intent(inout) :: equations
-      call measure(was_judged, method, context, families, equations, self%off)
+      call measure(was_judged, method, context, attempt, families, equations, self%off)
       self%turned = self%off > merge(method%coarse_arms, method%fine_arms, &
                                      context%blocks%n_blocks > method%few_blocks)
-      if (self%turned) call turn(method, context, families, equations)
+      if (self%turned) call turn(method, context, attempt, families, equations)
    end subroutine place
 
    !> After the rounds in which arms are turned: are they wrong by so much that the motion cannot be accepted?
-   subroutine forbid(self, method, context, families, equations, forbidden)
+   subroutine forbid(self, method, context, attempt, families, equations, forbidden)
       class(arms_type), intent(inout) :: self
       type(method_type), intent(in) :: method
-      type(step_context_type), intent(inout) :: context
+      type(step_context_type), intent(in) :: context
+      type(attempt_type), intent(inout) :: attempt
       type(families_type), intent(in) :: families
       type(equations_type), intent(inout) :: equations
       logical, intent(out) :: forbidden
-      call measure(.false., method, context, families, equations, self%off)
+      call measure(.false., method, context, attempt, families, equations, self%off)
       forbidden = self%off > method%gross_arms
    end subroutine forbid
 
    !> Before another round: arms that are wrong by little are made right as well.
-   subroutine turn_if_off(self, method, context, families, equations)
+   subroutine turn_if_off(self, method, context, attempt, families, equations)
       class(arms_type), intent(inout) :: self
       type(method_type), intent(in) :: method
-      type(step_context_type), intent(inout) :: context
+      type(step_context_type), intent(in) :: context
+      type(attempt_type), intent(inout) :: attempt
       type(families_type), intent(inout) :: families
       type(equations_type), intent(inout) :: equations
       if (self%turned .or. .not. self%off > method%fine_arms) return
-      call turn(method, context, families, equations)
+      call turn(method, context, attempt, families, equations)
       self%turned = .true.
    end subroutine turn_if_off
 
    !> Find the blocks with arms and lengths that are off, and by how much at most.
-   subroutine measure(was_judged, method, context, families, equations, off)
+   subroutine measure(was_judged, method, context, attempt, families, equations, off)
       logical, intent(in) :: was_judged
       type(method_type), intent(in) :: method
-      type(step_context_type), intent(inout) :: context
+      type(step_context_type), intent(in) :: context
+      type(attempt_type), intent(inout) :: attempt
       type(families_type), intent(in) :: families
       type(equations_type), intent(inout) :: equations
       real(wp), intent(out) :: off   !! share of force
-      call context%find_moved(equations%x)
-      call families%measure_placement(context, was_judged, .false., equations)
+      call attempt%find_moved(context, equations%x)
+      call families%measure_placement(context, attempt, was_judged, .false., equations)
       off = largest_off(equations)
-      if (off > method%fine_arms) call equations%misplaced_blocks(method%fine_arms, context%renewed)
+      if (off > method%fine_arms) call equations%misplaced_blocks(method%fine_arms, attempt%renewed)
    end subroutine measure
 
    !> Turn the arms of forces for the rotations of the present motion, of the blocks to be renewed. Where two blocks
    !> that turn alike are joined, and only one of them is renewed, their link is off by more than before: arms of all
    !> blocks are then turned, instead of those of one more row of neighbours in each round.
-   subroutine turn(method, context, families, equations)
+   subroutine turn(method, context, attempt, families, equations)
       type(method_type), intent(in) :: method
-      type(step_context_type), intent(inout) :: context
+      type(step_context_type), intent(in) :: context
+      type(attempt_type), intent(inout) :: attempt
       type(families_type), intent(inout) :: families
       type(equations_type), intent(inout) :: equations
-      call context%expect(equations%x)
-      call families%place(context, equations)
+      call attempt%expect(context, equations%x)
+      call families%place(context, attempt, equations)
       call families%predict(equations)
-      if (all(context%renewed)) return
+      if (all(attempt%renewed)) return
       ! other links are right now, or are as they were
-      call families%measure_placement(context, .false., .true., equations)
+      call families%measure_placement(context, attempt, .false., .true., equations)
       if (.not. largest_off(equations) > method%coarse_arms) return
-      context%renewed = .true.
-      call context%expect(equations%x)
-      call families%place(context, equations)
+      attempt%renewed = .true.
+      call attempt%expect(context, equations%x)
+      call families%place(context, attempt, equations)
       call families%predict(equations)
    end subroutine turn
 

@@ -7,6 +7,7 @@ module rockdda_stepping_contact_finder
    use rockdda_contact_search_limits, only : search_limits_type, placing_share
    use rockdda_contact_table, only : contact_table_type
    use rockdda_contact_topology, only : contact_topology_type, new_contact_topology
+   use rockdda_interaction_attempt, only : attempt_type
    use rockdda_interaction_context, only : step_context_type
    use rockdda_stepping_control, only : step_control_type
    use rockdda_stepping_reach, only : predicted_reach, set_search_limits, quantised
@@ -54,11 +55,12 @@ contains
    end subroutine show_blocks
 
    !> How far the first search of a step looks [length].
-   real(wp) function first_reach(self, context, control) result(reach)
+   real(wp) function first_reach(self, context, control, dt) result(reach)
       class(contact_finder_type), intent(in) :: self
       type(step_context_type), intent(in) :: context
       type(step_control_type), intent(in) :: control
-      reach = predicted_reach(context%blocks, context%parameters, context%state, control, context%dt)
+      real(wp), intent(in) :: dt                         !! step [time]
+      reach = predicted_reach(context%blocks, context%parameters, context%state, control, dt)
       if (allocated(self%search%newborn)) reach = max(reach, quantised(2*placing_share*longest_edge( &
          context%blocks, self%search%newborn), context%parameters%w0))
    end function first_reach
@@ -72,15 +74,16 @@ contains
    end function longer_reach
 
    !> Find the contacts of a step from the state at its start, with the history of those of the last one.
-   subroutine find(self, context, last, reach, table)
+   subroutine find(self, context, attempt, last, reach, table)
       class(contact_finder_type), intent(inout) :: self
       type(step_context_type), intent(in) :: context
+      type(attempt_type), intent(in) :: attempt
       type(contact_table_type), intent(in) :: last       !! of the last accepted step
       real(wp), intent(in) :: reach                      !! [length]
       type(contact_table_type), intent(inout) :: table
       ! pairs of blocks asleep, among others that are, are left out
       if (allocated(self%search%pairs%asleep)) deallocate (self%search%pairs%asleep)
-      if (any(context%asleep)) self%search%pairs%asleep = context%asleep
+      if (any(attempt%asleep)) self%search%pairs%asleep = attempt%asleep
       associate (parameters => context%parameters)
          call set_search_limits(last, parameters, context%blocks%n_blocks, reach, self%limits, self%places)
          if (parameters%by_length .and. any(self%limits%bears_tension) .and. .not. allocated(self%limits%edge_joint)) &

@@ -23,10 +23,10 @@ module rockdda_stepping_failure
    use rockdda_stepping_motion, only : largest_displacement
    implicit none
    private
-   public :: attempt, find_ruined_block, judge_motion, report_failure, most_listed
+   public :: attempt_end, find_ruined_block, judge_motion, report_failure, most_listed
 
    !> Outcomes of one attempt at a step.
-   type :: attempt_enum
+   type :: attempt_end_enum
       integer :: converged = 1
       integer :: not_converged = 2   !! contacts still change after the last round
       integer :: search_again = 3    !! a vertex moves beyond the search radius
@@ -35,8 +35,8 @@ module rockdda_stepping_failure
       integer :: thrown = 6          !! a vertex moves by more than w0 in the smallest step
       integer :: interrupted = 7     !! a stop was requested
       integer :: too_far = 8         !! a vertex moves by more than g2 w0
-   end type attempt_enum
-   type(attempt_enum), parameter :: attempt = attempt_enum()
+   end type attempt_end_enum
+   type(attempt_end_enum), parameter :: attempt_end = attempt_end_enum()
 
    !> Smallest area of a block after a step: over that before the step, and over that at the start of the run. A motion
    !> that leaves less is rejected.
@@ -96,13 +96,13 @@ contains
          limit = parameters%displacement_ratio*parameters%w0
          call find_ruined_block(blocks, parameters, state, d, ruined, factor)
          if (ruined > 0) then
-            outcome = attempt%ruined
+            outcome = attempt_end%ruined
          else if (.not. displacement <= limit .and. .not. at_floor) then
-            outcome = attempt%too_far
+            outcome = attempt_end%too_far
          else if (.not. displacement <= max(limit, parameters%w0)) then
-            outcome = attempt%thrown
+            outcome = attempt_end%thrown
          else if (2*displacement > reach .and. displacement <= 1.0e3_wp*parameters%w0) then
-            outcome = attempt%search_again
+            outcome = attempt_end%search_again
          end if
       end associate
    end subroutine judge_motion
@@ -132,11 +132,11 @@ contains
       character(len=:), allocatable :: text
       text = 'step '//to_string(state%step + 1)//' at time '//parameters%shown(state%time, 'time', 10)// &
              ' cannot be solved with the smallest time step '//parameters%shown(dt, 'time')//': '
-      if (outcome == attempt%no_solution) then
+      if (outcome == attempt_end%no_solution) then
          call tell_no_solution(dt, detail, blocks, parameters, state, text)
-      else if (outcome == attempt%ruined) then
+      else if (outcome == attempt_end%ruined) then
          call tell_ruined(blocks, parameters, state, x, text)
-      else if (outcome == attempt%thrown) then
+      else if (outcome == attempt_end%thrown) then
          call tell_thrown(dt, blocks, parameters, state, table, x, text)
       else
          call tell_flipping(blocks, parameters, state, table, trial, of_linings, text)

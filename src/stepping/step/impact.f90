@@ -24,6 +24,7 @@ module rockdda_stepping_impact
    use rockdda_base_kinds, only : wp, i1
    use rockdda_contact_interval_law, only : at_point, end_gaps
    use rockdda_contact_table, only : contact_table_type, contact_state, is_of_interval, other_row
+   use rockdda_interaction_attempt, only : attempt_type
    use rockdda_interaction_closing, only : closing_gap
    use rockdda_interaction_contact_law, only : contact_law_type
    use rockdda_interaction_context, only : step_context_type
@@ -65,9 +66,10 @@ contains
    !> After a solution: keep contacts open that meet in the step by the law of impact, and leave those to their springs
    !> that turn out to meet too slowly. The step is to be solved again unless all is settled. A row changes twice at
    !> most.
-   subroutine mark(self, context, table, trial, laws, x, is_settled)
+   subroutine mark(self, context, attempt, table, trial, laws, x, is_settled)
       class(impact_type), intent(inout) :: self
       type(step_context_type), intent(in) :: context
+      type(attempt_type), intent(in) :: attempt
       type(contact_table_type), intent(in) :: table       !! of the step's start
       type(open_close_type), intent(inout) :: trial
       type(contact_law_type), intent(in) :: laws(:)       !! per joint material
@@ -84,15 +86,15 @@ contains
          if (.not. was_apart(table, c) .or. laws(table%joint(c))%restitution < 0) cycle
          if (self%yields(c)) cycle
          if (trial%joint(c)%strikes) then
-            if (.not. allocated(free)) free = free_velocity(context, x)
-            call set_lines(context, table, c, lines)
+            if (.not. allocated(free)) free = free_velocity(context, attempt, x)
+            call set_lines(context, attempt, table, c, lines)
             call set_demand(lines(1), context%state%velocity, free, 1.0_wp, laws(table%joint(c))%restitution, demand)
             if (demand%is_impact) cycle
             self%yields(c) = .true.
             trial%joint(c)%strikes = .false.
             is_settled = .false.
          else if (has_met(table, trial, gap, c)) then
-            call set_lines(context, table, c, lines)
+            call set_lines(context, attempt, table, c, lines)
             if (.not. motion(lines(1), context%state%velocity) < 0) cycle
             trial%joint(c)%strikes = .true.
             trial%joint(c)%state = int(contact_state%open, i1)
@@ -131,17 +133,19 @@ contains
    end function has_met
 
    !> Velocities and spins at the end of a step by its motion.
-   pure function free_velocity(context, x) result(free)
+   pure function free_velocity(context, attempt, x) result(free)
       type(step_context_type), intent(in) :: context
+      type(attempt_type), intent(in) :: attempt
       real(wp), intent(in) :: x(:, :)        !! (6, nb)
       real(wp), allocatable :: free(:, :)
-      free = (2/context%dt)*x(1:3, :) - context%state%velocity(1:3, :)
+      free = (2/attempt%dt)*x(1:3, :) - context%state%velocity(1:3, :)
    end function free_velocity
 
    !> Before a step is taken over: put the motion of the impacts into the unknowns of the blocks that they reach.
-   subroutine find(self, context, table, trial, settings, laws, x)
+   subroutine find(self, context, attempt, table, trial, settings, laws, x)
       class(impact_type), intent(inout) :: self
       type(step_context_type), intent(in) :: context
+      type(attempt_type), intent(in) :: attempt
       type(contact_table_type), intent(in) :: table       !! of the step's start
       type(open_close_type), intent(in) :: trial
       type(joint_settings_type), intent(in) :: settings
@@ -156,18 +160,18 @@ contains
       integer :: b, c, i, n
       self%happened = .false.
       if (.not. any(trial%joint(1:table%n)%strikes)) return
-      free = free_velocity(context, x)
+      free = free_velocity(context, attempt, x)
       gap = [(trial%gap_at_end(table, c), c=1, table%n)]
       allocate (reached(size(x, 2)), source=.false.)
       allocate (v, w, mold=free)
       do
-         call find_reached(context, table, trial, reached)
+         call find_reached(context, attempt, table, trial, reached)
          rows = pack([(c, c=1, table%n)], reached(table%block_a(1:table%n)) .or. reached(table%block_b(1:table%n)))
          n = size(rows)
          if (allocated(lines)) deallocate (lines, demands)
          allocate (lines(2, n), demands(n))
          do i = 1, n
-            call set_lines(context, table, rows(i), lines(:, i))
+            call set_lines(context, attempt, table, rows(i), lines(:, i))
             call set_demands(rows(i), lines(:, i), demands(i))
          end do
          if (.not. any(demands%is_impact)) return
@@ -183,21 +187,21 @@ contains
          if (all(reached .or. .not. [(any(abs(w(:, b)) > 0), b=1, size(w, 2))])) exit
          reached = reached .or. [(any(abs(w(:, b)) > 0), b=1, size(w, 2))]
       end do
-      group = groups_of(context, table, pack(rows, demands%acts))
+      group = groups_of(context, attempt, table, pack(rows, demands%acts))
       allocate (pressed(size(group)), source=0.0_wp)
       do i = 1, n
          if (demands(i)%is_impact .or. trial%state_used(rows(i)) == contact_state%open) cycle
          b = max(group(table%block_a(rows(i))), group(table%block_b(rows(i))))
-         if (b > 0) pressed(b) = pressed(b) + 0.5_wp*table%k_n(rows(i))*min(0.0_wp, context%dt*motion(lines(1, i), &
+         if (b > 0) pressed(b) = pressed(b) + 0.5_wp*table%k_n(rows(i))*min(0.0_wp, attempt%dt*motion(lines(1, i), &
             w))**2
       end do
       do b = 1, size(group)
          if (group(b) == b) call limit_energy(context, group == b, free, pressed(b), v, w)
       end do
-      x(1:3, :) = x(1:3, :) + context%dt*w
+      x(1:3, :) = x(1:3, :) + attempt%dt*w
       self%happened = .true.
       self%takes_part = [(any(abs(v(:, b) - free(:, b)) > 0 .or. abs(w(:, b)) > 0), b=1, size(v, 2))]
-      self%change = (v - free) - context%scheme%velocity_of_motion()*w
+      self%change = (v - free) - attempt%scheme%velocity_of_motion()*w
 
    contains
 
@@ -241,28 +245,29 @@ contains
          type(demand_type), intent(inout) :: demand
          demand%is_smooth = .true.
          if (demand%is_impact) then
-            demand%target(1) = (max(0.0_wp, motion(line, v))*(1 - demand%share)*context%dt - &
-                                end_gap(table, gap, c))/context%dt
+            demand%target(1) = (max(0.0_wp, motion(line, v))*(1 - demand%share)*attempt%dt - &
+                                end_gap(table, gap, c))/attempt%dt
          else if (has_met(table, trial, gap, c)) then
             demand%target = 0
          else
             demand%acts = line%mobility > 0
             demand%target(1) = min(0.0_wp, (min(0.0_wp, end_gap(table, table%gap, c)) - end_gap(table, gap, c))/ &
-                                   context%dt)
+                                   attempt%dt)
          end if
       end subroutine set_places
 
    end subroutine find
 
    !> Blocks that some contacts join, by the first one of each group; 0 where a block cannot move.
-   pure function groups_of(context, table, rows) result(group)
+   pure function groups_of(context, attempt, table, rows) result(group)
       type(step_context_type), intent(in) :: context
+      type(attempt_type), intent(in) :: attempt
       type(contact_table_type), intent(in) :: table
       integer, intent(in) :: rows(:)
       integer, allocatable :: group(:)         !! (nb)
       integer :: b, i, sides(2)
       logical :: changed
-      group = [(merge(b, 0, n_held(context, b) < 2), b=1, context%blocks%n_blocks)]
+      group = [(merge(b, 0, n_held(context, attempt, b) < 2), b=1, context%blocks%n_blocks)]
       changed = .true.
       do while (changed)
          changed = .false.
@@ -285,8 +290,9 @@ contains
 
    !> Blocks that impacts can reach: those that meet, and those that hang on them, or on blocks reached before, by
    !> closed contacts, but for those that cannot move.
-   subroutine find_reached(context, table, trial, reached)
+   subroutine find_reached(context, attempt, table, trial, reached)
       type(step_context_type), intent(in) :: context
+      type(attempt_type), intent(in) :: attempt
       type(contact_table_type), intent(in) :: table
       type(open_close_type), intent(in) :: trial
       logical, intent(inout) :: reached(:)               !! (nb)
@@ -295,7 +301,7 @@ contains
       logical :: changed
       allocate (moves(size(reached)))
       do b = 1, size(reached)
-         moves(b) = n_held(context, b) < 2
+         moves(b) = n_held(context, attempt, b) < 2
       end do
       do
          changed = .false.

@@ -5,6 +5,7 @@ module rockdda_stepping_impulses
    use rockdda_base_kinds, only : wp
    use rockdda_contact_interval_law, only : at_end
    use rockdda_contact_table, only : contact_table_type, is_of_interval, other_row
+   use rockdda_interaction_attempt, only : attempt_type
    use rockdda_interaction_contact_law, only : contact_law_type, friction_coefficient
    use rockdda_interaction_context, only : step_context_type
    use rockdda_interaction_kinematics, only : mass_times
@@ -40,8 +41,9 @@ module rockdda_stepping_impulses
 contains
 
    !> Normal and shear line of a contact, or of an interval at the end that the row is next to.
-   pure subroutine set_lines(context, table, c, lines)
+   pure subroutine set_lines(context, attempt, table, c, lines)
       type(step_context_type), intent(in) :: context
+      type(attempt_type), intent(in) :: attempt
       type(contact_table_type), intent(in) :: table
       integer, intent(in) :: c                 !! row
       type(line_type), intent(out) :: lines(2)
@@ -63,8 +65,8 @@ contains
          lines(k)%of_a = [along, r(1)*along(2) - r(2)*along(1)]
          r = point - context%state%centroid(:, lines(k)%b)
          lines(k)%of_b = -[along, r(1)*along(2) - r(2)*along(1)]
-         lines(k)%change_a = change(context, lines(k)%a, lines(k)%of_a)
-         lines(k)%change_b = change(context, lines(k)%b, lines(k)%of_b)
+         lines(k)%change_a = change(context, attempt, lines(k)%a, lines(k)%of_a)
+         lines(k)%change_b = change(context, attempt, lines(k)%b, lines(k)%of_b)
          lines(k)%mobility = dot_product(lines(k)%of_a, lines(k)%change_a) + &
                              dot_product(lines(k)%of_b, lines(k)%change_b)
          ! the edge lies a quarter turn from its normal
@@ -73,8 +75,9 @@ contains
    end subroutine set_lines
 
    !> Change of velocity and spin of a rigid block by an impulse and its moment.
-   pure function change(context, block, impulse) result(v)
+   pure function change(context, attempt, block, impulse) result(v)
       type(step_context_type), intent(in) :: context
+      type(attempt_type), intent(in) :: attempt
       integer, intent(in) :: block
       real(wp), intent(in) :: impulse(3)
       real(wp) :: v(3), arm(2), spin(3), inertia
@@ -82,12 +85,12 @@ contains
       associate (state => context%state)
          inertia = state%mass(block)*(state%moments(1, block) + state%moments(2, block))/state%area(block)
          v = [impulse(1:2)/state%mass(block), impulse(3)/inertia]
-         if (n_held(context, block) == 0) return
+         if (n_held(context, attempt, block) == 0) return
          v = 0
-         if (n_held(context, block) > 1) return
+         if (n_held(context, attempt, block) > 1) return
          arm = 0
          do p = 1, context%blocks%fixed%n
-            if (is_held(context, p, block)) arm = state%centroid(:, block) - state%fixed_position(:, p)
+            if (is_held(context, attempt, p, block)) arm = state%centroid(:, block) - state%fixed_position(:, p)
          end do
          spin = [-arm(2), arm(1), 1.0_wp]
          v = spin*(dot_product(spin, impulse)/(inertia + state%mass(block)*dot_product(arm, arm)))
@@ -95,20 +98,22 @@ contains
    end function change
 
    !> Number of fixed points that hold a block; an edge that a boundary holds counts as two.
-   pure integer function n_held(context, block)
+   pure integer function n_held(context, attempt, block)
       type(step_context_type), intent(in) :: context
+      type(attempt_type), intent(in) :: attempt
       integer, intent(in) :: block
       integer :: p
-      n_held = count([(is_held(context, p, block), p=1, context%blocks%fixed%n)])
+      n_held = count([(is_held(context, attempt, p, block), p=1, context%blocks%fixed%n)])
       if (allocated(context%held)) n_held = n_held + merge(2, 0, context%held(block))
    end function n_held
 
    !> Does fixed point p hold this block?
-   pure logical function is_held(context, p, block)
+   pure logical function is_held(context, attempt, p, block)
       type(step_context_type), intent(in) :: context
+      type(attempt_type), intent(in) :: attempt
       integer, intent(in) :: p, block
       is_held = context%blocks%fixed%block(p) == block
-      if (is_held .and. allocated(context%released)) is_held = .not. context%released(p)
+      if (is_held .and. allocated(attempt%released)) is_held = .not. attempt%released(p)
    end function is_held
 
    !> Velocity along a line.

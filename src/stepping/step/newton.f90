@@ -18,6 +18,7 @@ module rockdda_stepping_newton
    use rockdda_base_kinds, only : wp
    use rockdda_base_error, only : error_type, error_code
    use rockdda_base_phase_times, only : phase_times_type, phase
+   use rockdda_interaction_attempt, only : attempt_type
    use rockdda_interaction_contacts, only : contacts_type
    use rockdda_interaction_context, only : step_context_type
    use rockdda_interaction_equations, only : equations_type
@@ -25,7 +26,7 @@ module rockdda_stepping_newton
    use rockdda_interaction_unsettled, only : count_unsettled, largest_normal
    use rockdda_linear_solver, only : linear_solver_type, solve_report_type, solve_effort_type
    use rockdda_stepping_arms, only : arms_type, moment
-   use rockdda_stepping_failure, only : attempt
+   use rockdda_stepping_failure, only : attempt_end
    use rockdda_stepping_line_search, only : line_search_type
    use rockdda_stepping_method, only : method_type
    use rockdda_stepping_motion, only : is_finite_motion
@@ -54,7 +55,7 @@ module rockdda_stepping_newton
    !> Result of an attempt.
    type :: newton_report_type
       real(wp) :: left = 0                         !! residual with which the last solve has paused; 0: it has ended
-      integer :: outcome = attempt%not_converged   !! attempt%converged, not_converged, no_solution or interrupted
+      integer :: outcome = attempt_end%not_converged   !! or converged, no_solution, interrupted
       integer :: rounds = 0                        !! of the open-close iteration
       integer :: iterations = 0                    !! of the solver
       character(len=:), allocatable :: detail      !! why there is no solution
@@ -82,10 +83,11 @@ module rockdda_stepping_newton
 contains
 
    !> Find the motion x and the states of all links at the end of a step. Block terms and first trial states are set.
-   subroutine find_equilibrium(self, conditions, context, families, equations, solver, times, report, error)
+   subroutine find_equilibrium(self, conditions, context, attempt, families, equations, solver, times, report, error)
       class(newton_type), intent(inout) :: self
       type(conditions_type), intent(in) :: conditions
-      type(step_context_type), intent(inout) :: context
+      type(step_context_type), intent(in) :: context
+      type(attempt_type), intent(inout) :: attempt
       type(families_type), intent(inout) :: families
       type(equations_type), intent(inout) :: equations
       class(linear_solver_type), intent(inout) :: solver
@@ -101,7 +103,7 @@ contains
          peer = families%contacts%settings%peer
          report%detail = ''
          if ((conditions%may_predict .or. conditions%is_like_last) .and. .not. peer) &
-            call self%predict_motion(conditions, context, families, equations, times)
+            call self%predict_motion(conditions, context, attempt, families, equations, times)
          call families%contacts%friction%forget()
          n_shortened = 0
          do round = 1, context%parameters%max_open_close
@@ -116,19 +118,20 @@ contains
                                                                   method%friction_tolerance, conditions%slack > 0), &
                                                                   method, equations, found%fraction)
             n_shortened = merge(n_shortened + 1, 0, found%fraction < 1)
-            call self%judge(conditions, round, .false., context, families, equations, report%left, arms, found)
+            call self%judge(conditions, round, .false., context, attempt, families, equations, report%left, arms, found)
             if (report%left > 0 .and. .not. (found%fraction < 1 .or. arms%turned) .and. &
                 (found%agree .or. found%n_changes == 0)) then
                ! what may be accepted is solved for to the end
                call self%solve_on(0.0_wp, method, families, equations, solver, times, report, solved, error)
                if (.not. solved) return
-               call self%judge(conditions, round, .false., context, families, equations, report%left, arms, found, &
-                               again=.true.)
+               call self%judge(conditions, round, .false., context, attempt, families, equations, report%left, arms, &
+                               found, again=.true.)
             end if
             if (.not. (found%agree .or. arms%turned .or. found%fraction < 1 .or. peer) .and. found%n_changes == 0) then
                call end_friction(conditions, families, equations, solver, times, report, solved, error)
                if (.not. solved) return
-               call self%judge(conditions, round, .true., context, families, equations, report%left, arms, found)
+               call self%judge(conditions, round, .true., context, attempt, families, equations, report%left, arms, &
+                               found)
             end if
             call times%lap(phase%judge)
             ! so many shortened rounds in a row lead nowhere: a shorter step will
@@ -136,12 +139,12 @@ contains
                                    nint(method%patience*context%parameters%max_open_close)) .and. &
                 .not. (conditions%at_floor .or. conditions%slack > 0)) return
             if (converged(found, families%contacts)) then
-               report%outcome = attempt%converged
+               report%outcome = attempt_end%converged
                return
             end if
             ! blocks have come to lean on each other: friction acts from here on
             if (found%agree .and. .not. found%fraction < 1) families%contacts%settings%sticks = .false.
-            call arms%turn_if_off(method, context, families, equations)
+            call arms%turn_if_off(method, context, attempt, families, equations)
          end do
       end associate
    end subroutine find_equilibrium
@@ -192,12 +195,13 @@ contains
 
    !> Judge the motion of the round: turn arms that are wrong, find new states, and whether all agrees. When arms are
    !> measured is said in rockdda_stepping_arms.
-   subroutine judge(self, conditions, round, is_end, context, families, equations, left, arms, found, again)
+   subroutine judge(self, conditions, round, is_end, context, attempt, families, equations, left, arms, found, again)
       class(newton_type), intent(inout) :: self
       type(conditions_type), intent(in) :: conditions
       integer, intent(in) :: round
       logical, intent(in) :: is_end             !! after `end_friction`
-      type(step_context_type), intent(inout) :: context
+      type(step_context_type), intent(in) :: context
+      type(attempt_type), intent(inout) :: attempt
       type(families_type), intent(inout) :: families
       type(equations_type), intent(inout) :: equations
       real(wp), intent(in) :: left              !! residual of the last solve if it has paused, else 0
@@ -210,7 +214,7 @@ contains
       when = arms%moment_of(context, conditions%method, round, is_end)
       last_off = arms%off
       arms = arms_type()
-      if (when == moment%before) call arms%place(.false., conditions%method, context, families, equations)
+      if (when == moment%before) call arms%place(.false., conditions%method, context, attempt, families, equations)
       families%contacts%trial%doubt = conditions%method%doubtful*left/sqrt(real(max(1, equations%n_rows()), wp))
       if (present(again)) then
          if (again) call families%contacts%take_back()
@@ -225,7 +229,7 @@ contains
          return
       end if
       if (when == moment%after .or. when == moment%at_rest .and. found%n_changes == 0) &
-         call arms%place(.true., conditions%method, context, families, equations)
+         call arms%place(.true., conditions%method, context, attempt, families, equations)
       found%agree = found%agree .and. .not. arms%turned
       if (arms%turned .and. when == moment%after) then
          ! states by gaps on the new arms
@@ -234,7 +238,7 @@ contains
       end if
       if (.not. (found%agree .and. context%follows_rotation() .and. round > conditions%method%fine_rounds) .or. &
           conditions%at_floor) return
-      call arms%forbid(conditions%method, context, families, equations, forbidden)
+      call arms%forbid(conditions%method, context, attempt, families, equations, forbidden)
       found%agree = .not. forbidden
    end subroutine judge
 
@@ -304,10 +308,11 @@ contains
    !> equilibrium than the last motion, it is where the first solve starts, and the first states are judged by it; else
    !> arms are turned by the velocity at the start of the step. Where contacts vibrate from step to step
    !> (stiff springs, long steps) it does not. In statics the first states are judged by the last motion.
-   subroutine predict_motion(self, conditions, context, families, equations, times)
+   subroutine predict_motion(self, conditions, context, attempt, families, equations, times)
       class(newton_type), intent(inout) :: self
       type(conditions_type), intent(in) :: conditions
       type(step_context_type), intent(in) :: context
+      type(attempt_type), intent(in) :: attempt
       type(families_type), intent(inout) :: families
       type(equations_type), intent(inout) :: equations
       type(phase_times_type), intent(inout) :: times
@@ -316,7 +321,7 @@ contains
       call families%predict(equations)
       if (conditions%may_predict) then
          call self%line%keep(families, equations, 1)
-         equations%x = 2*context%dt*context%state%velocity - equations%x
+         equations%x = 2*attempt%dt*context%state%velocity - equations%x
          call families%predict(equations)
          is_good = self%line%is_better(families, equations, conditions%method%good_prediction, &
                                        conditions%method%clearly_not)
@@ -345,7 +350,7 @@ contains
       integer :: n_assembled
       solved = .false.
       if (solver%is_interrupted()) then
-         report%outcome = attempt%interrupted
+         report%outcome = attempt_end%interrupted
          return
       end if
       if (what_is_new /= change%nothing) then
@@ -412,7 +417,7 @@ contains
       report%detail = ''
       call solve_rows(equations, load, .true., solve_effort_type(), solver, solution, error)
       call check_solution(solution, equations%x, report, solved, error)
-      if (solved) report%outcome = attempt%converged
+      if (solved) report%outcome = attempt_end%converged
    end subroutine solve_once
 
    !> Is a solution one to go on with? A failure that a shorter step may avoid is no error.
@@ -424,7 +429,7 @@ contains
       type(error_type), allocatable, intent(inout) :: error
       solved = .false.
       if (allocated(error)) then
-         report%outcome = attempt%no_solution
+         report%outcome = attempt_end%no_solution
          if (error%code /= error_code%computation .or. error%is_fatal) return
          report%detail = error%message
          deallocate (error)
@@ -433,13 +438,13 @@ contains
       report%iterations = report%iterations + solution%iterations
       report%left = solution%left
       if (.not. solution%converged) then
-         report%outcome = merge(attempt%interrupted, attempt%no_solution, solution%interrupted)
+         report%outcome = merge(attempt_end%interrupted, attempt_end%no_solution, solution%interrupted)
          if (allocated(solution%detail)) report%detail = solution%detail
          return
       end if
       solved = is_finite_motion(x)
       if (solved) return
-      report%outcome = attempt%no_solution
+      report%outcome = attempt_end%no_solution
       report%detail = 'the solution is not finite'
    end subroutine check_solution
 

@@ -13,6 +13,7 @@ module rockdda_stepping_sleep
    use rockdda_base_kinds, only : wp
    use rockdda_model_state, only : energy, radius_of_inertia
    use rockdda_contact_table, only : contact_table_type, contact_state
+   use rockdda_interaction_attempt, only : attempt_type
    use rockdda_interaction_balance, only : energy_balance_type
    use rockdda_interaction_block_forces, only : block_forces_type
    use rockdda_interaction_context, only : step_context_type
@@ -36,8 +37,9 @@ module rockdda_stepping_sleep
 contains
 
    !> At the end of a step: count calm steps, and let blocks sleep after enough of them. What they move by is discarded.
-   subroutine fall_asleep(context, d, contacts, forces, balance)
+   subroutine fall_asleep(context, attempt, d, contacts, forces, balance)
       type(step_context_type), intent(inout) :: context
+      type(attempt_type), intent(in) :: attempt
       real(wp), intent(in), contiguous :: d(:, :)            !! (6, nb) motion of the step
       type(contact_table_type), intent(in) :: contacts       !! at its end
       type(block_forces_type), intent(in) :: forces          !! there
@@ -67,7 +69,7 @@ contains
                state%calm(i) = 0
                cycle
             end if
-            shares = unrest(context, d(:, i), forces, i)
+            shares = unrest(context, attempt, d(:, i), forces, i)
             state%calm(i) = merge(min(state%calm(i) + 1, calm_steps), 0, all(shares <= 1))
             ! a resultant that stays adds its share of the motion in each step
             may(i) = state%calm(i) > 0 .and. (calm_steps - state%calm(i))*sum(shares) <= 1
@@ -96,8 +98,9 @@ contains
 
    !> Motion of a block in the step, and resultant of its forces, over the largest with which the block is calm. The
    !> motion is that of the step: velocities of motions far too stiff for the step alternate.
-   pure function unrest(context, d, forces, i)
+   pure function unrest(context, attempt, d, forces, i)
       type(step_context_type), intent(in) :: context
+      type(attempt_type), intent(in) :: attempt
       real(wp), intent(in) :: d(6)                           !! motion of the step
       type(block_forces_type), intent(in) :: forces
       integer, intent(in) :: i
@@ -108,7 +111,7 @@ contains
          allowed = context%parameters%sleep_tolerance*forces%magnitude(i)
          if (.not. allowed > 0) return
          moved = norm2(d(1:2)) + 2*radius_of_inertia(state, i)*(abs(d(3)) + norm2(d(4:6)))
-         unrest(1) = state%mass(i)*moved/(allowed*context%dt**2)
+         unrest(1) = state%mass(i)*moved/(allowed*attempt%dt**2)
          unrest(2) = 0
          if (forces%held(i) < 2) unrest(2) = forces%force_of(i, state)/allowed
       end associate
@@ -116,23 +119,22 @@ contains
 
    !> Wake the blocks asleep that the solution disturbs, with neighbours over closed contacts: in the attempt, not in
    !> the state.
-   subroutine wake_disturbed(context, equations, contacts, round, asleep, calm, n_woken)
-      class(step_context_type), intent(in) :: context
+   subroutine wake_disturbed(context, equations, contacts, round, attempt, n_woken)
+      type(step_context_type), intent(in) :: context
       type(equations_type), intent(in) :: equations
       type(contact_table_type), intent(in) :: contacts       !! of the last step
       integer, intent(in) :: round                           !! in this step, from 1
-      logical, intent(inout) :: asleep(:)                    !! (nb)
-      integer, intent(inout) :: calm(:)                      !! (nb)
+      type(attempt_type), intent(inout) :: attempt
       integer, intent(out) :: n_woken                        !! 0: the step stands
       logical, allocatable :: woken(:), ring(:)
       real(wp) :: disturbance, worst
       integer :: c, i, k
       n_woken = 0
-      if (.not. any(asleep)) return
+      if (.not. any(attempt%asleep)) return
       allocate (woken(context%blocks%n_blocks), source=.false.)
       worst = 0
       do i = 1, size(woken)
-         if (.not. asleep(i) .or. context%is_left_out(i)) cycle
+         if (.not. attempt%asleep(i) .or. attempt%is_left_out(i)) cycle
          disturbance = pull_on(equations, i, radius_of_inertia(context%state, i))/context%parameters%sleep_tolerance
          woken(i) = disturbance > wakes
          worst = max(worst, disturbance)
@@ -140,7 +142,7 @@ contains
       if (.not. any(woken)) return
       if (worst <= strikes) then
          ! with the next step
-         where (woken) calm = disturbed
+         where (woken) attempt%calm = disturbed
          return
       end if
       do k = 1, min(2**min(round - 1, 20) - 1, size(woken))
@@ -154,11 +156,11 @@ contains
          if (all(ring .eqv. woken)) exit
          woken = ring
       end do
-      n_woken = count(woken .and. asleep)
+      n_woken = count(woken .and. attempt%asleep)
       do i = 1, size(woken)
-         if (.not. (woken(i) .and. asleep(i))) cycle
-         asleep(i) = .false.
-         calm(i) = 0
+         if (.not. (woken(i) .and. attempt%asleep(i))) cycle
+         attempt%asleep(i) = .false.
+         attempt%calm(i) = 0
       end do
    end subroutine wake_disturbed
 

@@ -4,11 +4,12 @@
 module rockdda_stepping_smooth_motion
    use rockdda_base_error, only : error_type
    use rockdda_base_phase_times, only : phase_times_type
+   use rockdda_interaction_attempt, only : attempt_type
    use rockdda_interaction_context, only : step_context_type
    use rockdda_interaction_equations, only : equations_type
    use rockdda_interaction_families, only : families_type
    use rockdda_linear_solver, only : linear_solver_type
-   use rockdda_stepping_failure, only : attempt
+   use rockdda_stepping_failure, only : attempt_end
    use rockdda_stepping_impact, only : impact_type
    use rockdda_stepping_newton, only : newton_type, newton_report_type, conditions_type
    implicit none
@@ -25,12 +26,13 @@ contains
 
    !> Find the motion x and the states of all links at the end of a step, `find_equilibrium`; in dynamic steps again and
    !> again until it is settled which contacts meet by the law of impact. Rounds and iterations are those of all.
-   subroutine find_smooth_motion(self, is_dynamic, first_conditions, context, families, equations, solver, times, &
-                                 report, error)
+   subroutine find_smooth_motion(self, is_dynamic, first_conditions, context, attempt, families, equations, solver, &
+                                 times, report, error)
       class(smooth_motion_type), intent(inout) :: self
       logical, intent(in) :: is_dynamic
       type(conditions_type), intent(in) :: first_conditions
-      type(step_context_type), intent(inout) :: context
+      type(step_context_type), intent(in) :: context
+      type(attempt_type), intent(inout) :: attempt
       type(families_type), intent(inout) :: families
       type(equations_type), intent(inout) :: equations
       class(linear_solver_type), intent(inout) :: solver
@@ -46,13 +48,14 @@ contains
       associate (contacts => families%contacts)
          call self%impact%begin(contacts%table%n)
          do
-            call self%find_equilibrium(conditions, context, families, equations, solver, times, report, error)
+            call self%find_equilibrium(conditions, context, attempt, families, equations, solver, times, report, error)
             iterations = iterations + report%iterations
             rounds = rounds + report%rounds
             report%iterations = iterations
             report%rounds = rounds
-            if (allocated(error) .or. report%outcome /= attempt%converged .or. .not. is_dynamic) return
-            call self%impact%mark(context, contacts%table, contacts%trial, contacts%laws, equations%x, is_settled)
+            if (allocated(error) .or. report%outcome /= attempt_end%converged .or. .not. is_dynamic) return
+            call self%impact%mark(context, attempt, contacts%table, contacts%trial, contacts%laws, equations%x, &
+                                  is_settled)
             if (is_settled) return
             conditions%may_predict = .false.
             conditions%is_like_last = .false.

@@ -1,9 +1,10 @@
 ! SPDX-License-Identifier: MIT
 !> The step at hand: attempts to solve it, each with a shorter dt than the last, until the motion can be accepted.
 !>
-!> Every attempt starts from the state of the last accepted step and leaves it as it is: what it finds of the start of
-!> the step, and of blocks asleep, is kept beside it. The accepted motion is applied in rockdda_stepping_acceptance. A
-!> step that fails or is interrupted gives back the last motion and the memory of the solver (`drop_attempts`).
+!> Every attempt starts from the model, the state of its blocks, the contacts and the step control of the last accepted
+!> step, and only reads them: what it finds of the start of the step, and of blocks asleep, is in the attempt. The
+!> accepted motion is applied in rockdda_stepping_acceptance. A step that fails or is interrupted gives back the last
+!> motion and the memory of the solver.
 module rockdda_stepping_trial_step
    use rockdda_base_kinds, only : wp
    use rockdda_base_error, only : error_type, add_context
@@ -11,6 +12,7 @@ module rockdda_stepping_trial_step
    use rockdda_base_strings, only : to_string
    use rockdda_model_parameters, only : parameters_type
    use rockdda_contact_table, only : contact_table_type
+   use rockdda_interaction_attempt, only : attempt_type
    use rockdda_interaction_context, only : step_context_type
    use rockdda_interaction_equations, only : equations_type
    use rockdda_interaction_families, only : families_type
@@ -18,7 +20,7 @@ module rockdda_stepping_trial_step
    use rockdda_linear_solver, only : linear_solver_type
    use rockdda_stepping_contact_finder, only : contact_finder_type
    use rockdda_stepping_control, only : step_control_type, cut_for_displacement, cut_reason, n_cut_reasons
-   use rockdda_stepping_failure, only : most_listed, attempt, judge_motion, report_failure
+   use rockdda_stepping_failure, only : most_listed, attempt_end, judge_motion, report_failure
    use rockdda_stepping_sleep, only : wake_disturbed
    use rockdda_stepping_smooth_motion, only : smooth_motion_type, newton_report_type, conditions_type
    implicit none
@@ -29,20 +31,10 @@ module rockdda_stepping_trial_step
    !> pendulum gains less than 1e-5 of its energy in a second.
    real(wp), parameter :: least_turn = 1.0e-5_wp
 
-   !> The model, its state and the attempt at hand are those of `step_context_type`.
-   type, extends(step_context_type) :: trial_step_type
-      ! the rest of the state on which a step depends
-      type(contact_table_type) :: contacts      !! of the last accepted step
-      type(step_control_type) :: control
-      type(families_type) :: families           !! families%held is a part of the state
-      type(equations_type) :: equations         !! x: last solution, the start of the next iterative solve
-      ! tools and scratch
-      class(linear_solver_type), allocatable :: solver
+   !> The attempt at hand, and what finds its motion. Nothing in it is a part of the state.
+   type, extends(attempt_type) :: trial_step_type
       type(contact_finder_type) :: finder
       type(smooth_motion_type) :: newton
-      type(contact_table_type) :: room          !! scratch of the next table of contacts
-      integer, allocatable :: skipped(:)        !! stages that were over before their first step, since the last step
-      type(phase_times_type) :: times           !! where the time went; nothing depends on it
       real(wp), allocatable :: last_motion(:, :)       !! (6, nb) x at the start of the step
       real(wp), allocatable, private :: memory(:)      !! of the solver, there
    contains
@@ -53,7 +45,7 @@ module rockdda_stepping_trial_step
       procedure, private :: expect_motion
       procedure, private :: find_acceleration
       procedure, private :: turn_forces
-      procedure, private :: drop_attempts
+      procedure, private :: assemble_start
    end type trial_step_type
 
    !> A motion that can be accepted, unless the search for it was interrupted.
@@ -71,183 +63,214 @@ contains
 
    !> Find the motion `equations%x` of the step. On error (exit code 3) no attempt has succeeded, not even with the
    !> smallest step.
-   subroutine find_motion(self, report, error)
+   subroutine find_motion(self, context, contacts, control, families, equations, solver, times, report, error)
       class(trial_step_type), intent(inout) :: self
+      type(step_context_type), intent(in) :: context
+      type(contact_table_type), intent(in) :: contacts       !! of the last accepted step
+      type(step_control_type), intent(in) :: control
+      type(families_type), intent(inout) :: families
+      type(equations_type), intent(inout) :: equations       !! x: the motion of the last step
+      class(linear_solver_type), intent(inout) :: solver
+      type(phase_times_type), intent(inout) :: times
       type(trial_report_type), intent(out) :: report
       type(error_type), allocatable, intent(out) :: error
       type(newton_report_type) :: of_attempt
       real(wp) :: reach
       logical :: at_floor, is_first
       integer :: n_woken, n_solved
-      if (.not. allocated(self%last_motion)) allocate (self%last_motion, mold=self%equations%x)
-      self%last_motion(:, :) = self%equations%x
-      call self%solver%pack(self%memory)
-      call self%begin_step()
-      if (abs(self%dt - self%control%last_dt) <= 0 .and. self%control%is_static(self%parameters)) &
-         call self%control%trend%expect(self%dt, self%state%acceleration, self%equations%x)
-      reach = self%finder%first_reach(self%step_context_type, self%control)
-      call self%find_contacts(reach)
+      if (.not. allocated(self%last_motion)) allocate (self%last_motion, mold=equations%x)
+      self%last_motion(:, :) = equations%x
+      call solver%pack(self%memory)
+      call self%begin_step(context, control)
+      solver%enough = control%residual_enough(context%parameters, context%blocks%n_blocks)
+      if (abs(self%dt - control%last_dt) <= 0 .and. control%is_static(context%parameters)) &
+         call control%trend%expect(self%dt, context%state%acceleration, equations%x)
+      reach = self%finder%first_reach(context, control, self%dt)
+      call self%find_contacts(context, contacts, reach, families, equations, solver, times)
       n_solved = 0
       is_first = .true.
       do
          report%attempts = report%attempts + 1
          ! the negation: a step that is no number has no smaller one
-         at_floor = .not. self%dt > self%parameters%dt_min*(1 + 1.0e-12_wp)
-         call self%try_step(reach, is_first, at_floor, of_attempt, report%displacement, error)
+         at_floor = .not. self%dt > context%parameters%dt_min*(1 + 1.0e-12_wp)
+         call self%try_step(context, control, reach, is_first, at_floor, families, equations, solver, times, &
+                            of_attempt, report%displacement, error)
          is_first = .false.
          report%iterations = report%iterations + of_attempt%iterations
          if (allocated(error)) then
-            call add_context(error, 'step '//to_string(self%state%step + 1))
-            call self%drop_attempts()
+            call add_context(error, 'step '//to_string(context%state%step + 1))
+            call drop()
             return
          end if
          select case (of_attempt%outcome)
-         case (attempt%converged)
+         case (attempt_end%converged)
             ! a motion that disturbs blocks asleep is no attempt that failed: wake them, and begin again
             n_solved = n_solved + 1
-            call wake_disturbed(self, self%equations, self%contacts, n_solved, self%asleep, self%calm, n_woken)
+            call wake_disturbed(context, equations, contacts, n_solved, self%attempt_type, n_woken)
             if (n_woken == 0) exit
-            call self%find_contacts(reach)
+            call self%find_contacts(context, contacts, reach, families, equations, solver, times)
             report%attempts = report%attempts - 1
-         case (attempt%interrupted)
+         case (attempt_end%interrupted)
             report%interrupted = .true.
-            call self%drop_attempts()
+            call drop()
             return
-         case (attempt%search_again)
+         case (attempt_end%search_again)
             ! the motion could be accepted, but goes beyond the search: search further, and begin again
-            reach = self%finder%longer_reach(reach, report%displacement, self%parameters%w0)
-            call self%find_contacts(reach)
+            reach = self%finder%longer_reach(reach, report%displacement, context%parameters%w0)
+            call self%find_contacts(context, contacts, reach, families, equations, solver, times)
             report%attempts = report%attempts - 1
          case default
             if (at_floor) then
-               call report_failure(of_attempt%outcome, self%dt, of_attempt%detail, self%blocks, self%parameters, &
-                                   self%state, self%families%contacts%table, self%families%contacts%trial, &
-                                   self%families%liners%tell_changes(self%step_context_type, most_listed), &
-                                   self%equations%x, error)
-               call self%drop_attempts()
+               call report_failure(of_attempt%outcome, self%dt, of_attempt%detail, context%blocks, context%parameters, &
+                                   context%state, families%contacts%table, families%contacts%trial, &
+                                   families%liners%tell_changes(context, most_listed), &
+                                   equations%x, error)
+               call drop()
                return
             end if
-            call shorten_step(self%parameters, of_attempt%outcome, report%displacement, self%dt, report%cuts)
+            call shorten_step(context%parameters, of_attempt%outcome, report%displacement, self%dt, report%cuts)
          end select
       end do
       report%rounds = of_attempt%rounds
-      report%shortened = abs(self%dt - self%control%dt) > 0 .and. report%attempts == 1
-      call self%times%lap(phase%other)
+      report%shortened = abs(self%dt - control%dt) > 0 .and. report%attempts == 1
+      call times%lap(phase%other)
+
+   contains
+
+      !> Forget the attempts at the step: the same step can be repeated with the same bits.
+      subroutine drop()
+         equations%x = self%last_motion
+         call solver%unpack(self%memory)
+         if (allocated(self%acceleration)) deallocate (self%acceleration)
+      end subroutine drop
+
    end subroutine find_motion
 
-   !> Forget the attempts at a step: the same step can be repeated with the same bits.
-   subroutine drop_attempts(self)
-      class(trial_step_type), intent(inout) :: self
-      self%equations%x = self%last_motion
-      call self%solver%unpack(self%memory)
-      if (allocated(self%acceleration)) deallocate (self%acceleration)
-   end subroutine drop_attempts
-
    !> Loads, supports and dt that the present stage gives the step.
-   subroutine begin_step(self)
+   pure subroutine begin_step(self, context, control)
       class(trial_step_type), intent(inout) :: self
+      type(step_context_type), intent(in) :: context
+      type(step_control_type), intent(in) :: control
       integer :: p
-      self%asleep = self%state%asleep
-      self%calm = self%state%calm
-      self%released = self%control%released
-      do p = 1, self%blocks%fixed%n
-         if (.not. self%state%active(self%blocks%fixed%block(p))) self%released(p) = .true.
+      self%asleep = context%state%asleep
+      self%calm = context%state%calm
+      self%released = control%released
+      do p = 1, context%blocks%fixed%n
+         if (.not. context%state%active(context%blocks%fixed%block(p))) self%released(p) = .true.
       end do
-      self%gravity = self%control%gravity(self%parameters)
-      self%motion_start = self%control%motion_start
-      self%water = self%control%water(self%parameters)
-      self%solver%enough = self%control%residual_enough(self%parameters, self%blocks%n_blocks)
-      self%dt = self%control%step_size(self%parameters, self%state%time)
+      self%gravity = control%gravity(context%parameters)
+      self%motion_start = control%motion_start
+      self%water = control%water(context%parameters)
+      self%dt = control%step_size(context%parameters, context%state%time)
    end subroutine begin_step
 
    !> Find the contacts of the step from the state at its start, and set up the links of all interactions.
-   subroutine find_contacts(self, reach)
+   subroutine find_contacts(self, context, contacts, reach, families, equations, solver, times)
       class(trial_step_type), intent(inout) :: self
-      real(wp), intent(in) :: reach   !! [length]
+      type(step_context_type), intent(in) :: context
+      type(contact_table_type), intent(in) :: contacts   !! of the last accepted step
+      real(wp), intent(in) :: reach                      !! [length]
+      type(families_type), intent(inout) :: families
+      type(equations_type), intent(inout) :: equations
+      class(linear_solver_type), intent(inout) :: solver
+      type(phase_times_type), intent(inout) :: times
       integer :: pattern_id
-      call self%times%lap(phase%other)
-      call self%finder%find(self%step_context_type, self%contacts, reach, self%families%contacts%table)
+      call times%lap(phase%other)
+      call self%finder%find(context, self%attempt_type, contacts, reach, families%contacts%table)
       if (allocated(self%resting)) deallocate (self%resting)
       if (allocated(self%finder%search%pairs%resting)) self%resting = self%finder%search%pairs%resting
-      self%times%searches = self%times%searches + 1
-      if (self%finder%search%pairs%was_kept) self%times%reused = self%times%reused + 1
-      call self%times%lap(phase%search)
-      call self%families%prepare(self%step_context_type, self%equations)
-      call self%equations%set_rows(self%asleep)
-      if (allocated(self%equations%block_of)) then
-         self%solver%centroid = self%state%centroid(:, self%equations%block_of)
+      times%searches = times%searches + 1
+      if (self%finder%search%pairs%was_kept) times%reused = times%reused + 1
+      call times%lap(phase%search)
+      call families%prepare(context, self%attempt_type, equations)
+      call equations%set_rows(self%asleep)
+      if (allocated(equations%block_of)) then
+         solver%centroid = context%state%centroid(:, equations%block_of)
       else
-         self%solver%centroid = self%state%centroid
+         solver%centroid = context%state%centroid
       end if
-      call self%times%lap(phase%links)
-      pattern_id = self%equations%matrix%pattern_id
-      call self%equations%set_graph()
-      if (self%equations%matrix%pattern_id /= pattern_id) self%times%patterns = self%times%patterns + 1
-      call self%times%lap(phase%graph)
+      call times%lap(phase%links)
+      pattern_id = equations%matrix%pattern_id
+      call equations%set_graph()
+      if (equations%matrix%pattern_id /= pattern_id) times%patterns = times%patterns + 1
+      call times%lap(phase%graph)
    end subroutine find_contacts
 
    !> One attempt with a fixed dt: find the equilibrium, and check that its motion can be accepted.
-   subroutine try_step(self, reach, is_first, at_floor, report, displacement, error)
+   subroutine try_step(self, context, control, reach, is_first, at_floor, families, equations, solver, times, report, &
+                       displacement, error)
       class(trial_step_type), intent(inout) :: self
+      type(step_context_type), intent(in) :: context
+      type(step_control_type), intent(in) :: control
       real(wp), intent(in) :: reach     !! of the search that found the contacts [length]
       logical, intent(in) :: is_first   !! nothing has been solved in this step: x is the motion of the last one
       logical, intent(in) :: at_floor   !! there is no smaller step to fall back to
+      type(families_type), intent(inout) :: families
+      type(equations_type), intent(inout) :: equations
+      class(linear_solver_type), intent(inout) :: solver
+      type(phase_times_type), intent(inout) :: times
       type(newton_report_type), intent(out) :: report
       real(wp), intent(out) :: displacement      !! largest of any vertex [length]
       type(error_type), allocatable, intent(out) :: error
       type(conditions_type) :: conditions
       displacement = 0
-      self%times%attempts = self%times%attempts + 1
-      call self%times%lap(phase%other)
-      self%scheme = self%control%scheme(self%parameters)
-      self%scheme%carried = self%control%carry(self%parameters, self%dt)
-      if (self%scheme%second_order .and. .not. self%knows_acceleration()) then
-         call self%find_acceleration(report, error)
-         if (allocated(error) .or. report%outcome /= attempt%converged) return
+      times%attempts = times%attempts + 1
+      call times%lap(phase%other)
+      self%scheme = control%scheme(context%parameters)
+      self%scheme%carried = control%carry(context%parameters, self%dt)
+      if (self%scheme%second_order .and. .not. self%knows_acceleration(context)) then
+         call self%find_acceleration(context, families, equations, solver, report, error)
+         if (allocated(error) .or. report%outcome /= attempt_end%converged) return
       end if
-      if (self%scheme%second_order) call self%turn_forces()
-      conditions%method = self%control%method
-      conditions%slack = self%control%force_slack(self%parameters)
-      conditions%may_predict = is_first .and. abs(self%dt - self%control%last_dt) <= 0 .and. &
-                               self%control%is_dynamic(self%parameters)
-      conditions%is_like_last = is_first .and. self%control%is_like_last(self%parameters, self%dt)
+      if (self%scheme%second_order) call self%turn_forces(context, families, equations)
+      conditions%method = control%method
+      conditions%slack = control%force_slack(context%parameters)
+      conditions%may_predict = is_first .and. abs(self%dt - control%last_dt) <= 0 .and. &
+                               control%is_dynamic(context%parameters)
+      conditions%is_like_last = is_first .and. control%is_like_last(context%parameters, self%dt)
       conditions%at_floor = at_floor
-      call self%expect_motion(is_first, conditions%may_predict)
-      call self%families%begin(self%step_context_type)
-      call self%families%place(self%step_context_type, self%equations)
-      call self%times%lap(phase%block_terms)
-      call self%newton%find_smooth_motion(.not. self%control%is_static(self%parameters), conditions, &
-                                          self%step_context_type, self%families, self%equations, self%solver, &
-                                          self%times, report, error)
+      call self%expect_motion(context, control, equations%x, is_first, conditions%may_predict)
+      call families%begin(context, self%attempt_type)
+      call families%place(context, self%attempt_type, equations)
+      call times%lap(phase%block_terms)
+      call self%newton%find_smooth_motion(.not. control%is_static(context%parameters), conditions, &
+                                          context, self%attempt_type, families, equations, solver, times, report, &
+                                          error)
       if (allocated(error)) return
       ! only a motion that would be accepted is measured: in earlier rounds blocks may be loose
-      if (report%outcome /= attempt%converged) return
-      call judge_motion(self%step_context_type, self%equations%x, reach, at_floor, displacement, report%outcome)
-
+      if (report%outcome /= attempt_end%converged) return
+      call judge_motion(context, equations%x, reach, at_floor, displacement, report%outcome)
    end subroutine try_step
 
    !> Set the motion expected of each block in the step; its rotation turns the arms of forces. It is 2 v dt - d (d:
    !> motion of the last step) where the rounds may begin there, v dt where velocities are carried on, and d in statics.
-   subroutine expect_motion(self, is_first, may_predict)
+   subroutine expect_motion(self, context, control, x, is_first, may_predict)
       class(trial_step_type), intent(inout) :: self
+      type(step_context_type), intent(in) :: context
+      type(step_control_type), intent(in) :: control
+      real(wp), intent(in), contiguous :: x(:, :)   !! (6, nb)
       logical, intent(in) :: is_first      !! x is the motion of the last step
       logical, intent(in) :: may_predict   !! the rounds may begin with a predicted motion
-      call self%renew_all()
+      call self%renew_all(context)
       if (may_predict) then
-         call self%expect(self%state%velocity, 2*self%dt, less=self%equations%x)
-      else if (.not. self%control%is_static(self%parameters)) then
-         call self%expect(self%state%velocity, self%dt)
-      else if (is_first .and. abs(self%dt - self%control%last_dt) <= 0) then
-         call self%expect(self%equations%x)
+         call self%expect(context, context%state%velocity, 2*self%dt, less=x)
+      else if (.not. control%is_static(context%parameters)) then
+         call self%expect(context, context%state%velocity, self%dt)
+      else if (is_first .and. abs(self%dt - control%last_dt) <= 0) then
+         call self%expect(context, x)
       else
-         call self%expect()
+         call self%expect(context)
       end if
    end subroutine expect_motion
 
    !> Accelerations at the start of the step, by the loads and the springs of that time: (M + dt**2 K/8) a = F. Springs
    !> that are far too stiff for the step do not throw blocks by it; for others it is M a = F to second order.
-   subroutine find_acceleration(self, report, error)
+   subroutine find_acceleration(self, context, families, equations, solver, report, error)
       class(trial_step_type), intent(inout) :: self
+      type(step_context_type), intent(in) :: context
+      type(families_type), intent(inout) :: families
+      type(equations_type), intent(inout) :: equations
+      class(linear_solver_type), intent(inout) :: solver
       type(newton_report_type), intent(out) :: report
       type(error_type), allocatable, intent(out) :: error
       type(time_scheme_type) :: scheme
@@ -255,19 +278,19 @@ contains
       real(wp) :: dt
       scheme = self%scheme
       dt = self%dt
-      allocate (last, source=self%equations%x)
+      allocate (last, source=equations%x)
       self%dt = 0.5_wp*dt
-      call self%renew_all()
-      call self%expect()
-      call assemble_start(self, scheme_of_start(purpose%acceleration, 0.0_wp))
-      allocate (force, source=self%equations%f)
-      if (self%parameters%mass_damping > 0) call add_damping(force)
-      call assemble_start(self, scheme_of_start(purpose%acceleration, 1.0_wp))
-      self%equations%x = 0
-      call self%newton%solve_once(self%equations, force, self%solver, report, error)
-      if (report%outcome == attempt%converged .and. .not. allocated(error)) &
-         self%acceleration = (2/self%dt**2)*self%equations%x
-      self%equations%x = last
+      call self%renew_all(context)
+      call self%expect(context)
+      call self%assemble_start(context, scheme_of_start(purpose%acceleration, 0.0_wp), families, equations)
+      allocate (force, source=equations%f)
+      if (context%parameters%mass_damping > 0) call add_damping(force)
+      call self%assemble_start(context, scheme_of_start(purpose%acceleration, 1.0_wp), families, equations)
+      equations%x = 0
+      call self%newton%solve_once(equations, force, solver, report, error)
+      if (report%outcome == attempt_end%converged .and. .not. allocated(error)) &
+         self%acceleration = (2/self%dt**2)*equations%x
+      equations%x = last
       self%scheme = scheme
       self%dt = dt
 
@@ -277,9 +300,10 @@ contains
       subroutine add_damping(force)
          real(wp), intent(inout) :: force(:, :)   !! (6, nb)
          integer :: i
-         do i = 1, self%blocks%n_blocks
+         do i = 1, context%blocks%n_blocks
             if (self%is_left_out(i)) cycle
-            force(:, i) = force(:, i) - self%parameters%mass_damping*self%momentum(i, self%state%velocity(:, i))
+            force(:, i) = force(:, i) - context%parameters%mass_damping* &
+                          context%momentum(i, context%state%velocity(:, i))
          end do
       end subroutine add_damping
 
@@ -289,34 +313,40 @@ contains
    !> the step, on vectors and arms of that level, exceed those on the vectors and arms of mid-step, which the equations
    !> take; with them the scheme is of second order in blocks that turn. A step of 2 level dt has its middle where
    !> forces act in one of dt. Dashpots act with the mean velocity of the step, at its middle.
-   subroutine turn_forces(self)
+   subroutine turn_forces(self, context, families, equations)
       class(trial_step_type), intent(inout) :: self
+      type(step_context_type), intent(in) :: context
+      type(families_type), intent(inout) :: families
+      type(equations_type), intent(inout) :: equations
       type(time_scheme_type) :: scheme
-      call self%renew_all()
-      if (.not. allocated(self%jump)) allocate (self%jump(6, self%blocks%n_blocks), &
-                                                self%turning(6, self%blocks%n_blocks), source=0.0_wp)
+      call self%renew_all(context)
+      if (.not. allocated(self%jump)) allocate (self%jump(6, context%blocks%n_blocks), &
+                                                self%turning(6, context%blocks%n_blocks), source=0.0_wp)
       self%turning = 0
       scheme = self%scheme
       if (.not. abs(2*scheme%level - 1) > 0) return   ! forces act at mid-step
-      if (.not. maxval(abs(self%state%velocity(3, :)))*self%dt > least_turn) return
-      call self%expect(self%state%velocity, self%dt)
-      call assemble_start(self, scheme_of_start(purpose%turning, 0.0_wp))
-      self%turning = -self%equations%f
-      call self%expect(self%state%velocity, 2*scheme%level*self%dt)
-      call assemble_start(self, scheme_of_start(purpose%turning, 0.0_wp))
-      self%turning = self%turning + self%equations%f
+      if (.not. maxval(abs(context%state%velocity(3, :)))*self%dt > least_turn) return
+      call self%expect(context, context%state%velocity, self%dt)
+      call self%assemble_start(context, scheme_of_start(purpose%turning, 0.0_wp), families, equations)
+      self%turning = -equations%f
+      call self%expect(context, context%state%velocity, 2*scheme%level*self%dt)
+      call self%assemble_start(context, scheme_of_start(purpose%turning, 0.0_wp), families, equations)
+      self%turning = self%turning + equations%f
       self%scheme = scheme
    end subroutine turn_forces
 
    !> Assemble the equations of a motion from rest in the states of the start, with the arms of the expected motion.
-   subroutine assemble_start(self, scheme)
+   subroutine assemble_start(self, context, scheme, families, equations)
       class(trial_step_type), intent(inout) :: self
+      type(step_context_type), intent(in) :: context
       type(time_scheme_type), intent(in) :: scheme   !! of the start
+      type(families_type), intent(inout) :: families
+      type(equations_type), intent(inout) :: equations
       self%scheme = scheme
-      call self%families%begin(self%step_context_type)
-      call self%families%place(self%step_context_type, self%equations)
-      call self%families%add_to_links(self%equations)
-      call self%equations%assemble()
+      call families%begin(context, self%attempt_type)
+      call families%place(context, self%attempt_type, equations)
+      call families%add_to_links(equations)
+      call equations%assemble()
    end subroutine assemble_start
 
    !> A shorter step after a failed attempt; count why.
@@ -328,17 +358,17 @@ contains
       integer, intent(inout) :: cuts(:)           !! (n_cut_reasons)
       integer :: reason
       select case (outcome)
-      case (attempt%too_far)
+      case (attempt_end%too_far)
          reason = cut_reason%displacement
-      case (attempt%ruined)
+      case (attempt_end%ruined)
          reason = cut_reason%ruined_block
-      case (attempt%no_solution)
+      case (attempt_end%no_solution)
          reason = cut_reason%solver
       case default
          reason = cut_reason%contacts
       end select
       cuts(reason) = cuts(reason) + 1
-      if (outcome == attempt%too_far) then
+      if (outcome == attempt_end%too_far) then
          dt = cut_for_displacement(parameters, dt, displacement)
       else
          dt = max(parameters%dt_min, parameters%cut_factor*dt)

@@ -3,6 +3,7 @@
 module ground_spring
    use rockdda_base_kinds, only : wp
    use rockdda_model_state, only : energy
+   use rockdda_interaction_attempt, only : attempt_type
    use rockdda_interaction_balance, only : energy_balance_type
    use rockdda_interaction_context, only : step_context_type
    use rockdda_interaction_equations, only : equations_type
@@ -42,19 +43,19 @@ contains
    end function count_links
 
    !> The block of the link.
-   subroutine prepare(self, context, equations)
+   subroutine prepare(self, context, attempt, equations)
       class(ground_spring_type), intent(inout) :: self
       type(step_context_type), intent(in) :: context
+      type(attempt_type), intent(in) :: attempt
       type(equations_type), intent(inout) :: equations
-      associate (unused => context%dt)
-      end associate
       if (self%block > 0) equations%pair(:, self%first_link + 1) = [self%block, 0]
    end subroutine prepare
 
    !> Derivative of the elongation with respect to the unknowns of the block.
-   subroutine place(self, context, equations)
+   subroutine place(self, context, attempt, equations)
       class(ground_spring_type), intent(inout) :: self
       type(step_context_type), intent(in) :: context
+      type(attempt_type), intent(in) :: attempt
       type(equations_type), intent(inout) :: equations
       real(wp) :: a(6, 2), b(6, 2)
       if (self%block == 0) return
@@ -106,21 +107,21 @@ contains
    end subroutine lawful_forces
 
    !> Stored energy, and what the implicit step dissipates.
-   subroutine add_energies(self, context, d, balance)
+   subroutine add_energies(self, context, attempt, d, balance)
       class(ground_spring_type), intent(in) :: self
       type(step_context_type), intent(in) :: context
+      type(attempt_type), intent(in) :: attempt
       real(wp), intent(in), contiguous :: d(:, :)
       class(energy_balance_type), intent(inout) :: balance
-      associate (unused => context%dt, not_used => d)
-      end associate
       balance%other_energy = balance%other_energy + 0.5_wp*self%stiffness*(self%elongation + self%stretch)**2
       call balance%add(energy%dissipated, 0.5_wp*self%stiffness*self%stretch**2)
    end subroutine add_energies
 
    !> Elongation and point at the end of the step.
-   subroutine commit(self, context, d)
+   subroutine commit(self, context, attempt, d)
       class(ground_spring_type), intent(inout) :: self
       type(step_context_type), intent(inout) :: context
+      type(attempt_type), intent(inout) :: attempt
       real(wp), intent(in), contiguous :: d(:, :)
       if (self%block == 0) return
       self%elongation = self%elongation + self%stretch
