@@ -88,7 +88,8 @@ contains
                if (groups(k)%name == trim(name)) g = k
             end do
             if (g == 0) then
-               groups = [groups, bolt_summary_type(trim(name))]
+               group = bolt_summary_type(trim(name))
+               groups = [groups, group]
                g = size(groups)
             end if
             groups(g)%n = groups(g)%n + 1
