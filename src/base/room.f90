@@ -2,7 +2,6 @@
 !> Allocation of work arrays that are kept from call to call.
 module rockdda_base_room
    use, intrinsic :: iso_fortran_env, only : real32, real64
-   use rockdda_base_first_use, only : take_pages
    implicit none
    private
    public :: reserve, resize
@@ -35,7 +34,6 @@ contains
          deallocate (array)
       end if
       allocate (array(rows, n))
-      call take_pages(array)
    end subroutine resize_real32
 
    !> Columns in double precision.
@@ -47,7 +45,6 @@ contains
          deallocate (array)
       end if
       allocate (array(rows, n))
-      call take_pages(array)
    end subroutine resize_real64
 
 end module rockdda_base_room

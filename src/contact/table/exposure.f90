@@ -10,7 +10,6 @@
 !>     a vertex at the end of an edge that another block bears does not strike what lies wholly below the line of that
 !>     edge.
 module rockdda_contact_exposure
-   use rockdda_base_first_use, only : take_pages
    use rockdda_base_kinds, only : wp, l1
    use rockdda_contact_history, only : contact_history_type
    use rockdda_contact_table, only : contact_table_type, contact_state
@@ -59,19 +58,12 @@ contains
       if (allocated(self%low)) then
          if (min(size(self%low), size(self%high)) < n_vertices) deallocate (self%low, self%high)
       end if
-      if (.not. allocated(self%low)) then
-         allocate (self%low(n_vertices), self%high(n_vertices))
-         call take_pages(self%low)
-         call take_pages(self%high)
-      end if
+      if (.not. allocated(self%low)) allocate (self%low(n_vertices), self%high(n_vertices))
       if (self%has_own) then
          if (allocated(self%own)) then
             if (size(self%own) < n_vertices) deallocate (self%own)
          end if
-         if (.not. allocated(self%own)) then
-            allocate (self%own(n_vertices))
-            call take_pages(self%own)
-         end if
+         if (.not. allocated(self%own)) allocate (self%own(n_vertices))
          do v = 1, n_vertices
             self%own(v) = min(sunk(block(v)), most_sunk*inradius(block(v)))
          end do

@@ -13,7 +13,6 @@
 !> then has them. Shear forces, which a step does not read before it sets them at its end, can stay with the table of
 !> the last step until then.
 module rockdda_contact_table
-   use rockdda_base_first_use, only : set_zero
    use rockdda_base_kinds, only : wp, i1, l1
    implicit none
    private
@@ -139,7 +138,7 @@ contains
          if (size(self%shear_force) >= self%n) return
       end if
       allocate (larger(size(self%vertex)))
-      call set_zero(larger(1:self%n))
+      larger(1:self%n) = 0
       call move_alloc(larger, self%shear_force)
    end subroutine resize_forces
 
@@ -156,31 +155,31 @@ contains
    pure subroutine clear_rows(self, first, last)
       class(contact_table_type), intent(inout) :: self
       integer, intent(in) :: first, last
-      call set_zero(self%block_a(first:last))
-      call set_zero(self%block_b(first:last))
-      call set_zero(self%partner(first:last))
-      call set_zero(self%joint(first:last))
-      call set_zero(self%gap(first:last))
-      call set_zero(self%share(first:last))
-      call set_zero(self%vertex(first:last))
-      call set_zero(self%edge(first:last))
+      self%block_a(first:last) = 0
+      self%block_b(first:last) = 0
+      self%partner(first:last) = 0
+      self%joint(first:last) = 0
+      self%gap(first:last) = 0
+      self%share(first:last) = 0
+      self%vertex(first:last) = 0
+      self%edge(first:last) = 0
       self%station(first:last) = 0
       self%state(first:last) = int(contact_state%open, i1)
       self%slip_sign(first:last) = 0
       self%bonded(first:last) = .false.
       self%tied(first:last) = .false.
-      call set_zero(self%shear(first:last))
-      call set_zero(self%normal_force(first:last))
-      call set_zero(self%total_slip(first:last))
-      call set_zero(self%energy(first:last))
-      call set_zero(self%offset(first:last))
-      call set_zero(self%bond_end(first:last))
-      call set_zero(self%k_n(first:last))
-      call set_zero(self%k_s(first:last))
-      call set_zero(self%distance(first:last))
-      call set_zero(self%length(first:last))
-      call set_zero(self%normal(:, first:last))
-      call set_zero(self%point(:, first:last))
+      self%shear(first:last) = 0
+      self%normal_force(first:last) = 0
+      self%total_slip(first:last) = 0
+      self%energy(first:last) = 0
+      self%offset(first:last) = 0
+      self%bond_end(first:last) = 0
+      self%k_n(first:last) = 0
+      self%k_s(first:last) = 0
+      self%distance(first:last) = 0
+      self%length(first:last) = 0
+      self%normal(:, first:last) = 0
+      self%point(:, first:last) = 0
    end subroutine clear_rows
 
    !> A contact that carries nothing and remembers nothing; its bond stays as it is.

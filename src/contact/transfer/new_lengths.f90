@@ -1,7 +1,6 @@
 ! SPDX-License-Identifier: MIT
 !> Joints that come to bear on more of their edges: springs that grow while they are compressed keep their energy.
 module rockdda_contact_new_lengths
-   use rockdda_base_first_use, only : take_pages
    use rockdda_base_kinds, only : wp, i1, l1
    use rockdda_base_parallel, only : parallel_contacts, piece, n_pieces, n_ranges, range_of
    use rockdda_contact_interval_law, only : closed_part_type, depth_of_energy, end_gaps, find_closed_part, part_energies
@@ -49,10 +48,7 @@ contains
       if (allocated(work%stored)) then
          if (size(work%stored, 2) < table%n) deallocate (work%stored)
       end if
-      if (.not. allocated(work%stored)) then
-         allocate (work%stored(2, table%n + table%n/4))
-         call take_pages(work%stored(:, 1:table%n))
-      end if
+      if (.not. allocated(work%stored)) allocate (work%stored(2, table%n + table%n/4))
       ! every range of edges adds up its own sums, in the order of the rows
       ranges = n_ranges(table%n > parallel_contacts)
       !$omp parallel default(none) private(p, ends) if (table%n > parallel_contacts) &

@@ -17,7 +17,6 @@
 !> After the first assembly of a step only the rows of blocks with a changed link are put together again, from all
 !> their links in the same order: the numbers are those of a full assembly. So it is where vectors are new.
 module rockdda_interaction_equations
-   use rockdda_base_first_use, only : set_zero
    use rockdda_base_kinds, only : wp, i1
    use rockdda_base_parallel, only : parallel_blocks, parallel_contacts
    use rockdda_interaction_link_lists, only : list_links
@@ -113,7 +112,7 @@ contains
                    self%block_magnitude(6, n_blocks), self%magnitude(6, n_blocks), self%block_force(n_blocks), &
                    source=0.0_wp)
          allocate (self%block_matrix(n_packed, n_blocks))
-         call set_zero(self%block_matrix)
+         self%block_matrix = 0
          allocate (self%start(n_blocks + 1), self%row_change(n_blocks), source=0)
          allocate (self%row_new(n_blocks), source=.false.)
       end if
@@ -131,12 +130,12 @@ contains
       end if
       if (n_links <= self%n_begun) return
       m = self%n_begun + 1
-      call set_zero(self%pair(:, m:n_links))
+      self%pair(:, m:n_links) = 0
       self%changed(m:n_links) = int(change%none, i1)
-      call set_zero(self%vectors(:, m:n_links))
-      call set_zero(self%stiffness(:, m:n_links))
-      call set_zero(self%force(:, m:n_links))
-      call set_zero(self%coupling(m:n_links))
+      self%vectors(:, m:n_links) = 0
+      self%stiffness(:, m:n_links) = 0
+      self%force(:, m:n_links) = 0
+      self%coupling(m:n_links) = 0
       self%n_begun = n_links
    end subroutine set_size
 
@@ -432,7 +431,7 @@ contains
       do i = 1, self%n_blocks
          self%block_force(i) = norm2(self%block_load(1:2, i))
       end do
-      call set_zero(self%link_off(1:self%n_links))
+      self%link_off(1:self%n_links) = 0
    end subroutine clear_placement
 
    !> Blocks with a term or a link that is off by more than a limit.

@@ -416,8 +416,7 @@ contains
    subroutine judge(self, n_changes, n_unsettled)
       class(contacts_type), intent(inout) :: self
       integer, intent(out) :: n_changes, n_unsettled
-      real(wp) :: worst_friction
-      call self%trial%judge(self%table, self%laws, self%settings, n_changes, worst_friction)
+      call self%trial%judge(self%table, self%laws, self%settings, n_changes)
       n_unsettled = 0
    end subroutine judge
 

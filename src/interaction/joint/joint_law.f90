@@ -290,7 +290,7 @@ contains
    !> Rows that `map_steady` has found steady, after a solve: what is noted of it, what their forces miss of their law,
    !> their normal and their new friction forces.
    pure subroutine keep_steady(n, k_n, gap, force, joint, state_used, sign_used, friction_used, bonded_used, miss, &
-                               normal_force, worst)
+                               normal_force)
       integer, intent(in) :: n
       real(wp), intent(in) :: k_n(n), gap(n)           !! [force/length], [length]
       real(wp), intent(in) :: force(2, n)
@@ -299,7 +299,6 @@ contains
       real(wp), intent(inout) :: friction_used(n)      !! [force]
       logical(l1), intent(inout) :: bonded_used(n)
       real(wp), intent(inout) :: miss(n), normal_force(n)   !! [force]
-      real(wp), intent(inout) :: worst                 !! largest miss of a friction force [force]
       integer :: c
       miss = 0
       normal_force = spring_force(k_n, gap)
@@ -311,7 +310,6 @@ contains
          if (joint(c)%state == contact_state%sliding) then
             joint(c)%friction = joint(c)%slip_sign*force(2, c)
             miss(c) = abs(joint(c)%friction - friction_used(c))
-            worst = max(worst, miss(c))
             cycle
          end if
          ! most are what they were: lines of memory that are not written need not be stored

@@ -38,14 +38,13 @@ contains
 
    !> Judge every contact by the predicted gap and slip of the last solve. A contact with a partner looks at the
    !> partner's state, which may be new already: these come after all others, in their order.
-   subroutine judge(self, table, laws, settings, n_changes, worst_friction)
+   subroutine judge(self, table, laws, settings, n_changes)
       class(open_close_type), intent(inout) :: self
       type(contact_table_type), intent(in) :: table
       type(contact_law_type), intent(in) :: laws(:)   !! per joint material
       type(joint_settings_type), intent(in) :: settings
       integer, intent(out) :: n_changes               !! contacts whose state changed
-      real(wp), intent(out) :: worst_friction         !! largest miss of a friction force used [force]
-      call judge_all(self, table, laws, settings, .false., n_changes, worst_friction)
+      call judge_all(self, table, laws, settings, .false., n_changes)
    end subroutine judge
 
    !> First states and friction forces of a step from a motion that was predicted, not solved for; nothing counts as
@@ -56,43 +55,38 @@ contains
       type(contact_law_type), intent(in) :: laws(:)   !! per joint material
       type(joint_settings_type), intent(in) :: settings
       integer :: n_changes
-      real(wp) :: worst_friction
-      call judge_all(self, table, laws, settings, .true., n_changes, worst_friction)
+      call judge_all(self, table, laws, settings, .true., n_changes)
       self%changes(1:table%n) = 0
       self%miss(1:table%n) = 0
       self%state_used(1:table%n) = no_state
    end subroutine foresee
 
    !> Judge all contacts, or all that are not bonded.
-   subroutine judge_all(self, table, laws, settings, spare_bonds, n_changes, worst_friction)
+   subroutine judge_all(self, table, laws, settings, spare_bonds, n_changes)
       type(open_close_type), intent(inout) :: self
       type(contact_table_type), intent(in) :: table
       type(contact_law_type), intent(in) :: laws(:)
       type(joint_settings_type), intent(in) :: settings
       logical, intent(in) :: spare_bonds
       integer, intent(out) :: n_changes
-      real(wp), intent(out) :: worst_friction
-      real(wp) :: miss
       integer :: c, n, n_partners, p
       n = 0
       n_partners = 0
-      miss = 0
       !$omp parallel do default(none) shared(self, table, laws, settings, spare_bonds) private(p) schedule(static) &
-      !$omp reduction(+:n, n_partners) reduction(max:miss) if (table%n > parallel_contacts)
+      !$omp reduction(+:n, n_partners) if (table%n > parallel_contacts)
       do p = 1, n_pieces(table%n)
-         call judge_rows(p, self, table, laws, settings, spare_bonds, n, n_partners, miss)
+         call judge_rows(p, self, table, laws, settings, spare_bonds, n, n_partners)
       end do
       !$omp end parallel do
       do c = 1, merge(table%n, 0, n_partners > 0)
          if (spare_bonds .and. self%joint(c)%bonded) cycle
-         if (table%partner(c) /= 0) call judge_contact(self, table, laws, settings, c, n, miss)
+         if (table%partner(c) /= 0) call judge_contact(self, table, laws, settings, c, n)
       end do
       n_changes = n
-      worst_friction = miss
    end subroutine judge_all
 
    !> Judge some of the rows, but for those with partners, which are counted.
-   pure subroutine judge_rows(p, self, table, laws, settings, spare_bonds, n_changes, n_partners, worst_friction)
+   pure subroutine judge_rows(p, self, table, laws, settings, spare_bonds, n_changes, n_partners)
       integer, intent(in) :: p                         !! piece
       type(open_close_type), intent(inout) :: self
       type(contact_table_type), intent(in) :: table
@@ -100,7 +94,6 @@ contains
       type(joint_settings_type), intent(in) :: settings
       logical, intent(in) :: spare_bonds
       integer, intent(inout) :: n_changes, n_partners
-      real(wp), intent(inout) :: worst_friction
       logical(l1) :: steady(widest_piece)
       real(wp) :: lowest(widest_piece), widest(widest_piece), mean(widest_piece), force(2, widest_piece)
       logical :: is_apart
@@ -125,7 +118,7 @@ contains
             if (steady(k)) then
                call keep_steady(n, table%k_n(c:e), self%gap(c:e), force(:, k:k + n - 1), self%joint(c:e), &
                                 self%state_used(c:e), self%sign_used(c:e), self%friction_used(c:e), &
-                                self%bonded_used(c:e), self%miss(c:e), self%normal_force(c:e), worst_friction)
+                                self%bonded_used(c:e), self%miss(c:e), self%normal_force(c:e))
                if (any(self%partly_used(c:e))) self%partly_used(c:e) = .false.
             else
                do i = c, e
@@ -141,14 +134,14 @@ contains
                      ! both rows at a time
                      judged = i + 1
                      if (table%station(i) == 1) &
-                        call judge_interval(self, table, laws(table%joint(i)), settings, i, n_changes, worst_friction)
+                        call judge_interval(self, table, laws(table%joint(i)), settings, i, n_changes)
                      cycle
                   end if
                   self%partly_used(i) = .false.
                   if (table%partner(i) /= 0) then
                      n_partners = n_partners + 1
                   else
-                     call judge_contact(self, table, laws, settings, i, n_changes, worst_friction)
+                     call judge_contact(self, table, laws, settings, i, n_changes)
                   end if
                end do
             end if
@@ -170,14 +163,13 @@ contains
    end function is_one_contact
 
    !> Judge an interval that is open, or closed on a part, or was so in the last solve.
-   pure subroutine judge_interval(self, table, law, settings, c, n_changes, worst_friction)
+   pure subroutine judge_interval(self, table, law, settings, c, n_changes)
       type(open_close_type), intent(inout) :: self
       type(contact_table_type), intent(in) :: table
       type(contact_law_type), intent(in) :: law
       type(joint_settings_type), intent(in) :: settings
       integer, intent(in) :: c                        !! first row
       integer, intent(inout) :: n_changes
-      real(wp), intent(inout) :: worst_friction
       type(interval_response_type) :: interval, next
       type(joint_type) :: memory
       type(joint_response_type) :: response
@@ -250,7 +242,6 @@ contains
             end if
             if (new == contact_state%sliding .and. old == contact_state%sliding) then
                self%miss(r) = abs(joint%friction - self%friction_used(r))
-               worst_friction = max(worst_friction, self%miss(r))
             end if
             missed = 0
             ! where it opens, all that it had
@@ -298,14 +289,13 @@ contains
    end function turns_back
 
    !> Judge one contact.
-   pure subroutine judge_contact(self, table, laws, settings, c, n_changes, worst_friction)
+   pure subroutine judge_contact(self, table, laws, settings, c, n_changes)
       type(open_close_type), intent(inout) :: self
       type(contact_table_type), intent(in) :: table
       type(contact_law_type), intent(in) :: laws(:)
       type(joint_settings_type), intent(in) :: settings
       integer, intent(in) :: c
       integer, intent(inout) :: n_changes
-      real(wp), intent(inout) :: worst_friction
       type(joint_type) :: memory
       type(joint_response_type) :: response
       real(wp) :: gap, slip
@@ -359,7 +349,6 @@ contains
          if (is_closed .and. old /= contact_state%open) joint%friction = response%friction
          if (new == contact_state%sliding .and. old == contact_state%sliding) then
             self%miss(c) = abs(joint%friction - friction_used)
-            worst_friction = max(worst_friction, self%miss(c))
          end if
          if (new /= old .or. (new == contact_state%sliding .and. new_sign /= sign_used)) then
             if (.not. (settings%peer .and. min(old, new) > 0)) then

@@ -1,9 +1,7 @@
 ! SPDX-License-Identifier: MIT
 !> Trial states, forces and predicted motion of the contacts of a step. They do not change the contact table.
 module rockdda_interaction_trial_states
-   use, intrinsic :: iso_c_binding, only : c_loc
-   use rockdda_base_first_use, only : set_zero, take_bytes, take_pages
-   use rockdda_base_kinds, only : wp, i1, i2, i8, l1
+   use rockdda_base_kinds, only : wp, i1, i2, l1
    use rockdda_base_parallel, only : parallel_contacts, piece, n_pieces
    use rockdda_contact_interval_law, only : end_gaps
    use rockdda_contact_table, only : contact_table_type, contact_state, cut_no_interval, is_of_interval, &
@@ -319,7 +317,7 @@ contains
 
    !> Arrays for at least n contacts.
    pure subroutine make_room(self, n)
-      class(trial_states_type), intent(inout), target :: self
+      class(trial_states_type), intent(inout) :: self
       integer, intent(in) :: n
       integer :: m
       if (allocated(self%gap)) then
@@ -339,15 +337,10 @@ contains
       end if
       if (n <= self%n_begun) return
       m = self%n_begun + 1
-      call take_bytes(c_loc(self%joint(m)), int(storage_size(self%joint)/8, i8)*(n - m + 1))
-      call take_pages(self%normal_force(m:n))
-      call take_pages(self%miss(m:n))
-      call take_pages(self%gap(m:n))
-      call take_pages(self%slip(m:n))
       ! what `begin_rows` does not set
       self%sign_used(m:n) = 0
       self%bonded_used(m:n) = .false.
-      call set_zero(self%friction_used(m:n))
+      self%friction_used(m:n) = 0
       self%n_begun = n
    end subroutine make_room
 

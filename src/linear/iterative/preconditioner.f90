@@ -24,7 +24,6 @@
 !>
 !> Single precision is enough because the solver corrects with residuals in working precision.
 module rockdda_linear_preconditioner
-   use rockdda_base_first_use, only : take_pages
    use rockdda_base_kinds, only : wp
    use rockdda_linear_matrix, only : block_matrix_type
    use rockdda_linear_graph, only : graph_type
@@ -113,9 +112,6 @@ contains
       allocate (self%lower_column(n_couplings), self%lower_place(n_couplings), self%transposed(n_couplings), &
                 self%lower(36, n_couplings))
       allocate (self%remainder(36, n), self%scale(n_packed, n), self%is_new(n))
-      call take_pages(self%lower)
-      call take_pages(self%remainder)
-      call take_pages(self%scale)
       call list_lower(self, graph)
       call list_upper(self)
    end subroutine set_pattern
@@ -184,7 +180,6 @@ contains
       end do
       n_upper = self%upper_start(0) - 1
       allocate (self%upper_column(n_upper), self%upper(36, n_upper))
-      call take_pages(self%upper)
       ! rows are visited in order, so that the columns of each row of `upper` ascend
       next = self%upper_start(1:self%n)
       self%transposed = 0

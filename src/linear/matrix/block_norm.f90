@@ -14,7 +14,6 @@
 !> chunk that follow one another are computed, stored and used together (norm_kernels_shim.c).
 module rockdda_linear_block_norm
    use, intrinsic :: iso_c_binding, only : c_int, c_double
-   use rockdda_base_first_use, only : take_pages
    use rockdda_base_kinds, only : wp
    use rockdda_linear_matrix, only : block_matrix_type
    use rockdda_linear_small_blocks, only : factorize_packed, n_packed
@@ -82,7 +81,6 @@ contains
          self%first_four(c + 1) = self%first_four(c) + (first(c + 1) - first(c) + 3)/4
       end do
       allocate (self%factor(4, n_packed, self%first_four(self%n_chunks + 1) - 1))
-      call take_pages(self%factor)
    end subroutine set_chunks
 
    !> Factorise the diagonal blocks of a matrix, as far as they are new; `bad` is the first block that has no factor.

@@ -9,7 +9,6 @@
 !>     slots      3      5      2      3                place k    1  2  3     4  5     6
 module rockdda_linear_pattern
    use rockdda_base_kinds, only : wp
-   use rockdda_base_first_use, only : set_zero
    use rockdda_base_room, only : reserve
    use rockdda_linear_matrix, only : block_matrix_type
    implicit none
@@ -164,8 +163,8 @@ contains
       room = n_stored + n_stored/10
       allocate (matrix%column(room), matrix%values(6, 6, room))
       ! the room is not touched, so that it takes no memory
-      call set_zero(matrix%column(:n_stored))
-      call set_zero(matrix%values(:, :, :n_stored))
+      matrix%column(:n_stored) = 0
+      matrix%values(:, :, :n_stored) = 0
    end subroutine reserve_blocks
 
 end module rockdda_linear_pattern

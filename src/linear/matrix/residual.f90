@@ -16,7 +16,6 @@
 !> halves of K x are added where no other chunk writes, and sums are taken chunk by chunk, in order.
 module rockdda_linear_residual
    use, intrinsic :: ieee_arithmetic, only : ieee_is_finite
-   use rockdda_base_first_use, only : take_pages
    use rockdda_base_kinds, only : wp, i8
    use rockdda_base_room, only : resize
    use rockdda_base_error, only : error_type, error_code, make_error
@@ -149,7 +148,6 @@ contains
       if (is_new) self%graph_id = self%graph_id + 1
       if (allocated(self%r)) return
       allocate (self%r(6, matrix%n))
-      call take_pages(self%r)
       n_chunks = max(1, min(max_chunks, matrix%n/chunk_size))
       first = [(1 + int(int(c - 1, i8)*matrix%n/n_chunks), c=1, n_chunks + 1)]
       if (allocated(self%magnitude)) deallocate (self%magnitude)

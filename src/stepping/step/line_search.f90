@@ -14,7 +14,6 @@
 !> (rockdda_linear_norm_anew). No solve is needed for it. Whether it is below a share of another one is mostly clear
 !> from a few of the blocks of that: their part of the sum is a lower bound.
 module rockdda_stepping_line_search
-   use rockdda_base_first_use, only : take_pages
    use rockdda_base_kinds, only : wp
    use rockdda_base_parallel, only : parallel_blocks, piece
    use rockdda_interaction_equations, only : equations_type
@@ -337,17 +336,11 @@ contains
       if (allocated(self%r)) then
          if (size(self%r, 2) /= n) deallocate (self%r)
       end if
-      if (.not. allocated(self%r)) then
-         allocate (self%r(6, n))
-         call take_pages(self%r)
-      end if
+      if (.not. allocated(self%r)) allocate (self%r(6, n))
       if (allocated(self%force)) then
          if (size(self%force, 2) < equations%n_links) deallocate (self%force)
       end if
-      if (.not. allocated(self%force)) then
-         allocate (self%force(2, equations%n_links + equations%n_links/4))
-         call take_pages(self%force(:, 1:equations%n_links))
-      end if
+      if (.not. allocated(self%force)) allocate (self%force(2, equations%n_links + equations%n_links/4))
    end subroutine make_room
 
 end module rockdda_stepping_line_search
