@@ -194,7 +194,7 @@ contains
          case ('--max-steps'); call get_whole(name, value, 2, huge(1), line%search%max_steps, self%problems)
          case ('--dialect')
             select case (value)
-            case (dda_windows, old_dda_windows); line%dialect = dialect%peer
+            case (dda_windows, old_dda_windows); line%dialect = dialect%windows
             case ('g0'); line%dialect = dialect%g0
             case default
                call add_problem(self%problems, "option --dialect: '"//value//"' is neither "//dda_windows//' nor g0')

@@ -99,7 +99,7 @@ contains
       type(facts_type), intent(inout) :: facts
       integer :: i
       associate (analysis => content%analysis)
-         call facts%add('dialect', trim(merge(dda_windows, 'g0         ', analysis%dialect == dialect%peer)))
+         call facts%add('dialect', trim(merge(dda_windows, 'g0         ', analysis%dialect == dialect%windows)))
          call facts%add('k01', analysis%k01)
          call facts%add('steps', analysis%n_steps)
          call facts%add('displacement_ratio', analysis%displacement_ratio)

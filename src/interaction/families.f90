@@ -193,7 +193,7 @@ contains
          ! families of others may set pairs by themselves
          if (i > n_own) equations%same_pairs = .false.
       end do
-      if (context%state%step == 0 .and. .not. context%parameters%keeps_old_ways()) &
+      if (context%state%step == 0 .and. .not. context%parameters%has_legacy_rules()) &
          call stress_contacts(self, context, attempt)
       call self%quiet%field%take_joints(context, attempt, self%contacts%laws, self%contacts%table)
    end subroutine prepare

@@ -44,7 +44,7 @@ contains
       logical :: alone                                  !! a labelled file without an analysis file
       integer :: i
 
-      is_windows = analysis%dialect == dialect%peer
+      is_windows = analysis%dialect == dialect%windows
       alone = .not. allocated(analysis%block_materials)
       call take_analysis(blocks, analysis, parameters)
       parameters%units = units_of(options)
@@ -105,7 +105,7 @@ contains
          'strict needs the energy balance, but &output energy is .false.: leave one of them out', options%strict_origin)
       if (parameters%by_length) call report_tips(blocks, messages)
       call resolve_stiffness(settings, parameters, messages)
-      call resolve_lengths(blocks, settings, alone .and. parameters%by_length .and. .not. parameters%peer_contacts &
+      call resolve_lengths(blocks, settings, alone .and. parameters%by_length .and. .not. parameters%windows_contacts &
                            .and. .not. is_set(options%stiffness), parameters, messages)
    end subroutine resolve_parameters
 
@@ -267,7 +267,7 @@ contains
       character(len=:), allocatable :: scale
       scale = ''
       if (allocated(given)) scale = trim(given)
-      if (len(scale) == 0) scale = trim(merge('largest', 'height ', of_dialect == dialect%peer))
+      if (len(scale) == 0) scale = trim(merge('largest', 'height ', of_dialect == dialect%windows))
    end function length_scale
 
    !> Half the model's height or larger extent.
@@ -290,7 +290,7 @@ contains
       springs = springs_of_joint(parameters%by_length)
       e_max = max(0.0_wp, maxval(parameters%block_materials%youngs_modulus))
       if (parameters%normal_stiffness <= 0) then
-         if (parameters%peer_contacts) then
+         if (parameters%windows_contacts) then
             parameters%normal_stiffness = preset_over_e*e_max
             text = to_string(preset_over_e)//' times the largest E, as the preset has it, = '
          else

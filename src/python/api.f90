@@ -54,7 +54,7 @@ contains
                       strict, allow_open, force)
       integer(c_int64_t), intent(in) :: handle
       character(len=*), intent(in) :: output, solver
-      integer(c_int), intent(in) :: dialect                     !! 0 auto, 1 peer, 2 g0
+      integer(c_int), intent(in) :: dialect                     !! 0 auto, 1 dda_windows, 2 g0
       integer(c_int), intent(in) :: threads, steps, save_every
       real(c_double), intent(in) :: t_end, max_wall, checkpoint_every
       integer(c_int), intent(in) :: strict, allow_open, force   !! 0 or 1

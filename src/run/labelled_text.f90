@@ -77,7 +77,7 @@ contains
       call take(analysis%dt_max, options%dt_max)
       call take(analysis%stiffness, options%stiffness)
       call take(analysis%sor_factor, options%omega)
-      if (analysis%dialect == dialect%peer) then
+      if (analysis%dialect == dialect%windows) then
          call take(parameters%dt_min, options%dt_min)
          if (.not. is_given(options%length_scale)) options%length_scale = 'largest'
       end if

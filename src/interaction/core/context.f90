@@ -38,7 +38,7 @@ contains
    !> nor in the iteration of DDA for Windows, which takes them at the start of the step.
    pure logical function follows_rotation(self)
       class(step_context_type), intent(in) :: self
-      follows_rotation = self%parameters%exact_rotation .and. .not. self%parameters%peer_contacts
+      follows_rotation = self%parameters%exact_rotation .and. .not. self%parameters%windows_contacts
    end function follows_rotation
 
    !> Stress of a block at one of its points at time 0. Without a field it is uniform.

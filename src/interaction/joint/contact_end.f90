@@ -26,20 +26,20 @@ module rockdda_interaction_contact_end
 contains
 
    !> Springs, friction, dashpots and changes of state of an accepted step.
-   subroutine measure_energies(trial, laws, table, is_peer, balance)
+   subroutine measure_energies(trial, laws, table, is_windows, balance)
       type(open_close_type), intent(in) :: trial
       type(contact_law_type), intent(in) :: laws(:)     !! per joint material
       type(contact_table_type), intent(in) :: table
-      logical, intent(in) :: is_peer                    !! the contacts of a preset
+      logical, intent(in) :: is_windows                    !! the contacts of a preset
       class(energy_balance_type), intent(inout) :: balance
       real(wp) :: carried, friction, dissipated, discarded, geometry, stored
       integer :: p, n, column, c
       n = n_pieces(table%n)
       call balance%make_room(table%n)
-      !$omp parallel do default(none) shared(trial, laws, table, is_peer, balance, n) private(p) schedule(static) &
+      !$omp parallel do default(none) shared(trial, laws, table, is_windows, balance, n) private(p) schedule(static) &
       !$omp if (table%n > parallel_contacts)
       do p = 1, n
-         call measure_some(p, trial, laws, table, is_peer, balance%sums(:, p))
+         call measure_some(p, trial, laws, table, is_windows, balance%sums(:, p))
       end do
       !$omp end parallel do
       carried = sum(balance%sums(1, 1:n))
@@ -67,12 +67,12 @@ contains
    end subroutine measure_energies
 
    !> The part of `measure_energies` for some of the contacts.
-   pure subroutine measure_some(p, trial, laws, table, is_peer, sums)
+   pure subroutine measure_some(p, trial, laws, table, is_windows, sums)
       integer, intent(in) :: p                          !! piece
       type(open_close_type), intent(in) :: trial
       type(contact_law_type), intent(in) :: laws(:)
       type(contact_table_type), intent(in) :: table
-      logical, intent(in) :: is_peer
+      logical, intent(in) :: is_windows
       !> carried, friction, dissipated, discarded, geometry, stored; what the contact that gives most by a change of
       !> state gives and its number, the same by geometry
       real(wp), intent(out) :: sums(10)
@@ -102,7 +102,7 @@ contains
          associate (after => ends(c - first + 1), was_closed => table%state(c) /= contact_state%open, &
                     x0 => table%gap(c), kn => table%k_n(c), ks => table%k_s(c))
             ! a corner that has passed the other one stands off from it: its spring has nothing to give
-            was_held = was_closed .and. (x0 <= 0 .or. trial%joint(c)%bonded .or. is_peer .or. &
+            was_held = was_closed .and. (x0 <= 0 .or. trial%joint(c)%bonded .or. is_windows .or. &
                                          laws(table%joint(c))%residual_tension > 0)
             before = 0
             is_interval = is_of_interval(table, c) .and. .not. table%tied(c)

@@ -458,7 +458,7 @@ contains
       type(attempt_type), intent(in) :: attempt
       real(wp), intent(in), contiguous :: d(:, :)
       class(energy_balance_type), intent(inout) :: balance
-      call measure_energies(self%trial, self%laws, self%table, self%settings%peer, balance)
+      call measure_energies(self%trial, self%laws, self%table, self%settings%windows_rules, balance)
    end subroutine add_energies
 
    !> The table becomes that of the step's end.

@@ -52,8 +52,8 @@ module rockdda_interaction_joint_law
       real(wp) :: close_tolerance = 0  !! an open contact closes beyond this penetration [length]
       real(wp) :: open_tolerance = 0   !! a closed contact opens beyond this gap [length]
       real(wp) :: round_off = 0        !! changes of length below this are round-off [length]
-      logical :: peer = .false.        !! as DDA for Windows: slide-lock changes do not count; locked up to a 2.5 times
-                                       !! smaller shear
+      logical :: windows_rules = .false.   !! of DDA for Windows: slide-lock changes do not count; locked up to a 2.5
+                                       !! times smaller shear
       logical :: sticks = .false.      !! closed contacts do not slide yet
       real(wp) :: dt = 1               !! step, for slip rates
       real(wp) :: level = 1            !! share of the step after which forces of closed contacts act
@@ -117,7 +117,7 @@ contains
       settings%close_tolerance = parameters%close_tolerance
       settings%open_tolerance = parameters%open_tolerance
       settings%round_off = round_off*parameters%w0
-      settings%peer = parameters%peer_contacts
+      settings%windows_rules = parameters%windows_contacts
       settings%dt = dt
       settings%level = scheme%level
       settings%impact = scheme%impact

@@ -320,7 +320,7 @@ contains
                                   self%gap(max(1, table%partner(c))))
          ! cohesion that holds shear without compression may have no equilibrium, neither open nor closed
          if (is_closed .and. old == contact_state%open .and. self%changes(c) >= worn_changes .and. &
-             .not. settings%peer) then
+             .not. settings%windows_rules) then
             joint%worn = .true.
             call self%recall(table, c, memory)
          end if
@@ -351,7 +351,7 @@ contains
             self%miss(c) = abs(joint%friction - friction_used)
          end if
          if (new /= old .or. (new == contact_state%sliding .and. new_sign /= sign_used)) then
-            if (.not. (settings%peer .and. min(old, new) > 0)) then
+            if (.not. (settings%windows_rules .and. min(old, new) > 0)) then
                self%miss(c) = miss_of_joint(memory, gap, slip, new, new_sign, joint%friction)
                if (self%miss(c) < self%doubt*sqrt(memory%k_n)) then   ! as it was
                   joint%friction = friction_used

@@ -38,7 +38,7 @@ module rockdda_interaction_trial_states
       type(joint_extra_type), allocatable :: extra(:)   !! with dashpots or dilation, else none
       real(wp), allocatable :: normal_force(:)  !! of the last solve; before the first, of the last step
       real(wp), allocatable :: miss(:)        !! what the force of the last solve misses of its law [force]
-      integer(i1), allocatable :: state_used(:)   !! state in the last solve (preset peer: may differ from the trial's)
+      integer(i1), allocatable :: state_used(:)   !! state in the last solve (not the trial's with windows_rules)
       integer(i1), allocatable :: sign_used(:)    !! slip direction in the last solve
       real(wp), allocatable :: friction_used(:) !! friction force of the last solve
       logical(l1), allocatable :: bonded_used(:)  !! bond of the last solve

@@ -163,8 +163,8 @@ contains
       reading%n_points = self%n_points
       self%both_fit = self%rest == 1 .and. self%n_points < 1 .and. self%forced == dialect%auto
       if (self%rest >= 0 .and. self%rest <= 1 .and. self%forced /= dialect%g0) then
-         reading%way = dialect%peer
-      else if (self%rest < 1 .or. self%forced == dialect%peer) then
+         reading%way = dialect%windows
+      else if (self%rest < 1 .or. self%forced == dialect%windows) then
          return
       else if (self%n_points >= 0) then
          if (g0_points_fit(self%values, int(self%rest), self%n_points)) reading%way = dialect%g0
@@ -208,7 +208,7 @@ contains
       type(reading_type) :: other
       integer :: attempt, way, points, last_points
       do attempt = 1, 4
-         way = merge(dialect%peer, dialect%g0, modulo(attempt, 2) == 1)
+         way = merge(dialect%windows, dialect%g0, modulo(attempt, 2) == 1)
          if (self%forced /= dialect%auto .and. way /= self%forced) cycle
          last_points = self%n_points
          if (self%n_points < 0) last_points = merge(most_tried_points, 0, way == dialect%g0)
@@ -232,7 +232,7 @@ contains
       if (self%forced /= dialect%auto) text = text//' as requested'
       text = text//': '//counted(self%tokens%n_numbers, 'number')
       if (reading%way == dialect%g0) text = text//', '//counted(reading%n_points, 'fixed and loading point')
-      if (self%both_fit .and. reading%way == dialect%peer) text = text// &
+      if (self%both_fit .and. reading%way == dialect%windows) text = text// &
          ", the last is the SOR factor; they fit dialect 'g0' without fixed and loading points, too: "// &
          '--dialect g0 reads the number behind g1 as contact stiffness'
       if (self%both_fit .and. reading%way == dialect%g0) text = text//", no SOR factor; they fit dialect '"// &
@@ -284,7 +284,7 @@ contains
       type(reading_type) :: other
       integer :: way, points, last_points, end_of_other, end_of_farthest
       end_of_farthest = 0
-      do way = dialect%peer, dialect%g0
+      do way = dialect%windows, dialect%g0
          if (file%forced /= dialect%auto .and. way /= file%forced) cycle
          last_points = file%n_points
          if (file%n_points < 0) last_points = merge(most_tried_points, 0, way == dialect%g0)
@@ -309,7 +309,7 @@ contains
              ' and '//counted(self%counts(2), 'joint material')
       if (self%forced /= dialect%g0) text = text//"; dialect '"//dda_windows//"' needs "//to_string(self%needed)// &
                                             ' (or '//to_string(self%needed + 1)//' with an SOR factor)'
-      if (self%forced == dialect%peer) return
+      if (self%forced == dialect%windows) return
       text = text//"; dialect 'g0' needs "
       if (self%n_points < 0) then
          text = text//to_string(self%needed + 2)//' + P + 3 rows (one less without SOR factor) for P fixed and '// &

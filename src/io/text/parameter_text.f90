@@ -42,7 +42,7 @@ contains
       p = parameters
       if (present(options)) o = options
       call describe_parameters(table, o, p)
-      call fill_defaults(table, p%peer_contacts)
+      call fill_defaults(table, p%windows_contacts)
       log%system = unit_system(p%units)
       log%text = ''
       call log%line('units', log%system%description())

@@ -15,7 +15,7 @@ module rockdda_model_analysis_input
 
    type :: dialect_enum
       integer :: auto = 0   !! decide by counting
-      integer :: peer = 1   !! DDA for Windows ('dda_windows'): no contact stiffness, no time tables
+      integer :: windows = 1   !! DDA for Windows ('dda_windows'): no contact stiffness, no time tables
       integer :: g0 = 2     !! contact stiffness, time tables
    end type dialect_enum
    type(dialect_enum), parameter :: dialect = dialect_enum()
@@ -76,7 +76,7 @@ module rockdda_model_analysis_input
    end type time_table_type
 
    type :: analysis_input_type
-      integer :: dialect = 0                  !! the one found: dialect%peer or dialect%g0
+      integer :: dialect = 0                  !! the one found: dialect%windows or dialect%g0
       real(wp) :: k01 = 0                     !! 0 static ... 1 dynamic
       integer :: n_steps = 0
       real(wp) :: displacement_ratio = 0      !! g2, allowed displacement per step over w0, > 0

@@ -31,7 +31,7 @@ module rockdda_model_parameters
       logical :: second_order = .false.       !! dynamic steps by the generalised-alpha scheme, not Shi's
       real(wp) :: rho_infinity = 0.8_wp       !! its spectral radius at high frequencies
       ! contacts
-      logical :: peer_contacts = .false.      !! closing rule and tolerances of DDA for Windows
+      logical :: windows_contacts = .false.      !! closing rule and tolerances of DDA for Windows
       logical :: by_length = .false.          !! formulation 'length': joints are intervals of edges
       real(wp) :: corner_radius = 0.01_wp     !! rounding of corners over the shorter edge
       real(wp) :: normal_stiffness = 0        !! [force/length]
@@ -81,7 +81,7 @@ module rockdda_model_parameters
       logical :: energy = .true.              !! compute and write the energy balance
       logical :: single_frames = .false.      !! reals of frames, but places and times, of 32 bits
    contains
-      procedure :: keeps_old_ways
+      procedure :: has_legacy_rules
       procedure :: acceleration_of_gravity
       procedure :: shown
    end type parameters_type
@@ -91,10 +91,10 @@ contains
    !> Contacts of vertices on edges as the program has them for which a preset stands: they begin without the initial
    !> stress and with the force of the depth at which they are found, and strike what is covered. Without a preset
    !> these ways are corrected.
-   pure logical function keeps_old_ways(self)
+   pure logical function has_legacy_rules(self)
       class(parameters_type), intent(in) :: self
-      keeps_old_ways = self%peer_contacts .and. .not. self%by_length
-   end function keeps_old_ways
+      has_legacy_rules = self%windows_contacts .and. .not. self%by_length
+   end function has_legacy_rules
 
    !> Acceleration of gravity [length/time^2]: as given, or the largest weight over density of a material.
    pure real(wp) function acceleration_of_gravity(self) result(g)

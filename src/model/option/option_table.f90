@@ -276,7 +276,7 @@ contains
       call table%begin('contact', 'Contact search, springs and tolerances.')
       call table%add_choice(option('preset', 'closing rule and tolerances of DDA for Windows', &
                                    quantity='contact preset', choices=dda_windows, old_choice=old_dda_windows, &
-                                   default_text='none'), o%preset, p%peer_contacts, 1)
+                                   default_text='none'), o%preset, p%windows_contacts, 1)
       call table%add_choice(option('formulation', 'a contact is a stretch of two edges that face each other, or a '// &
                                    'vertex on an edge', quantity='contact formulation', choices='length|vertex', &
                                    default_word='length', preset_word='vertex'), o%formulation, p%by_length, 1)

@@ -105,7 +105,7 @@ contains
       limits%cosine = cos(parameters%angle_tolerance)
       if (parameters%by_length) limits%cosine = pressed_cosine
       limits%by_length = parameters%by_length
-      limits%corrected = .not. (parameters%by_length .or. parameters%keeps_old_ways())
+      limits%corrected = .not. (parameters%by_length .or. parameters%has_legacy_rules())
       if (.not. allocated(limits%is_tied)) allocate (limits%is_tied(size(parameters%joint_materials)), &
                                                      limits%bears_tension(size(parameters%joint_materials)), &
                                                      limits%normal(size(parameters%joint_materials)))

@@ -97,24 +97,25 @@ contains
       type(round_type) :: found
       type(arms_type) :: arms
       integer :: n_shortened, round
-      logical :: peer, solved
+      logical :: windows_rules, solved
       associate (method => conditions%method)
          ! contacts in the way of DDA for Windows: without prediction, line search and paused solves
-         peer = families%contacts%settings%peer
+         windows_rules = families%contacts%settings%windows_rules
          report%detail = ''
-         if ((conditions%may_predict .or. conditions%is_like_last) .and. .not. peer) &
+         if ((conditions%may_predict .or. conditions%is_like_last) .and. .not. windows_rules) &
             call self%predict_motion(conditions, context, attempt, families, equations, times)
          call families%contacts%friction%forget()
          n_shortened = 0
          do round = 1, context%parameters%max_open_close
             report%rounds = round
-            if (.not. peer) call self%line%keep(families, equations, round)
-            call self%solve_round(merge(change%states, change%loads, found%n_changes > 0 .or. arms%turned .or. peer), &
-                                  merge(0.0_wp, method%coarse_solve, peer), conditions, families, equations, solver, &
+            if (.not. windows_rules) call self%line%keep(families, equations, round)
+            call self%solve_round(merge(change%states, change%loads, found%n_changes > 0 .or. arms%turned .or. &
+                                        windows_rules), merge(0.0_wp, method%coarse_solve, windows_rules), &
+                                  conditions, families, equations, solver, &
                                   times, report, solved, error)
             if (.not. solved) return
             found%fraction = 1
-            if (round > 1 .and. .not. peer) call self%line%search(families, merge(method%static_tolerance, &
+            if (round > 1 .and. .not. windows_rules) call self%line%search(families, merge(method%static_tolerance, &
                                                                   method%friction_tolerance, conditions%slack > 0), &
                                                                   method, equations, found%fraction)
             n_shortened = merge(n_shortened + 1, 0, found%fraction < 1)
@@ -127,7 +128,8 @@ contains
                call self%judge(conditions, round, .false., context, attempt, families, equations, report%left, arms, &
                                found, again=.true.)
             end if
-            if (.not. (found%agree .or. arms%turned .or. found%fraction < 1 .or. peer) .and. found%n_changes == 0) then
+            if (.not. (found%agree .or. arms%turned .or. found%fraction < 1 .or. windows_rules) .and. &
+                found%n_changes == 0) then
                call end_friction(conditions, families, equations, solver, times, report, solved, error)
                if (.not. solved) return
                call self%judge(conditions, round, .true., context, attempt, families, equations, report%left, arms, &
@@ -290,7 +292,7 @@ contains
       share = merge(accepted_miss(conditions, conditions%method%force_tolerance), conditions%method%coarse_tolerance, &
                     round <= conditions%method%fine_rounds)
       self%largest = 0
-      if (.not. families%contacts%settings%peer) then
+      if (.not. families%contacts%settings%windows_rules) then
          do i = 1, n_blocks
             self%largest(i) = norm2(families%loads%weight(1:2, i))
          end do
