@@ -3,13 +3,13 @@
 !> whose head does not lie on a free face.
 module rockdda_check_bolts
    use rockdda_base_kinds, only : wp
-   use rockdda_base_diagnostics, only : diagnostics_type, severity, at_word
+   use rockdda_base_diagnostics, only : diagnostics_type, origin_type, severity, at_word
    use rockdda_base_strings, only : counted, is_given, to_string
    use rockdda_geometry_polygons, only : distance_to_outline, point_in_polygon
    use rockdda_model_blocks, only : block_system_type
    use rockdda_model_bolt_layout, only : bolt_line_type, bolt_lines, trace_bolt, rock_at, stage_with, title_of_bolt, &
       most_bolts
-   use rockdda_model_liner_layout, only : liner_number
+   use rockdda_model_liner_layout, only : liner_number, title_of_liner
    use rockdda_model_bolt_numbers, only : bolt_numbers_type, numbers_of_bolt, bolt_problem
    use rockdda_model_geometry_input, only : is_spring
    use rockdda_model_options, only : run_options_type
@@ -256,6 +256,7 @@ contains
          if (allocated(options%stages(s)%install)) call check_list(options%stages(s)%install, 'install')
          if (allocated(options%stages(s)%remove)) call check_list(options%stages(s)%remove, 'remove')
       end do
+      if (.not. messages%has_errors()) call report_unnamed(options, messages)   ! of misspelt ones it would tell again
 
    contains
 
@@ -266,7 +267,13 @@ contains
          integer :: i, k
          do k = 1, count_words(list)
             word = word_of(list, k)
-            if (any([(same_name(known(i), word) .and. len_trim(known(i)) > 0, i=1, size(known))])) cycle
+            if (any([(same_name(known(i), word) .and. len_trim(known(i)) > 0, i=1, size(known))])) then
+               i = stage_with(options%stages, word, installs=what == 'install')
+               if (i < s) call messages%add(severity%error, '&stage: '//what//": '"//word//"' is there already in "// &
+                  what//" of stage '"//stage_name(options%stages, i)//"': a support comes once, and goes once", &
+                  at_word(options%stages(s)%origin, word))
+               cycle
+            end if
             call messages%add(severity%error, &
                '&stage: '//what//": there is no &bolt '"//word//"' with a kind other "// &
                               "than 'spring', nor a &liner"//did_you_mean(word, known), &
@@ -275,5 +282,46 @@ contains
       end subroutine check_list
 
    end subroutine check_stage_names
+
+   !> Bolts and linings that no stage installs are there from the start: a warning where stages install others, a note
+   !> where one excavates.
+   subroutine report_unnamed(options, messages)
+      type(run_options_type), intent(in) :: options
+      type(diagnostics_type), intent(inout) :: messages
+      character(len=:), allocatable :: why
+      integer :: g, s, level
+      why = ''
+      do s = size(options%stages), 1, -1
+         if (is_given(options%stages(s)%excavate)) why = ", before stage '"//stage_name(options%stages, s)// &
+                                                         "' excavates"
+      end do
+      level = severity%note
+      do s = size(options%stages), 1, -1
+         if (.not. is_given(options%stages(s)%install)) cycle
+         why = ", while stage '"//stage_name(options%stages, s)//"' installs others"
+         level = severity%warning
+      end do
+      if (len(why) == 0) return
+      do g = 1, size(options%bolts)
+         if (is_spring(options%bolts(g))) cycle
+         call report("bolt '", title_of_bolt(options%bolts(g), g), options%bolts(g)%origin)
+      end do
+      do g = 1, size(options%liners)
+         call report("liner '", title_of_liner(options%liners(g), g), options%liners(g)%origin)
+      end do
+
+   contains
+
+      !> One of them.
+      subroutine report(what, name, origin)
+         character(len=*), intent(in) :: what, name
+         type(origin_type), intent(in) :: origin
+         if (stage_with(options%stages, name, installs=.true.) > 0) return
+         if (stage_with(options%stages, name, installs=.false.) > 0) return   ! who removes it knows that it is there
+         call messages%add(level, what//name//"' is named in install of no stage: it is there from the start"//why// &
+                           '. Where that is meant, let the first stage install it', origin)
+      end subroutine report
+
+   end subroutine report_unnamed
 
 end module rockdda_check_bolts

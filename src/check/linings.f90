@@ -14,10 +14,11 @@ module rockdda_check_linings
    use rockdda_model_liner_options, only : liner_problem
    use rockdda_model_options, only : run_options_type, liner_type, is_set
    use rockdda_model_regions, only : has_region, same_name
+   use rockdda_model_stage_options, only : stage_name
    use rockdda_interaction_liner_places, only : stretch_type, find_stretches, faces_of_path, segment_outline, &
       opening_side, reach_over_thickness
    use rockdda_check_material_names, only : check_joint_material, stiffens
-   use rockdda_check_support_numbers, only : line_type, check_numbers_of_liner, check_same_place
+   use rockdda_check_support_numbers, only : line_type, check_numbers_of_liner, check_change, check_same_place
    use rockdda_base_suggest, only : did_you_mean
    implicit none
    private
@@ -70,8 +71,7 @@ contains
             end if
             if (is_given(liner%on)) then
                if (lower_liner(options%liners, k) == 0) then
-                  call fail("on = '"//trim(adjustl(liner%on))//"' names no lining before this one"// &
-                            did_you_mean(trim(adjustl(liner%on)), liner_names(options)), liner%on)
+                  call fail("on = '"//trim(adjustl(liner%on))//"' "//on_problem(), liner%on)
                else
                   sound(k) = sound(k) .and. sound(lower_liner(options%liners, k))
                   call check_order()
@@ -98,6 +98,7 @@ contains
       end do
       do i = 1, size(options%changes)
          associate (change => options%changes(i))
+            call check_change(change, options, messages)
             if (.not. is_given(change%liner)) cycle
             if (liner_number(options%liners, change%liner) == 0) call messages%add(severity%error, &
                "&change: there is no lining '"//trim(adjustl(change%liner))//"'"// &
@@ -133,6 +134,23 @@ contains
          end if
       end function has_line_of
 
+      !> Why on names no lining below.
+      function on_problem() result(text)
+         character(len=:), allocatable :: text
+         character(len=80), allocatable :: names(:)
+         names = liner_names(options)
+         associate (j => liner_number(options%liners, options%liners(k)%on))
+            if (j == k) then
+               text = 'is this lining itself: name one given before it, on which it lies'
+            else if (j > k) then
+               text = 'is given after this one: give the lower lining first'
+            else
+               text = 'names no lining before this one'// &
+                      did_you_mean(trim(adjustl(options%liners(k)%on)), names(:k - 1))
+            end if
+         end associate
+      end function on_problem
+
       !> What is removed must have been installed.
       subroutine check_times()
          character(len=:), allocatable :: name
@@ -144,15 +162,21 @@ contains
                                                             ', before it has been there in a step')
       end subroutine check_times
 
-      !> A layer needs the lining below.
+      !> A layer needs the lining below, as long as it is there.
       subroutine check_order()
-         integer :: low, mine, lower, gone
+         integer :: low, mine, lower, gone, last
          low = lower_liner(options%liners, k)
          mine = stage_with(options%stages, title_of_liner(options%liners(k), k), installs=.true.)
          lower = stage_with(options%stages, title_of_liner(options%liners(low), low), installs=.true.)
          gone = stage_with(options%stages, title_of_liner(options%liners(low), low), installs=.false.)
          if (mine < lower .or. (gone > 0 .and. gone <= mine)) call fail("when it is installed the lining '"// &
             title_of_liner(options%liners(low), low)//"' on which it lies is not there")
+         last = stage_with(options%stages, title_of_liner(options%liners(k), k), installs=.false.)
+         if (gone <= mine .or. (last > 0 .and. last <= gone)) return
+         call messages%add(severity%error, "&stage: remove: on lining '"//title_of_liner(options%liners(low), low)// &
+                           "' lies the layer '"//title_of_liner(options%liners(k), k)//"', which stays: remove "// &
+                           'both, or the layer before', &
+                           at_word(options%stages(gone)%origin, title_of_liner(options%liners(low), low)))
       end subroutine check_order
 
    end subroutine check_liners
@@ -208,9 +232,8 @@ contains
       type(liner_layout_type) :: layout
       type(stretch_type), allocatable :: stretches(:)
       logical, allocatable :: rock(:)
-      real(wp), allocatable :: faces(:, :, :)
       character(len=:), allocatable :: problem
-      real(wp) :: total, covered, blocked, far, length, element, point(2)
+      real(wp) :: total, covered, blocked, far, length, element, point(2), thinner
       integer :: i, j, side
       logical :: meets
       associate (liner => options%liners(k), t => options%liners(k)%thickness)
@@ -250,14 +273,22 @@ contains
                         stage_with(options%stages, title_of_liner(liner, k), installs=.true.))
          call find_stretches(layout%path, reach_over_thickness*t, blocks, blocks%vertices, rock, stretches, side)
          if (side == 0) side = opening_side(layout%path, layout%closed)
-         faces = faces_of_path(layout%path, layout%closed, side, [0.0_wp, t])
-         do i = 1, layout%n
-            if (polygon_area(segment_outline(faces, layout%first(i), layout%last(i), side)) > 0.1_wp*t*element) cycle
-            call tell(severity%error, 'the line turns too sharply for a lining of this thickness at ('// &
+         i = sharp_turn(layout, t, blocks, rock)
+         if (i > 0) then
+            problem = 'the line turns too sharply for a thickness of '//to_string(t)//' at ('// &
                       to_string(layout%path(1, layout%node(i)), 5)//', '// &
-                      to_string(layout%path(2, layout%node(i)), 5)//')')
+                      to_string(layout%path(2, layout%node(i)), 5)//'): draw it round with more points'
+            thinner = t
+            do j = 1, 30
+               thinner = 0.8_wp*thinner
+               if (len(layout_problem(line, thinner, liner%element)) > 0) exit
+               if (sharp_turn(new_liner_layout(line, thinner, liner%element), thinner, blocks, rock) > 0) cycle
+               problem = problem//', or make the lining thinner (accepted is '//to_string(thinner, 3)//')'
+               exit
+            end do
+            call tell(severity%error, problem)
             return
-         end do
+         end if
          covered = 0
          blocked = 0
          far = 0
@@ -269,9 +300,17 @@ contains
             if (is_in_rock(stretches(j))) blocked = blocked + length
          end do
          if (size(stretches) == 0) then
-            call tell(severity%warning, 'no rock lies within half its thickness of the line: nothing holds the lining')
+            i = block_at(0.5_wp*(layout%path(:, 1) + layout%path(:, 2)))
+            if (i > 0) then
+               call tell(severity%warning, 'the line lies inside block '//to_string(i)//', along no edge of a '// &
+                         'block: nothing holds the lining; draw it along the wall, or cut the block there')
+            else
+               call tell(severity%warning, 'no rock lies within half its thickness of the line: nothing holds '// &
+                         'the lining')
+            end if
             return
          end if
+         call report_lost_rock(layout%path, stretches, total, k, options, blocks, messages)
          if (total - covered > least_share*total) call tell(severity%warning, to_string(100*(1 - covered/total), 2)// &
             ' % of the line lies beside no rock when it is installed; rock that comes there later does not meet it')
          if (far > beside*t) call tell(severity%warning, 'the line lies up to '//to_string(far, 3)// &
@@ -293,24 +332,84 @@ contains
       !> Is there rock in the middle of the lining along a stretch?
       pure logical function is_in_rock(stretch)
          type(stretch_type), intent(in) :: stretch
-         real(wp) :: along(2), point(2)
-         integer :: b
+         real(wp) :: along(2)
          associate (p => layout%path(:, stretch%piece), q => layout%path(:, stretch%piece + 1))
             along = q - p
-            point = p + 0.5_wp*sum(stretch%ends)*along + side*0.5_wp*options%liners(k)%thickness* &
-                    [-along(2), along(1)]/norm2(along)
+            is_in_rock = block_at(p + 0.5_wp*sum(stretch%ends)*along + side*0.5_wp*options%liners(k)%thickness* &
+                                  [-along(2), along(1)]/norm2(along)) > 0
          end associate
-         is_in_rock = .false.
+      end function is_in_rock
+
+      !> The block around a point, of those that are there; 0: none.
+      pure integer function block_at(point) result(b)
+         real(wp), intent(in) :: point(2)
          do b = 1, blocks%n_blocks
             if (.not. rock(b)) cycle
             associate (v => blocks%vertices(:, blocks%vertex_offset(b) + 1:blocks%vertex_offset(b + 1)))
                if (any(point < minval(v, 2)) .or. any(point > maxval(v, 2))) cycle
-               is_in_rock = point_in_polygon(point, v)
+               if (point_in_polygon(point, v)) return
             end associate
-            if (is_in_rock) return
          end do
-      end function is_in_rock
+         b = 0
+      end function block_at
 
    end subroutine check_line
+
+   !> The first segment that has no room where the line turns; 0: none.
+   pure integer function sharp_turn(layout, thickness, blocks, rock) result(i)
+      type(liner_layout_type), intent(in) :: layout
+      real(wp), intent(in) :: thickness             !! [length]
+      type(block_system_type), intent(in) :: blocks
+      logical, intent(in) :: rock(:)                !! (blocks) that are there
+      type(stretch_type), allocatable :: stretches(:)
+      real(wp), allocatable :: faces(:, :, :)
+      real(wp) :: element
+      integer :: side
+      call find_stretches(layout%path, reach_over_thickness*thickness, blocks, blocks%vertices, rock, stretches, side)
+      if (side == 0) side = opening_side(layout%path, layout%closed)
+      faces = faces_of_path(layout%path, layout%closed, side, [0.0_wp, thickness])
+      element = sum(norm2(layout%path(:, 2:) - layout%path(:, :size(layout%path, 2) - 1), 1))/ &
+                merge(layout%n, layout%n - 1, layout%closed)
+      do i = 1, layout%n
+         if (polygon_area(segment_outline(faces, layout%first(i), layout%last(i), side)) <= &
+             0.1_wp*thickness*element) return
+      end do
+      i = 0
+   end function sharp_turn
+
+   !> Stages that take out rock along which a lining was installed.
+   subroutine report_lost_rock(path, stretches, total, k, options, blocks, messages)
+      real(wp), intent(in) :: path(:, :)            !! (2, points) of its line [length]
+      type(stretch_type), intent(in) :: stretches(:)
+      real(wp), intent(in) :: total                 !! of the line [length]
+      integer, intent(in) :: k                      !! lining
+      type(run_options_type), intent(in) :: options
+      type(block_system_type), intent(in) :: blocks
+      type(diagnostics_type), intent(inout) :: messages
+      logical, allocatable :: before(:), after(:)
+      character(len=:), allocatable :: name
+      real(wp) :: lost
+      integer :: gone, j, s
+      name = title_of_liner(options%liners(k), k)
+      associate (stages => options%stages)
+         gone = stage_with(stages, name, installs=.false.)
+         if (gone == 0) gone = size(stages) + 1
+         do s = stage_with(stages, name, installs=.true.) + 1, gone - 1
+            if (.not. is_given(stages(s)%excavate)) cycle
+            before = rock_at(blocks, options%regions, stages, s - 1)
+            after = rock_at(blocks, options%regions, stages, s)
+            lost = 0
+            do j = 1, size(stretches)
+               associate (stretch => stretches(j))
+                  if (before(stretch%block) .and. .not. after(stretch%block)) lost = lost + &
+                     (stretch%ends(2) - stretch%ends(1))*norm2(path(:, stretch%piece + 1) - path(:, stretch%piece))
+               end associate
+            end do
+            if (lost > least_share*total) call messages%add(severity%warning, stage_name(stages, s)// &
+               ' takes out rock behind '//to_string(100*lost/total, 2)//" % of the line of lining '"//name// &
+               "', which nothing holds there from then on", stages(s)%origin)
+         end do
+      end associate
+   end subroutine report_lost_rock
 
 end module rockdda_check_linings

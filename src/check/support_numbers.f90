@@ -10,10 +10,10 @@ module rockdda_check_support_numbers
    use rockdda_model_bolt_layout, only : stage_with, title_of_bolt
    use rockdda_model_geometry_input, only : is_spring
    use rockdda_model_liner_layout, only : title_of_liner, lower_liner
-   use rockdda_model_options, only : run_options_type, is_set
+   use rockdda_model_options, only : run_options_type, change_type, is_set
    implicit none
    private
-   public :: line_type, check_numbers_of_liner, check_same_place, check_numbers_of_bolt
+   public :: line_type, check_numbers_of_liner, check_change, check_same_place, check_numbers_of_bolt
 
    real(wp), parameter :: pi = acos(-1.0_wp)
    !> Linings that share less of their lines are neighbours.
@@ -84,6 +84,17 @@ contains
       end subroutine judge
 
    end subroutine check_numbers_of_liner
+
+   !> The modulus that a change gives a lining, or rock, against that of the rock.
+   subroutine check_change(change, options, messages)
+      type(change_type), intent(in) :: change
+      type(run_options_type), intent(in) :: options
+      type(diagnostics_type), intent(inout) :: messages
+      if (.not. allocated(options%block_materials)) return
+      if (size(options%block_materials) == 0) return
+      call judge_ratio(young_over_rock, change%young, options%block_materials(1)%youngs_modulus, '&change', &
+                       change%origin, messages)
+   end subroutine check_change
 
    !> Numbers of one group of bolts that do not fit each other.
    subroutine check_numbers_of_bolt(g, options, messages)
