@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: MIT
 !> Motion of the base that does not fit the run: &quake and &load base_acceleration.
 module rockdda_check_base_motion
-   use rockdda_base_kinds, only : wp
+   use rockdda_base_kinds, only : wp, pi
    use rockdda_base_diagnostics, only : diagnostics_type, origin_type, severity
    use rockdda_base_strings, only : to_string
    use rockdda_model_options, only : quake_type, is_set
@@ -12,12 +12,14 @@ module rockdda_check_base_motion
    use rockdda_interaction_time_tables, only : table_value
    implicit none
    private
-   public :: check_motion, warn_of_motion
+   public :: check_motion, warn_of_motion, warn_of_harmonics
 
    !> Largest acceleration that is no slip, over that of gravity: the largest recorded in an earthquake is 4.4 g.
    real(wp), parameter :: most_gravities = 5.0_wp
    !> Acceleration of gravity [m/s^2], where a record names its unit and the model has no weight.
    real(wp), parameter :: gravity_of_records = 9.81_wp
+   !> A phase of a turn is rounded by less.
+   real(wp), parameter :: rounding_of_turn = 1.0e-3_wp
    !> Velocity of the ground at the start that is rounding, over the largest of the record.
    real(wp), parameter :: rounding = 1.0e-9_wp
 
@@ -132,6 +134,29 @@ contains
       end subroutine warn
 
    end subroutine warn_of_motion
+
+   !> Warn of harmonic terms that no earthquake has, and of phases in degrees.
+   subroutine warn_of_harmonics(parameters, origin, messages)
+      type(parameters_type), intent(in) :: parameters
+      type(origin_type), intent(in) :: origin      !! of the terms
+      type(diagnostics_type), intent(inout) :: messages
+      real(wp) :: g, largest
+      integer :: i
+      if (.not. allocated(parameters%base%harmonics)) return
+      g = parameters%acceleration_of_gravity()
+      do i = 1, size(parameters%base%harmonics, 2)
+         associate (term => parameters%base%harmonics(:, i))
+            largest = maxval(abs(term(1:2)))
+            if (g > 0 .and. largest > most_gravities*g) call messages%add(severity%warning, 'harmonic: '// &
+               parameters%shown(largest, 'length/time^2')//' of term '//to_string(i)//' is '// &
+               to_string(largest/g, 3)//' times the acceleration of gravity, as no earthquake has: is its unit '// &
+               'that of the model?', origin)
+            if (abs(term(4)) > 2*pi*(1 + rounding_of_turn)) call messages%add(severity%warning, 'harmonic: phase '// &
+               to_string(term(4))//' of term '//to_string(i)//' is in rad, where a turn is 2 pi = 6.283: is it in '// &
+               'degrees? ('//to_string(term(4))//' degrees are '//to_string(term(4)*pi/180, 4)//' rad)', origin)
+         end associate
+      end do
+   end subroutine warn_of_harmonics
 
    !> Longest time from the start of the motion to the end of the run.
    pure real(wp) function longest_motion(parameters) result(span)

@@ -1,13 +1,17 @@
 ! SPDX-License-Identifier: MIT
-!> Warning of joints without damping in a model whose base moves.
+!> Warnings of joints without damping in a model whose base moves, and of damping of blocks that lets nothing move.
 module rockdda_check_damping
+   use rockdda_base_kinds, only : wp
    use rockdda_base_diagnostics, only : diagnostics_type, origin_type, severity
    use rockdda_base_strings, only : is_given, to_string
    use rockdda_model_parameters, only : parameters_type
    use rockdda_model_stage_options, only : has_base_motion
    implicit none
    private
-   public :: check_damping
+   public :: check_damping, check_mass_damping
+
+   !> Steps in which damping may take the velocity of a block.
+   real(wp), parameter :: least_steps = 3.0_wp
 
 contains
 
@@ -39,5 +43,20 @@ contains
                         'vibrate, and blocks slip by some percent more or less than friction lets them, which '// &
                         'shorter steps make no better; give damping_ratio = 0.5, for example', origin)
    end subroutine check_damping
+
+   !> Check that damping in proportion to mass leaves blocks their velocity for some steps.
+   subroutine check_mass_damping(parameters, origin, messages)
+      type(parameters_type), intent(in) :: parameters
+      type(origin_type), intent(in) :: origin             !! of its value
+      type(diagnostics_type), intent(inout) :: messages
+      if (.not. parameters%mass_damping*parameters%dt_max*least_steps > 1) return
+      associate (alpha => parameters%mass_damping)
+         call messages%add(severity%warning, 'mass_proportional takes the velocity of blocks within '// &
+            parameters%shown(1/alpha, 'time', 3)//', '//to_string(1/(alpha*parameters%dt_max), 2)// &
+            ' of the longest step: they fall no faster than '// &
+            parameters%shown(parameters%acceleration_of_gravity()/alpha, 'length/time', 3)//' and stand still '// &
+            'where they should slide. Critical damping of an oscillation of frequency f is 4 pi f', origin)
+      end associate
+   end subroutine check_mass_damping
 
 end module rockdda_check_damping

@@ -13,7 +13,8 @@ module rockdda_check_plausibility
    use rockdda_model_blocks, only : block_system_type
    use rockdda_model_in_situ, only : initial_stress_type, find_initial_stress
    use rockdda_model_options, only : run_options_type, is_set
-   use rockdda_check_damping, only : check_damping
+   use rockdda_check_base_motion, only : warn_of_harmonics
+   use rockdda_check_damping, only : check_damping, check_mass_damping
    use rockdda_check_unlikely, only : check_ground
    use rockdda_model_parameters, only : parameters_type
    use rockdda_check_units, only : check_units
@@ -83,7 +84,7 @@ contains
             inspection%unit_weight = maxval([0.0_wp, pack(abs(materials%weight), inspection%block_used)])
          end if
       end associate
-      call check_units(blocks, parameters, options%geometry_origin, analysis_file, options_file, messages)
+      call check_units(blocks, parameters, options, analysis_file, options_file, messages)
       if (messages%has_errors()) return
       call inspection%check_friction(parameters)
       call inspection%check_weight(parameters)
@@ -95,6 +96,8 @@ contains
       call inspection%check_supports(blocks, parameters)
       call inspection%check_held_velocity(blocks, parameters)
       if (len(analysis_file) == 0) call check_damping(parameters, inspection%joint_used, inspection%warnings)
+      call check_mass_damping(parameters, options%mass_damping_origin, inspection%warnings)
+      call warn_of_harmonics(parameters, options%base%harmonics_origin, inspection%warnings)
       call inspection%check_sleep(parameters, options)
       call inspection%check_step(parameters, is_set(options%dt_max), options%dt_max_origin)
       call check_ground(blocks, parameters, inspection%warnings)

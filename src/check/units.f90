@@ -1,5 +1,6 @@
 ! SPDX-License-Identifier: MIT
-!> What cannot be in the units of a model and is not in its options: the extent of the geometry, and the values of an
+!> What cannot be in the units of a model and is not in its options: the extent of the geometry,
+!> a gravity that is too large for it, and the values of an
 !> analysis file that a labelled file names.
 module rockdda_check_units
    use rockdda_base_kinds, only : wp
@@ -7,7 +8,8 @@ module rockdda_check_units
    use rockdda_base_strings, only : to_string
    use rockdda_model_blocks, only : block_system_type
    use rockdda_model_parameters, only : parameters_type
-   use rockdda_model_possible_values, only : known_values_type
+   use rockdda_model_options, only : run_options_type
+   use rockdda_model_possible_values, only : known_values_type, centrifuge
    use rockdda_model_units, only : unit_system_type, unit_system
    implicit none
    private
@@ -15,17 +17,20 @@ module rockdda_check_units
 
    !> Largest extent of a model: specimens of a laboratory to a mountain range [m].
    real(wp), parameter :: possible_extent(2) = [1.0e-4_wp, 2.0e5_wp]
+   !> The largest models in a centrifuge [m].
+   real(wp), parameter :: box_of_centrifuge = 3.0_wp
 
 contains
 
    !> Report what cannot be.
-   subroutine check_units(blocks, parameters, geometry_origin, analysis_file, options_file, messages)
+   subroutine check_units(blocks, parameters, options, analysis_file, options_file, messages)
       type(block_system_type), intent(in) :: blocks
       type(parameters_type), intent(in) :: parameters
-      type(origin_type), intent(in) :: geometry_origin              !! where &model names it; or empty
+      type(run_options_type), intent(in) :: options
       character(len=*), intent(in) :: analysis_file, options_file   !! for messages
       type(diagnostics_type), intent(inout) :: messages
-      call check_extent(blocks, parameters, geometry_origin, options_file, messages)
+      call check_extent(blocks, parameters, options%geometry_origin, options_file, messages)
+      call check_gravity(blocks, parameters, options%gravity_origin, messages)
       if (len(analysis_file) > 0) call check_analysis(parameters, analysis_file, messages)
    end subroutine check_units
 
@@ -50,6 +55,25 @@ contains
          ' wide or high (units = '''//trim(system%name)//'''), which cannot be: possible are 0.1 mm to 200 km. Is '// &
          "the geometry drawn in another unit of length? (units = 'none' of &model takes any)", origin)
    end subroutine check_extent
+
+   !> A model larger than a box of a centrifuge with more than the earth's gravity.
+   subroutine check_gravity(blocks, parameters, origin, messages)
+      type(block_system_type), intent(in) :: blocks
+      type(parameters_type), intent(in) :: parameters
+      type(origin_type), intent(in) :: origin                       !! where it was read; empty: it was not
+      type(diagnostics_type), intent(inout) :: messages
+      type(unit_system_type) :: system
+      real(wp) :: gravity, extent                                   !! [m/s2], [m]
+      system = unit_system(parameters%units)
+      if (.not. system%is_known() .or. origin%line == 0) return
+      gravity = system%in_si(parameters%acceleration_of_gravity(), 'length/time^2')
+      extent = system%in_si(maxval(maxval(blocks%vertices, dim=2) - minval(blocks%vertices, dim=2)), 'length')
+      if (gravity <= centrifuge .or. extent <= box_of_centrifuge) return
+      call messages%add(severity%warning, 'gravity = '// &
+         parameters%shown(parameters%acceleration_of_gravity(), 'length/time^2')//' is '// &
+         to_string(gravity/9.81_wp, 3)//' times that of the earth, as models have in a centrifuge, '// &
+         'which are not '//to_string(extent, 3)//' m wide or high: is it in another unit?', origin)
+   end subroutine check_gravity
 
    !> Values of an analysis file that a labelled file names: those of the options were judged where they were read.
    subroutine check_analysis(parameters, analysis_file, messages)

@@ -1,5 +1,6 @@
 ! SPDX-License-Identifier: MIT
-!> What a model has that hardly can be meant: splinters, a surcharge that no traction carries, a reset of nothing.
+!> What a model has that hardly can be meant: splinters, a surcharge that no traction carries, a reset of nothing,
+!> water far above.
 module rockdda_check_unlikely
    use rockdda_base_kinds, only : wp
    use rockdda_base_diagnostics, only : diagnostics_type, severity
@@ -8,12 +9,15 @@ module rockdda_check_unlikely
    use rockdda_model_options, only : is_set
    use rockdda_check_splinters, only : check_splinters
    use rockdda_model_parameters, only : parameters_type
+   use rockdda_model_water_check, only : title_of
    implicit none
    private
    public :: check_ground
 
    !> Tractions that differ from the stress under the surface by less are rounded.
    real(wp), parameter :: rounding = 0.02_wp
+   !> Heights of the model by which water may stand above it.
+   real(wp), parameter :: most_heights = 2
 
 contains
 
@@ -25,6 +29,7 @@ contains
       call check_splinters(blocks, parameters%units, messages)
       call check_surcharge(blocks, parameters, messages)
       call check_first_reset(parameters, messages)
+      call check_water_tables(blocks, parameters, messages)
    end subroutine check_ground
 
    !> Check that the stress that &in_situ gives at the top of the model is that of the pressures along it: else the
@@ -74,6 +79,36 @@ contains
          end associate
       end do
    end subroutine check_surcharge
+
+   !> Check that water does not stand far above a model, unless rock does: stress in the ground, or a load on the top.
+   subroutine check_water_tables(blocks, parameters, messages)
+      type(block_system_type), intent(in) :: blocks
+      type(parameters_type), intent(in) :: parameters
+      type(diagnostics_type), intent(inout) :: messages
+      real(wp) :: top, above, height
+      integer :: g
+      if (.not. allocated(parameters%water)) return
+      if (allocated(parameters%in_situ)) then
+         if (size(parameters%in_situ) > 0) return
+      end if
+      if (allocated(parameters%boundaries)) then
+         if (any([(parameters%boundaries(g)%kind == 'traction', g=1, size(parameters%boundaries))])) return
+      end if
+      top = maxval(blocks%vertices(2, :))
+      height = top - minval(blocks%vertices(2, :))
+      do g = 1, size(parameters%water)
+         associate (water => parameters%water(g))
+            if (.not. allocated(water%table)) cycle
+            above = maxval(water%table(2, :)) - top
+            if (above <= most_heights*height) cycle
+            call messages%add(severity%warning, title_of(water, g)//': the table lies up to '// &
+               parameters%shown(above, 'length', 4)//' above the top of the model, y = '// &
+               parameters%shown(top, 'length', 6)//', which is '//parameters%shown(height, 'length', 4)// &
+               ' high: is y of the table right? (Rock above the model is a stress of &in_situ and a traction)', &
+               water%origin)
+         end associate
+      end do
+   end subroutine check_water_tables
 
    !> A note on displacements that are reset where there are none.
    subroutine check_first_reset(parameters, messages)

@@ -110,7 +110,7 @@ class Units(ProgramTest):
             ("mm", MM, {}, WATER.format("9.81"), "unit_weight", "it seems to be in kN/m3"),
             ("SI", SI, {}, "&joint_law material = 1, residual_friction = 0.35 /\n", "residual_friction", "in radians"),
             ("SI", SI, {}, "&in_situ stress = -5, -10, 0 /\n", "stress", "it seems to be in MPa"),
-            ("SI", SI, {}, "&in_situ surface = 2, k0 = 1, surcharge = 50 /\n", "surcharge", "it seems to be in MPa"),
+            ("SI", SI, {}, "&in_situ surface = 2, k0 = 1, surcharge = 50 /\n", "surcharge", "it seems to be in kPa"),
             ("SI", SI, {}, "&in_situ surface = 2, k0 = 1, unit_weight = 26 /\n", "unit_weight", "in kN/m3"),
             ("SI", SI, {}, "&boundary along = 0,2, 4,2, kind = 'traction', pressure = 0.2 /\n", "pressure", "in MPa"),
             ("SI", SI, {}, "&boundary along = 0,2, 4,2, kind = 'moving', velocity = 0, -5e3 /\n", "velocity", "mm/s"),

@@ -11,7 +11,7 @@ module rockdda_io_option_reader
    use rockdda_model_option_table, only : all_options, describe_options
    use rockdda_model_options, only : run_options_type, unset_real, unset_integer, is_set
    use rockdda_model_parameters, only : parameters_type
-   use rockdda_model_possible_values, only : known_values_type
+   use rockdda_model_possible_values, only : known_values_type, bounds_of
    use rockdda_model_quake_options, only : find_format, form_of
    use rockdda_model_units, only : unit_system
    use rockdda_io_csv_table, only : read_csv_table
@@ -324,19 +324,23 @@ contains
       type(option_type), intent(in) :: row
       type(entry_type), intent(in) :: entry
       real(wp), intent(in) :: values(:)
-      character(len=:), allocatable :: problem
+      character(len=:), allocatable :: problem, judged_as
       integer :: i, k
       logical :: scaled, unlikely
       if (.not. self%known%system%is_known() .or. size(values) == 0) return
       k = maxloc(abs(values(1:min(row%n_in_unit, size(values)))), dim=1)
       if (values(k) < row%least .or. values(k) > row%most) return   ! reported as such
       scaled = .false.
+      judged_as = self%group
       if (row%element > 0 .and. self%group /= 'water') then
          associate (group => self%namelist%groups(self%element(1)))
             scaled = any([(group%entries(i)%name == 'table', i=1, group%n)])
+            do i = 1, group%n
+               judged_as = bounds_of(judged_as, group%entries(i)%name)
+            end do
          end associate
       end if
-      call self%known%problem_of(self%group, row%name, row%unit, values(k), scaled, problem, unlikely)
+      call self%known%problem_of(judged_as, row%name, row%unit, values(k), scaled, problem, unlikely)
       if (len(problem) > 0) call self%messages%add(merge(severity%warning, severity%error, unlikely), &
                                                    entry%name//': '//problem, &
                                                    self%namelist%origin(entry%values(min(k, entry%n))%place))

@@ -99,7 +99,7 @@ module rockdda_model_options
       !> (5, m) amplitudes ax ay, frequency f [1/time], phase [rad], start t0: a = A sin(2 pi f (t - t0) + phase)
       real(wp), allocatable :: harmonics(:, :)
       character(len=:), allocatable :: stage     !! name of the stage with which it begins; empty: time 0 of the run
-      type(origin_type) :: stage_origin          !! where that was read
+      type(origin_type) :: stage_origin, harmonics_origin   !! where they were read
    end type base_motion_type
 
    !> Blocks whose centroid at the start lies in boxes, circles or a polygon, or that are of a material. One of these in
@@ -248,6 +248,7 @@ module rockdda_model_options
       type(joint_material_type), allocatable :: joint_materials(:) !! groups that change or add joint materials
       type(joint_material_type), allocatable :: joint_laws(:)      !! the same for materials of the analysis file
       real(wp) :: mass_damping = unset_real           !! &block_damping mass_proportional [1/time]
+      type(origin_type) :: gravity_origin, mass_damping_origin          !! where they were read
       type(stage_type), allocatable :: stages(:)
       type(change_type), allocatable :: changes(:)
       type(region_type), allocatable :: regions(:)

@@ -357,6 +357,7 @@ contains
       call table%add(option('gravity', 'acceleration in -y of every block', unit='length/time^2', least=0.0_wp, &
                             remark='it acts in -y', default_text='weight/density of each material of the '// &
                             'analysis file, else 0'), o%gravity, p%gravity)
+      call table%locate(o%gravity_origin)
       call table%add_file(option('base_acceleration', 'file with the acceleration of the base, see below', &
                                  columns='t, ax, ay', quantity='base acceleration'), o%base%table, o%base%file, &
                           p%base%table)
@@ -366,6 +367,7 @@ contains
                             columns='ax, ay, f, phase, t0', &
                             quantity='harmonic base acceleration', adds_up=.true., rule=list_rule%frequency), &
                      o%base%harmonics, p%base%harmonics)
+      call table%locate(o%base%harmonics_origin)
       call table%add(option('base_stage', 'name of the stage with whose start base_acceleration, harmonic and '// &
                             '&quake begin', &
                             quantity='stage with which base motion begins', default_text='the first dynamic '// &
@@ -376,6 +378,7 @@ contains
       call table%add(option('mass_proportional', 'damping force over mass and velocity', unit='1/time', &
                             quantity='mass-proportional damping', least=0.0_wp), &
                      o%mass_damping, p%mass_damping)
+      call table%locate(o%mass_damping_origin)
    end subroutine describe_material
 
    !> &output.

@@ -8,7 +8,7 @@ module rockdda_model_possible_values
    use rockdda_model_units, only : unit_system_type
    implicit none
    private
-   public :: known_values_type
+   public :: known_values_type, bounds_of, centrifuge
 
    !> Earth's gravity, and accelerations above which a model stands in a centrifuge [m/s2].
    real(wp), parameter :: earth = 9.81_wp, centrifuge = 15.0_wp
@@ -121,6 +121,14 @@ contains
       self%density = 0
    end subroutine begin_group
 
+   !> The group whose bounds hold for the values of one with this option: a change of a lining has those of linings.
+   pure function bounds_of(group, name) result(judged_as)
+      character(len=*), intent(in) :: group, name
+      character(len=:), allocatable :: judged_as
+      judged_as = group
+      if (group == 'change' .and. name == 'liner') judged_as = 'liner'
+   end function bounds_of
+
    !> What is wrong with the value of an option: '' or 'cannot be ...', or only unlikely. A force that a table of
    !> factors multiplies (scaled) may be small.
    subroutine problem_of(self, group, name, dimension, value, scaled, text, unlikely)
@@ -230,23 +238,27 @@ contains
       text = text//' '//system%unit_of(b%dimension)
    end function range_text
 
-   !> The unit that the value seems to be in, and its value in that of the system; '' where none fits.
+   !> The unit that the value seems to be in, that which brings it nearest to what is usual, and its value in that of
+   !> the system; '' where none fits.
    pure function cause_text(value, b, system) result(text)
       real(wp), intent(in) :: value
       type(bounds_type), intent(in) :: b
       type(unit_system_type), intent(in) :: system
       character(len=:), allocatable :: text
-      real(wp) :: si
+      real(wp) :: si, far, nearest
       integer :: i
       text = ''
+      nearest = huge(1.0_wp)
       do i = 1, size(habits)
          if (habits(i)%dimension /= b%dimension) cycle
          si = abs(value)*habits(i)%size
          if (si < b%usual(1) .or. si > b%usual(2)) cycle
+         far = abs(log(si**2/product(b%usual)))     ! from the middle of what is usual
+         if (far >= nearest*(1 - 1.0e-9_wp)) cycle
+         nearest = far
          text = ': it seems to be in '//trim(habits(i)%name)//", but units = '"//trim(system%name)//"' has "// &
                 system%unit_of(b%dimension)//', where it is '// &
                 to_string(sign(si, value)/system%in_si(1.0_wp, b%dimension), 4)
-         return
       end do
    end function cause_text
 
