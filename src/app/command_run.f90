@@ -79,6 +79,10 @@ contains
       if (size(line%files) == 1) then
          kind = kind_of_ending(line%files(1)%text)
          if (get_path_kind(line%files(1)%text) == path_kind%file) call recognise(line%files(1)%text, kind, unreadable)
+         if (allocated(unreadable)) then
+            call move_alloc(unreadable, error)
+            return
+         end if
          if (get_path_kind(line%files(1)%text) /= path_kind%file .or. &
              any(kind == [file_kind%options, file_kind%labelled, file_kind%hdf5, file_kind%checkpoint])) then
             call find_files(line%files(1)%text, '', line%config, input, messages, error)

@@ -5,6 +5,7 @@ module rockdda_app_search_report
    use rockdda_base_strings, only : counted, to_string
    use rockdda_io_checkpoint, only : checkpoint_path
    use rockdda_model_liner_layout, only : title_of_liner
+   use rockdda_model_material_names, only : number_of_material
    use rockdda_run_factor_search, only : factor_search_type
    use rockdda_run_mechanism, only : kind_of
    use rockdda_run_input, only : model_input_type, run_name
@@ -144,9 +145,10 @@ contains
          text = text//nl
       else if (search%options%kind == search_kind%strength) then
          do i = 1, size(length)
-            if (.not. (search%searched%joints(i) .and. length(i) > 0)) cycle
+            if (.not. (search%searched%joints(i) .and. (length(i) > 0 .or. lies_behind_lining(search, i)))) cycle
             if (len(text) > 0) text = text//', '
             text = text//label(search, i)
+            if (.not. length(i) > 0) text = text//' (behind linings)'
          end do
          text = 'strength reduced: '//text//nl
       end if
@@ -159,6 +161,21 @@ contains
          end do
       end associate
    end function joints_text
+
+   !> Is a joint material that of the back of a lining?
+   pure logical function lies_behind_lining(search, i) result(lies)
+      type(factor_search_type), intent(in) :: search
+      integer, intent(in) :: i
+      integer :: k
+      lies = .false.
+      associate (p => search%settled%parameters)
+         if (.not. allocated(p%liners)) return
+         do k = 1, size(p%liners)
+            if (.not. allocated(p%liners(k)%joint_material)) cycle
+            lies = lies .or. number_of_material(trim(adjustl(p%liners(k)%joint_material)), p%joint_materials) == i
+         end do
+      end associate
+   end function lies_behind_lining
 
    !> Name of a joint material, or its number.
    pure function label(search, i)

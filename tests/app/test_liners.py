@@ -470,6 +470,7 @@ class Liners(ProgramTest):
         with h5py.File(self.path("factor.h5")) as file:
             self.assertEqual(file["search/blocks"].size, 0)
         outcome = self.run_program("fos", "factor.nml", "--search", "strength", "--tolerance", "0.1", "--force")
+        self.assertIn("strength reduced: j (behind linings)\n", outcome.out)
         self.assertRegex(outcome.out, r"mechanism: \w+ of lining 'liner 1' \(\d+ segments\)")
 
     def test_run_ends_with_its_supports(self):

@@ -55,6 +55,10 @@ class Messages(ProgramTest):
             ["density: expected a number, found '26x0'", "block material 1: 'young' is missing"],
         )
 
+    def test_a_negative_friction_is_not_too_small_for_the_dilation_too(self):
+        (found,) = self.problems(("friction = 38", "friction = -5"))
+        self.assertIn("friction: must be", found)
+
     def test_a_list_of_names_has_its_commas_inside_the_quotes(self):
         (found,) = self.problems(
             ("&run", "&water name = 'w', table = 0,1, unit_weight = 9810, joints = 'a', 'b' /\n&run")

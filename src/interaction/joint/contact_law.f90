@@ -312,7 +312,7 @@ contains
       if (law%law == contact_law%residual .and. is_set(material%residual_friction)) lowest = material%residual_friction
       if (.not. (material%dilation >= 0 .and. material%dilation < 90)) then
          fault = 'the dilation angle must be in [0, 90)'
-      else if (material%dilation > lowest) then
+      else if (material%dilation > max(lowest, 0.0_wp)) then   ! an angle below 0 is told by itself
          fault = 'the dilation angle must not be larger than the friction angle, nor than the residual one'
       else if (law%dilation_slip < 0) then
          fault = 'dilation_slip must not be negative'

@@ -2,7 +2,7 @@
 !> The numbers of a bolt of the options, and what is wrong with them.
 module rockdda_model_bolt_numbers
    use rockdda_base_kinds, only : wp
-   use rockdda_base_strings, only : is_given, lower_case
+   use rockdda_base_strings, only : is_given, lower_case, to_string
    use rockdda_model_geometry_input, only : bolt_type, is_spring
    use rockdda_model_options, only : is_set
    implicit none
@@ -200,10 +200,12 @@ contains
          end if
       end if
       if (len(problem) > 0) return
-      if (abs(bolt%pretension) > limit_of_steel()) call fail(problem, &
-         "'pretension' is larger than the force at which it yields")
+      if (abs(bolt%pretension) > limit_of_steel()) call fail(problem, "'pretension' = "// &
+         to_string(bolt%pretension, 6)//' is larger than the force at which it yields, '// &
+         trim(merge("'plateau_force'", "'yield_force'  ", kind == 'yielding'))//' = '//to_string(limit_of_steel(), 6))
       if (grouted .and. is_set(bolt%plate_strength) .and. bolt%pretension > bolt%plate_strength) &
-         call fail(problem, "'pretension' is larger than 'plate_strength'")
+         call fail(problem, "'pretension' = "//to_string(bolt%pretension, 6)//" is larger than 'plate_strength' = "// &
+                   to_string(bolt%plate_strength, 6))
 
    contains
 
