@@ -8,7 +8,7 @@ module rockdda_interaction_open_close
    use rockdda_base_parallel, only : parallel_contacts, n_pieces
    use rockdda_base_runs, only : run_length
    use rockdda_contact_interval_law, only : end_gaps
-   use rockdda_contact_table, only : contact_table_type, contact_state
+   use rockdda_contact_table, only : contact_table_type, contact_state, is_of_interval, other_row
    use rockdda_interaction_closing, only : closing_gap, stays_closed
    use rockdda_interaction_contact_law, only : contact_law_type
    use rockdda_interaction_intervals, only : find_extremes, mean_gap, interval_response_type, respond, &
@@ -126,7 +126,7 @@ contains
                   if (i == judged) cycle
                   ! an interval that is open and apart at both ends stays so as two contacts do
                   is_apart = self%joint(i)%state == contact_state%open .and. lowest(i - first + 1) >= 0 .and. &
-                             .not. (self%joint(i)%partly .or. self%joint(i)%strikes)
+                             .not. (self%joint(i)%partly .or. an_end_strikes(self, table, i))
                   if (.not. is_apart .and. &
                       is_one_contact(widest(i - first + 1), self%joint(i), table%station(i), self%joint(i)%partly .or. &
                                      self%start(i) == at_level%may_strike .or. &
@@ -149,6 +149,15 @@ contains
          c = c + n
       end do
    end subroutine judge_rows
+
+   !> Is a contact, or an end of the interval of this row, kept open by the law of impact?
+   pure logical function an_end_strikes(self, table, c)
+      type(open_close_type), intent(in) :: self
+      type(contact_table_type), intent(in) :: table
+      integer, intent(in) :: c                         !! row
+      an_end_strikes = self%joint(c)%strikes
+      if (is_of_interval(table, c)) an_end_strikes = an_end_strikes .or. self%joint(other_row(table, c))%strikes
+   end function an_end_strikes
 
    !> Is a row one of an interval whose rows are not two contacts by themselves: open, closed on a part, or of a law
    !> that is not linear?
