@@ -154,7 +154,7 @@ contains
       type(attempt_type), intent(in) :: attempt
       type(contact_law_type), intent(in) :: laws(:)      !! per joint material
       type(contact_table_type), intent(in) :: table
-      real(wp), intent(in) :: level                      !! share of the step after which forces of closed contacts act
+      real(wp), intent(in), contiguous :: level(:)       !! (rows) share of the step after which forces act
       type(joint_extra_type), intent(inout) :: extra(:)  !! (>= rows)
       real(wp), intent(inout) :: gap(:)                  !! (>= rows) of the springs without motion [length]
       real(wp) :: last, slip
@@ -168,7 +168,7 @@ contains
                extra(c)%opens = dilated_gap(law, table%total_slip(c) + slip) - dilated_gap(law, table%total_slip(c))
             end if
          end associate
-         extra(c)%late = (1 - level)*last - level*extra(c)%opens
+         extra(c)%late = (1 - level(c))*last - level(c)*extra(c)%opens
          gap(c) = table%gap(c) + extra(c)%late
       end do
    end subroutine expect_dilation

@@ -147,10 +147,11 @@ contains
       if (context%parameters%by_length .and. attempt%scheme%is_dynamic .and. attempt%scheme%second_order) &
          call mark_striking_ends(context, attempt, self%laws, self%table, self%trial%start)
       if (allocated(self%trial%extra)) &
-         call set_dashpots(context, attempt, self%laws, self%table, self%trial%level(1:2), &
+         call set_dashpots(context, attempt, self%laws, self%table, self%trial%level(self%trial%start(1:self%table%n)), &
                              self%trial%extra)
       self%delays = any(self%laws%dilation > 0) .and. self%trial%level(1) < 1
-      if (self%delays) call expect_dilation(context, attempt, self%laws, self%table, self%trial%level(1), &
+      if (self%delays) call expect_dilation(context, attempt, self%laws, self%table, &
+                                              self%trial%level(self%trial%start(1:self%table%n)), &
                                               self%trial%extra, self%trial%gap)
    end subroutine begin
 
@@ -375,7 +376,7 @@ contains
       call end_motion(self%trial, self%table, self%laws, self%settings)
    end subroutine reach_end
 
-   !> Impulses on the blocks by contacts that have closed in the step.
+   !> Impulses on the blocks by contacts that have closed in the step or are in a blow.
    subroutine add_impulses(self, equations, dt, impulse)
       class(contacts_type), intent(in) :: self
       type(equations_type), intent(in) :: equations
@@ -386,7 +387,8 @@ contains
       real(wp) :: p(2)
       integer :: c, l
       do c = 1, self%table%n
-         if (self%table%state(c) /= contact_state%open .or. self%trial%state_used(c) == contact_state%open) cycle
+         if (all(self%trial%start(c) /= [at_level%closes, at_level%blow])) cycle
+         if (self%trial%state_used(c) == contact_state%open) cycle
          call self%trial%find_ends(self%table, c, c, last)
          call self%trial%recall(self%table, c, joint)
          p = dt*[self%trial%force_used(self%table, c), last(1)%shear_force]

@@ -42,7 +42,7 @@ contains
       type(attempt_type), intent(in) :: attempt
       type(contact_law_type), intent(in) :: laws(:)      !! per joint material
       type(contact_table_type), intent(in) :: table
-      real(wp), intent(in) :: level(2)                   !! share of the motion that gap and slip are, closed and open
+      real(wp), intent(in), contiguous :: level(:)       !! (rows) share of the motion that gap and slip are
       type(joint_extra_type), intent(inout) :: extra(:)  !! (>= rows)
       if (has_dashpots(laws, table)) call share_damping(context, attempt, laws, table, level, extra)
    end subroutine set_dashpots
@@ -57,7 +57,7 @@ contains
       type(joint_extra_type), allocatable :: extra(:)
       integer :: c
       allocate (extra(table%n))
-      call set_dashpots(context, attempt, laws, table, [1.0_wp, 1.0_wp], extra)
+      call set_dashpots(context, attempt, laws, table, [(1.0_wp, c=1, table%n)], extra)
       do c = 1, table%n
          drag(:, c) = attempt%dt*[extra(c)%normal_drag, extra(c)%drag]
       end do
@@ -69,7 +69,7 @@ contains
       type(attempt_type), intent(in) :: attempt
       type(contact_law_type), intent(in) :: laws(:)      !! per joint material
       type(contact_table_type), intent(in) :: table
-      real(wp), intent(in) :: level(2)                   !! share of the motion that gap and slip are, closed and open
+      real(wp), intent(in), contiguous :: level(:)       !! (rows) share of the motion that gap and slip are
       type(joint_extra_type), intent(inout) :: extra(:)  !! (>= rows)
       real(wp), allocatable :: stiffness(:, :)           !! (normal and shear, blocks) of the contacts that count
       real(wp) :: holds(context%blocks%n_blocks)         !! a block with two cannot move
@@ -89,7 +89,7 @@ contains
       do c = 1, table%n
          ratio = laws(table%joint(c))%damping_ratio
          if (slides(table, c)) ratio = max(ratio, laws(table%joint(c))%sliding_damping)
-         associate (share => level(merge(2, 1, table%state(c) == contact_state%open)))
+         associate (share => level(c))
             if (.not. (ratio > 0 .and. share > 0)) cycle
             springs = springs_of(laws, table, c)
             squared = 0

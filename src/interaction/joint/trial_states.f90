@@ -23,9 +23,9 @@ module rockdda_interaction_trial_states
    integer(i1), parameter :: no_state = -1
    !> After which share of the step's motion the force of a contact acts: of one that is closed at its start, that of
    !> the scheme; of one that closes in the step, 1, as an impulse; of an interval whose open end may strike, or strikes
-   !> (rockdda_interaction_striking_ends), that of the scheme, or 1.
+   !> (rockdda_interaction_striking_ends), that of the scheme, or 1; of one in a blow (there), 1, as an impulse.
    type :: at_level_enum
-      integer(i1) :: closed = 1, closes = 2, may_strike = 3, strikes = 4
+      integer(i1) :: closed = 1, closes = 2, may_strike = 3, strikes = 4, blow = 5
    end type at_level_enum
    type(at_level_enum), parameter :: at_level = at_level_enum()
 
@@ -55,7 +55,7 @@ module rockdda_interaction_trial_states
       integer(i1), allocatable :: start(:)    !! one of at_level%...
       !> Share of the step's motion after which the forces of contacts act, by `start`; gap and slip are those there
       !> until `reach_end`. And the factor of their forces in the equations.
-      real(wp) :: level(4) = 1, factor(4) = 1
+      real(wp) :: level(5) = 1, factor(5) = 1
       integer, private :: n_begun = 0         !! rows that have been in use; those behind take no memory yet
    contains
       procedure :: begin
@@ -92,8 +92,8 @@ contains
       n = table%n
       self%doubt = 0
       ! one that is open at the start and closes does not know when: its force at the end is an impulse
-      self%level = [settings%level, 1.0_wp, settings%level, 1.0_wp]
-      self%factor = [1.0_wp, settings%impact, 1.0_wp, 1.0_wp]
+      self%level = [settings%level, 1.0_wp, settings%level, 1.0_wp, 1.0_wp]
+      self%factor = [1.0_wp, settings%impact, 1.0_wp, 1.0_wp, settings%impact]
       call make_room(self, n)
       call make_extra_room(self, table, laws)
       if (allocated(self%extra)) self%extra(1:n) = joint_extra_type()
@@ -253,7 +253,7 @@ contains
       integer, intent(in) :: c                         !! row
       type(joint_type), intent(inout) :: joint
       call recall_joint(table, c, self%joint(c), self%extra, joint)
-      joint%closes = any(self%start(c) == [at_level%closes, at_level%strikes])
+      joint%closes = any(self%start(c) == [at_level%closes, at_level%strikes, at_level%blow])
    end subroutine recall
 
    !> From now on an interval acts at the end of the step.

@@ -31,6 +31,7 @@ module rockdda_stepping_impact
    use rockdda_interaction_intervals, only : end_gap, interval_response_type, respond
    use rockdda_interaction_joint_law, only : joint_settings_type
    use rockdda_interaction_open_close, only : open_close_type
+   use rockdda_interaction_trial_states, only : at_level
    use rockdda_stepping_impulses, only : line_type, demand_type, set_lines, n_held, motion, set_demand, solve, &
       limit_energy
    implicit none
@@ -367,7 +368,7 @@ contains
       real(wp) :: before(2), free(2), gap(2), bond(2)
       before = 0
       free = end_gaps(trial%gap(c:c + 1))
-      if (trial%start(c) == 1_i1) before = min(0.0_wp, end_gaps(table%gap(c:c + 1)))
+      if (trial%start(c) /= at_level%closes) before = min(0.0_wp, end_gaps(table%gap(c:c + 1)))
       ! what leaves is let go
       where (free > before) before = 0
       free = min(0.0_wp, free - before)
