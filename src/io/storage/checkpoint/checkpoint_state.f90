@@ -202,6 +202,7 @@ contains
       call archive%item('boundary_energy', ledger%boundary_energy)
       call archive%item('exchanged', ledger%given%exchanged)
       call archive%item('given_scale', ledger%given%scale)
+      call archive%item('most_dissipated', ledger%given%dissipated)
       call archive%fixed('given_sum', ledger%given%sum)
       call archive%fixed('given_lowest', ledger%given%lowest)
       call archive%fixed('given', ledger%given%given)
