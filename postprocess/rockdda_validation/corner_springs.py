@@ -49,8 +49,8 @@ BY_LENGTH: Mapping[str, str] = {
     "closed-column": "a column without friction has no stable place of rest: an offset tilts its joints, and blocks "
     "slide on. With g0 = 1e8 N/m it falls within the 400 steps; with 1e9 N/m and more stresses and forces are those of "
     "statics to 2e-15",
-    "closed-momentum": "of second order in the step: 1.6e-5, 3.9e-6, 4.0e-7, 7.6e-8 with 2, 1, 0.5, 0.25 ms, in which blocks "
-    "turn by up to 8.5e-3 to 1.4e-3 rad",
+    "closed-momentum": "of second order in the step: 1.6e-5, 3.9e-6, 4.0e-7, 7.6e-8 with 2, 1, 0.5, 0.25 ms, in which "
+    "blocks turn by up to 8.5e-3 to 1.4e-3 rad",
     "closed-newmark": "slip loses a part of the speed that a sudden start leaves: the errors, 4.6, 0.9 and 0.1 %, fall "
     "faster than 1/√k",
     "closed-rocking": "a block on a soft joint tips earlier (Winkler): it lifts at 1.941 m/s² with g0 = 1e10 N/m, at "
