@@ -273,7 +273,7 @@ contains
                         stage_with(options%stages, title_of_liner(liner, k), installs=.true.))
          call find_stretches(layout%path, reach_over_thickness*t, blocks, blocks%vertices, rock, stretches, side)
          if (side == 0) side = opening_side(layout%path, layout%closed)
-         i = sharp_turn(layout, t, blocks, rock)
+         i = sharp_turn(layout, t)
          if (i > 0) then
             problem = 'the line turns too sharply for a thickness of '//to_string(t)//' at ('// &
                       to_string(layout%path(1, layout%node(i)), 5)//', '// &
@@ -282,7 +282,7 @@ contains
             do j = 1, 30
                thinner = 0.8_wp*thinner
                if (len(layout_problem(line, thinner, liner%element)) > 0) exit
-               if (sharp_turn(new_liner_layout(line, thinner, liner%element), thinner, blocks, rock) > 0) cycle
+               if (sharp_turn(new_liner_layout(line, thinner, liner%element), thinner) > 0) cycle
                problem = problem//', or make the lining thinner (accepted is '//to_string(thinner, 3)//')'
                exit
             end do
@@ -356,23 +356,16 @@ contains
    end subroutine check_line
 
    !> The first segment that has no room where the line turns; 0: none.
-   pure integer function sharp_turn(layout, thickness, blocks, rock) result(i)
+   pure integer function sharp_turn(layout, thickness) result(i)
       type(liner_layout_type), intent(in) :: layout
       real(wp), intent(in) :: thickness             !! [length]
-      type(block_system_type), intent(in) :: blocks
-      logical, intent(in) :: rock(:)                !! (blocks) that are there
-      type(stretch_type), allocatable :: stretches(:)
       real(wp), allocatable :: faces(:, :, :)
       real(wp) :: element
-      integer :: side
-      call find_stretches(layout%path, reach_over_thickness*thickness, blocks, blocks%vertices, rock, stretches, side)
-      if (side == 0) side = opening_side(layout%path, layout%closed)
-      faces = faces_of_path(layout%path, layout%closed, side, [0.0_wp, thickness])
+      faces = faces_of_path(layout%path, layout%closed, 1, thickness)
       element = sum(norm2(layout%path(:, 2:) - layout%path(:, :size(layout%path, 2) - 1), 1))/ &
                 merge(layout%n, layout%n - 1, layout%closed)
       do i = 1, layout%n
-         if (polygon_area(segment_outline(faces, layout%first(i), layout%last(i), side)) <= &
-             0.1_wp*thickness*element) return
+         if (polygon_area(segment_outline(faces, layout%first(i), layout%last(i), 1)) <= 0.1_wp*thickness*element) return
       end do
       i = 0
    end function sharp_turn

@@ -363,6 +363,16 @@ class Liners(ProgramTest):
                 place = file["frames/liner_point"][()]
                 self.assertLess(abs(place[-1] - place[0]).max(), 3e-5)
 
+    def test_hangs_without_bending(self):
+        """A curtain hangs 2 m below the rock: its weight acts in its axis, N = rho g t h and no moment (N t/2 before)."""
+        groups = "&liner along = 0, 4, 0, -2, thickness = 0.2, young = 1e10, density = 2400, element = 0.2 /\n"
+        groups += FIXED.format(4, 0, 4, 4) + REST
+        self.boxes("hang", [(0, 0, 4, 4)], groups, young=2e10, gravity=9.81)
+        with self.solve("hang") as file:
+            force = file["frames/liner_force"][-1]
+            self.near(force[:, 0].max(), 2400 * 9.81 * 0.2 * 2, 0.001)
+            self.assertLess(abs(force[:, 1]).max(), 1e-4 * force[:, 0].max() * 0.2)
+
     def test_weight_is_of_its_own_density(self):
         """Rock without weight, or with one of its own: gravity acts on a lining all the same. What it presses on the
         rock is the sag of its joint."""

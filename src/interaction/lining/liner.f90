@@ -6,7 +6,7 @@
 !> slope of its back between its node and where the rock holds it: with them a rigid back does not stiffen rock that is
 !> finer than the segments. Neighbours are joined by a beam
 !> (rockdda_interaction_liner_beam), and the back of each is held to the rock, or to the lining below, at points
-!> (rockdda_interaction_liner_ties). The axis of the beams lies in the line of the lining.
+!> (rockdda_interaction_liner_ties). The axis of the beams, and the weight, lie in the line of the lining.
 module rockdda_interaction_liner
    use rockdda_base_kinds, only : wp
    use rockdda_geometry_polygons, only : polygon_properties
@@ -56,7 +56,6 @@ module rockdda_interaction_liner
       type(liner_layout_type) :: layout          !! on its line at the start
       type(liner_section_type) :: section
       real(wp) :: poisson = 0.2_wp
-      real(wp) :: drawn(2) = 0                   !! from the axis towards the opening [length]
       real(wp) :: lift = 0                       !! of its axis from that of the lining below [length]
       integer :: lower = 0                       !! the lining on which it lies; 0: the rock
       integer :: joint = 0                       !! joint material; 0: a bond
@@ -100,7 +99,7 @@ contains
       real(wp) :: center(2, liner%layout%n), area, moments(3)
       real(wp) :: faces(2, size(liner%path, 2), 2)
       integer :: i
-      faces = faces_of_path(liner%path, liner%layout%closed, liner%side, liner%drawn)
+      faces = faces_of_path(liner%path, liner%layout%closed, liner%side, liner%section%thickness)
       do i = 1, liner%layout%n
          call polygon_properties(segment_outline(faces, liner%layout%first(i), liner%layout%last(i), liner%side), &
                                  area, center(:, i), moments)

@@ -296,15 +296,15 @@ contains
       moved = path + u
    end function follow_rock
 
-   !> Both faces of a lining along a path, which lie at two distances from it towards the opening.
-   pure function faces_of_path(path, closed, side, distances) result(faces)
+   !> Both faces of a lining, half of its thickness on either side of a path.
+   pure function faces_of_path(path, closed, side, thickness) result(faces)
       real(wp), intent(in) :: path(:, :)
       logical, intent(in) :: closed
       integer, intent(in) :: side                !! of the opening: 1 left, -1 right
-      real(wp), intent(in) :: distances(2)       !! [length]
+      real(wp), intent(in) :: thickness          !! [length]
       real(wp) :: faces(2, size(path, 2), 2)
-      faces(:, :, 1) = lift(path, closed, side*distances(1))
-      faces(:, :, 2) = lift(path, closed, side*distances(2))
+      faces(:, :, 1) = lift(path, closed, -0.5_wp*side*thickness)
+      faces(:, :, 2) = lift(path, closed, 0.5_wp*side*thickness)
    end function faces_of_path
 
    !> Outline of a segment, counter-clockwise: its part of both faces.

@@ -81,11 +81,9 @@ contains
          liner%section%shear = 0.5_wp*(1 - liner%poisson)
          if (is_set(given%compressive_strength)) liner%section%compression = given%compressive_strength
          if (is_set(given%tensile_strength)) liner%section%tension = given%tensile_strength
-         liner%drawn = [0.0_wp, given%thickness]
          if (liner%lower > 0) then
             liner%layout = liners(liner%lower)%layout
             liner%lift = 0.5_wp*(liners(liner%lower)%section%thickness + given%thickness)
-            liner%drawn = liners(liner%lower)%drawn(2) - liner%lift + [0.0_wp, given%thickness]
          else
             line = line_of_liner(p%liners, k, context%blocks, p%regions)
             liner%layout = new_liner_layout(line, given%thickness, given%element)
@@ -198,7 +196,7 @@ contains
          do k = 1, size(liners)
             associate (liner => liners(k), layout => liners(k)%layout)
                if (layout%n == 0) cycle
-               associate (faces => faces_of_path(liner%path, layout%closed, liner%side, liner%drawn))
+               associate (faces => faces_of_path(liner%path, layout%closed, liner%side, liner%section%thickness))
                   do i = 1, layout%n
                      b = b + 1
                      associate (outline => segment_outline(faces, layout%first(i), layout%last(i), liner%side))
@@ -294,7 +292,7 @@ contains
             if (side /= 0) liner%side = side
          end if
          liner%is_there = .true.
-         faces = faces_of_path(liner%path, layout%closed, liner%side, liner%drawn)
+         faces = faces_of_path(liner%path, layout%closed, liner%side, liner%section%thickness)
          do i = 1, layout%n
             b = liner%before + i
             state%vertices(:, context%blocks%vertex_offset(b) + 1:context%blocks%vertex_offset(b + 1)) = &
