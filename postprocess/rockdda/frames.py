@@ -307,8 +307,8 @@ class Frame:
     def liner_nodes(self) -> pandas.DataFrame:
         """Nodes of the linings: lining (from 0), its name, x, y, N (axial force, tension positive), M (moment, positive
         where it pulls on the side of the opening), Q (shear force), per metre out of the plane; opening and slip of
-        its back against the rock; use (share of the strength of the section that N and M take together); state
-        (0 absent, 1 sound, 2 cracked, 3 crushed)."""
+        its back against the rock; use (largest share of the strength that N and M take together, of the node and of
+        the sections beside it by which the program judges); state (0 absent, 1 sound, 2 cracked, 3 crushed)."""
         return self.liner_node_columns.to_pandas("a table of linings")
 
     @property
@@ -322,11 +322,27 @@ class Frame:
             place, force, state = np.zeros((0, 2)), np.zeros((0, 3)), np.zeros(0, dtype=np.int64)
         columns = {"liner": liner, "name": np.array(names, dtype=object)[liner], "x": place[:, 0], "y": place[:, 1]}
         thickness, compression, tension = self.results.liner_section[liner, :3].T
-        use = share_of_strength(force[:, 0], force[:, 1], state > 1, thickness, compression, tension)
+        pairs = np.concatenate([force[:, None, :2], self.liner_sections], axis=1)
+        section = (column[:, None] for column in (state > 1, thickness, compression, tension))
+        use = np.fmax.reduce(share_of_strength(pairs[..., 0], pairs[..., 1], *section), axis=1)
         has_back = bool(names) and "frames/liner_back" in self.results
         opening, slip = (self._row("liner_back") if has_back else np.full((len(state), 2), np.nan)).T
         columns |= dict(zip("NMQ", force.T, strict=True))
         return Columns(columns | {"opening": opening, "slip": slip, "use": use, "state": state})
+
+    @property
+    def liner_sections(self) -> FloatArray:
+        """(n, k, 2) N and M by which the program judges the sections beside each node: at the end of the beam before it
+        and at the start and in the middle of that behind it; none in files of older versions."""
+        n_nodes = int(self.results.liner_first[-1]) if self.results.liner_names else 0
+        if not n_nodes or "frames/liner_section" not in self.results:
+            return np.zeros((n_nodes, 0, 2))
+        of_beam = self._row("liner_section").reshape(n_nodes, 3, 2)
+        before, first = np.roll(of_beam[:, 2:], 1, axis=0), self.results.liner_first
+        for k, closed in enumerate(self.results.liner_section[:, 3] > 0):
+            if first[k] < first[k + 1]:
+                before[first[k]] = of_beam[first[k + 1] - 1, 2:] if closed else 0
+        return np.concatenate([before, of_beam[:, :2]], axis=1)
 
     @property
     def liner_pieces(self) -> Columns:

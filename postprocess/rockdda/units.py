@@ -101,6 +101,7 @@ POWERS: dict[str, tuple[int, int, int]] = {
     "model/liner_section": (-2, 0, 1),  # the first column is a length, the last two are none
     "frames/liner_point": (1, 0, 0),
     "frames/liner_back": (1, 0, 0),
+    "frames/liner_section": (-1, 0, 1),  # every second column, a moment: times length
     "frames/liner_force": (-1, 0, 1),  # the second column, the moment: times length
     "frames/contact_point": (1, 0, 0),
     "frames/contact_force": (0, 0, 1),
@@ -288,8 +289,8 @@ class ConvertedResults(Results):
             values[..., :2] *= self._factors[0]
         elif path == "model/bolt_properties":
             values[..., 0] /= self._factors[0]
-        elif path == "frames/liner_force":
-            values[..., 1] *= self._factors[0]
+        elif path in ("frames/liner_force", "frames/liner_section"):
+            values[..., 1::2] *= self._factors[0]
         elif path == "model/liner_section":
             values[..., [0, 3, 4]] /= factor
             values[..., 0] *= self._factors[0]

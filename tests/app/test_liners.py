@@ -363,8 +363,28 @@ class Liners(ProgramTest):
                 place = file["frames/liner_point"][()]
                 self.assertLess(abs(place[-1] - place[0]).max(), 3e-5)
 
+    def test_what_is_judged_is_written(self):
+        """Two bonded layers over a gap of 0.5 m: the stress of a section is just below the strength before it cracks.
+        By the forces at nodes alone it was 43 % of it."""
+        groups = "&region name = 'gap', box = 2, -1, 2.5, 0 /\n" + FIXED.format(0, -1, 4.5, -1)
+        groups += "&liner name = 'a', along = 4.5, 0, 0, 0, thickness = 0.1, young = 1e10, tensile_strength = {0} /\n"
+        groups += "&liner name = 'b', on = 'a', thickness = 0.1, young = 1e10, tensile_strength = {0} /\n"
+        groups += "&loading_point at = 2.25, -0.2, force = 0, 3e4 /\n" + REST
+        boxes = [(0, -1, 2, 0), (2.2, -0.3, 2.3, 0), (2.5, -1, 4.5, 0)]
+
+        def worst(strength):
+            self.boxes("judged", boxes, groups.format(strength), young=2e10)
+            with self.solve("judged") as file:
+                n, m = file["frames/liner_section"][-1].reshape(-1, 2).T
+                return (n / 0.1 + 6 * abs(m) / 0.1**2).max(), (file["frames/liner_state"][-1] == 2).sum()
+
+        stress, cracked = worst(1e9)
+        self.assertEqual(cracked, 0)
+        self.assertEqual(worst(1.02 * stress)[1], 0)
+        self.assertGreater(worst(0.98 * stress)[1], 0)
+
     def test_hangs_without_bending(self):
-        """A curtain hangs 2 m below the rock: its weight acts in its axis, N = rho g t h and no moment (N t/2 before)."""
+        """A curtain hangs 2 m below the rock: its weight acts in its axis, N = rho g t h, no moment (N t/2 before)."""
         groups = "&liner along = 0, 4, 0, -2, thickness = 0.2, young = 1e10, density = 2400, element = 0.2 /\n"
         groups += FIXED.format(4, 0, 4, 4) + REST
         self.boxes("hang", [(0, 0, 4, 4)], groups, young=2e10, gravity=9.81)

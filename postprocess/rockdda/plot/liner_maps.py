@@ -65,13 +65,15 @@ def capacity(
     units: str | Units | None = None,
     title: str | None = None,
 ) -> Axes:
-    """Axial force (compression to the right) and moment at all nodes of the linings, and the capacity of their
-    sections: where the sound one cracks (dashed), where the cracked one, without tension, begins to crush (dotted), and
-    what it bears at most, all that is pressed at the strength (solid)."""
+    """Axial force (compression to the right) and moment at all nodes of the linings, by statics, and in the sections
+    between them by which the program judges cracks (crosses); and the capacity of their sections: where the sound one
+    cracks (dashed), where the cracked one, without tension, begins to crush (dotted), and what it bears at most, all
+    that is pressed at the strength (solid)."""
     from .style import new_axes, title_of
 
     now, units = results.frames[frame], Units.parse(units, results)
-    nodes = _nodes(results, now)
+    nodes, sections = _nodes(results, now), now.liner_sections
+    there = now.liner_node_columns
     factor, unit = units.of_section("N", float(np.abs(nodes["N"]).max(initial=0.0)))
     moment, unit_m = units.of_section("M", float(np.abs(nodes["M"]).max(initial=0.0)))
     with style():
@@ -82,6 +84,9 @@ def capacity(
                 continue
             colour = f"C{k}"
             axes.plot(-factor * chosen["N"], moment * chosen["M"], ".", color=colour, label=name, zorder=3)
+            own = sections[(there["liner"] == k) & (there["state"] > 0)].reshape(-1, 2).T
+            if own.size:
+                axes.plot(-factor * own[0], moment * own[1], "x", color=colour, markersize=3, markeredgewidth=0.6)
             thickness, compression, tension = results.liner_section[k][:3]
             for (n, m), line, words in (
                 (crack_limit(thickness, compression, tension), "--", "cracks"),

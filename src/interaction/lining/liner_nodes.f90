@@ -50,7 +50,7 @@ module rockdda_interaction_liner_nodes
 contains
 
    !> Place, forces N, M, Q, motion of the back against what holds it, and state of the nodes of a lining.
-   pure subroutine show_nodes_of(laws, context, liners, k, place, force, back, state)
+   pure subroutine show_nodes_of(laws, context, liners, k, place, force, back, section, state)
       type(contact_law_type), allocatable, intent(in) :: laws(:)   !! of the joint materials
       type(step_context_type), intent(in) :: context
       type(liner_type), intent(in) :: liners(:)
@@ -58,15 +58,18 @@ contains
       real(wp), intent(out) :: place(:, :)       !! (2, nodes) [length]
       real(wp), intent(out) :: force(:, :)       !! (3, nodes)
       real(wp), intent(out) :: back(:, :)        !! (2, nodes) largest opening and slip of its back [length]
+      real(wp), intent(out) :: section(:, :)     !! (6, nodes) N, M at the start, middle and end of the beam behind
       integer, intent(out) :: state(:)           !! (nodes) node_state%...
       type(side_type) :: sides(2, size(state))   !! before and behind each node
       type(load_type) :: loads(size(state))
       real(wp) :: bent(size(state))              !! moments in the middle of beams by what lies between nodes
       real(wp) :: center(2, size(state)), eccentricity(size(state))
+      type(beam_response_type) :: response
       integer :: i, n, next
       associate (liner => liners(k), layout => liners(k)%layout)
          force = 0
          back = 0
+         section = 0
          state = node_state%absent
          do i = 1, layout%n
             place(:, i) = liner%path(:, layout%node(i))
@@ -82,6 +85,8 @@ contains
          do i = 1, size(liner%joints)
             next = 1 + mod(i, layout%n)
             associate (joint => liner%joints(i))
+               call respond_beam(joint%beam, liner%section, joint%state, joint%d, response)
+               section(:, i) = [(matmul(joint%beam%of_force(:, :, n), response%f), n=1, n_sections)]
                sides(2, i) = cut_of(i, i)
                sides(1, next) = cut_of(i, next)
                eccentricity([i, next]) = eccentricity([i, next]) + 0.5_wp*joint%beam%eccentricity

@@ -69,6 +69,8 @@ module rockdda_model_state
       real(wp), allocatable :: place(:, :)     !! (2, nodes) [length]
       real(wp), allocatable :: force(:, :)     !! (3, nodes) N tension positive, M pulling on the side of the opening, Q
       real(wp), allocatable :: back(:, :)      !! (2, nodes) largest opening and slip of its back [length]
+      real(wp), allocatable :: section(:, :)   !! (6, nodes) N, M by which sections are judged: at the start, in the
+                                               !! middle and at the end of the beam that begins at the node
       integer, allocatable :: state(:)         !! (nodes) 0 absent, 1 sound, 2 cracked, 3 crushed
    end type liner_nodes_type
 

@@ -45,9 +45,9 @@ module rockdda_io_results
                          s_frame_time = 24, s_vertices = 25, s_centroid = 26, s_rotation = 27, s_stress = 28, &
                          s_velocity = 29, s_bolt_ends = 30, s_bolt_force = 31, s_bolt_node = 32, s_bolt_slip = 33, &
                          s_bolt_state = 34, s_bolt_use = 35, s_active = 36, s_liner_point = 37, s_liner_force = 38, &
-                         s_liner_back = 39, s_liner_state = 40, s_offset = 41, s_point = 42, &
-                         s_force = 43, s_state = 44, s_blocks = 45, s_opening = 46, s_slip = 47, s_length = 48, &
-                         s_normal_stress = 49, s_shear_stress = 50, s_strength = 51, &
+                         s_liner_back = 39, s_liner_section = 40, s_liner_state = 41, s_offset = 42, s_point = 43, &
+                         s_force = 44, s_state = 45, s_blocks = 46, s_opening = 47, s_slip = 48, s_length = 49, &
+                         s_normal_stress = 50, s_shear_stress = 51, s_strength = 52, &
                          n_series = n_tables
 
    type :: results_type
@@ -198,6 +198,7 @@ contains
       call self%series(s_liner_point)%init('frames/liner_point', reals, [2, n_nodes], n_expected=n, only_filled=.true.)
       call self%series(s_liner_force)%init('frames/liner_force', reals, [3, n_nodes], small, n, only_filled=.true.)
       call self%series(s_liner_back)%init('frames/liner_back', reals, [2, n_nodes], small, n, only_filled=.true.)
+      call self%series(s_liner_section)%init('frames/liner_section', reals, [6, n_nodes], small, n, only_filled=.true.)
       call self%series(s_liner_state)%init('frames/liner_state', integers, [n_nodes], n_expected=n, only_filled=.true.)
       call self%series(s_offset)%init('frames/contact_offset', integers, single, n_expected=n)
       call self%series(s_point)%init('frames/contact_point', reals, [2], n_expected=nc)
@@ -296,6 +297,7 @@ contains
             call s(s_liner_point)%add(reshape(liner_nodes%place, [size(liner_nodes%place)]), 1)
             call s(s_liner_force)%add(reshape(liner_nodes%force, [size(liner_nodes%force)]), 1)
             call s(s_liner_back)%add(reshape(liner_nodes%back, [size(liner_nodes%back)]), 1)
+            call s(s_liner_section)%add(reshape(liner_nodes%section, [size(liner_nodes%section)]), 1)
             call s(s_liner_state)%add(liner_nodes%state, 1)
          end if
          self%so_far%frames = self%so_far%frames + 1

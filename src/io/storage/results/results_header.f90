@@ -11,7 +11,7 @@ module rockdda_io_results_header
    !> not their mobilised strength.
    integer, parameter :: results_format_version = 3, oldest_format_version = 1
    !> Growing tables, and checksums: one for each table, one for the model.
-   integer, parameter :: n_tables = 51, n_totals = n_tables + 1
+   integer, parameter :: n_tables = 52, n_totals = n_tables + 1
 
    !> Header: origin and options of the file.
    type :: results_header_type
