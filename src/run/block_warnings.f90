@@ -8,7 +8,7 @@ module rockdda_run_block_warnings
    use rockdda_stepping_simulation, only : simulation_type
    implicit none
    private
-   public :: lodged_warning, strain_warning, slid_lining_warning, sheared_lining_warning
+   public :: lodged_warning, strain_warning, slid_lining_warning, sheared_lining_warning, peaked_lining_warning
 
    !> Largest strain that linear elasticity is meant for.
    real(wp), parameter :: much_strain = 0.05_wp
@@ -87,6 +87,27 @@ contains
          end associate
       end do
    end function sheared_lining_warning
+
+   !> Warning about linings whose largest axial force, by more than half of it, is that of one element alone; '' for
+   !> none. A back that is held without slip takes what a joint of the rock opens or closes on a part of a thickness:
+   !> shorter elements make the force larger.
+   function peaked_lining_warning(sim) result(text)
+      type(simulation_type), intent(in) :: sim
+      character(len=:), allocatable :: text
+      real(wp) :: peak, beside, largest
+      integer :: k
+      text = ''
+      do k = 1, size(sim%families%liners%liners)
+         call sim%families%liners%find_peak(k, peak, beside, largest)
+         if (.not. peak - beside > 0.5_wp*largest) cycle
+         text = "lining '"//sim%families%liners%liners(k)%name//"' has an axial force of "// &
+                sim%parameters%shown(peak, 'thrust', 3)//' in one element, of '// &
+                sim%parameters%shown(beside, 'thrust', 3)//' beside it: joints of the rock move below a back that '// &
+                'is held without slip, and shorter elements (element) make it larger. Give it a joint_material '// &
+                'with the stiffness and strength of its bond'
+         return
+      end do
+   end function peaked_lining_warning
 
    !> Warning about the block of largest strain; '' when linear elasticity holds.
    function strain_warning(sim) result(text)

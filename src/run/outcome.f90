@@ -10,7 +10,7 @@ module rockdda_run_outcome
    use rockdda_stepping_control, only : step_control_type, n_cut_reasons
    use rockdda_check_tables, only : unreached_tables_text
    use rockdda_run_block_warnings, only : lodged_warning, strain_warning, slid_lining_warning, &
-      sheared_lining_warning
+      sheared_lining_warning, peaked_lining_warning
    use rockdda_stepping_simulation, only : simulation_type
    implicit none
    private
@@ -19,7 +19,7 @@ module rockdda_run_outcome
       reactions_text
    public :: time_error_text, time_error_warning, strikes_text, strikes_warning, share_after_strikes
    public :: overlaps_warning, unrested_warning, lost_text, lodged_warning, strain_warning, slid_lining_warning, &
-      sheared_lining_warning
+      sheared_lining_warning, peaked_lining_warning
    public :: unreached_stages_warning, unreached_tables_text
 
    !> Warn when all steps cover less than this share of the planned time.

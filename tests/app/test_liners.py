@@ -455,6 +455,18 @@ class Liners(ProgramTest):
         outcome = self.run_program("fos", "shear.nml", "--to", "2", "--force")
         self.assertRegex(outcome.err, "mean shear stress of up to .* times its tensile strength where the model stands")
 
+    def test_warns_of_a_force_of_one_element(self):
+        """A lining held without slip takes what a joint of the rock closes within one element, the more the shorter it
+        is; with a joint of its own it spreads it."""
+        boxes = [(0, 0, 2, 1), (2, 0, 4, 1)]
+        groups = "&joint_material number = 3, name = 'j', friction = 35, cohesion = 1e6, tension = 5e5 /\n"
+        groups += FIXED.format(0, 0, 0, 1) + "&boundary along = 4, 0, 4, 1, kind = 'traction', pressure = 1e6 /\n"
+        groups += "&liner along = 4, 1, 0, 1, thickness = 0.1, young = 1e10{} /\n" + REST
+        for joint, warns in (("", True), (", joint_material = 'j'", False)):
+            self.boxes("peak", boxes, groups.format(joint), young=2e10, joint="normal_stiffness = 1e10")
+            outcome = self.run_program("run", "peak.nml", "--force")
+            self.assertEqual("in one element" in outcome.err, warns, outcome.err)
+
     def test_slides_by_friction(self):
         """A lining of 4 m that lies on a slope of 25 degrees, let go: g (sin - cos tan phi) t^2/2, by both schemes;
         with more friction it stays but for what the weight, which acts at once, shakes it."""

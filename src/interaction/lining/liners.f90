@@ -46,6 +46,7 @@ module rockdda_interaction_liners
       procedure :: n_nodes
       procedure :: show_nodes
       procedure :: shear_stress
+      procedure :: find_peak
       procedure :: stored_energy
       procedure :: count_links
       procedure :: prepare
@@ -226,6 +227,36 @@ contains
          end associate
       end do
    end function shear_stress
+
+   !> The axial force of the beam of a lining that exceeds those of both its neighbours most, the larger one of these,
+   !> and the largest of all, without signs [force/length]; 0 without three beams.
+   pure subroutine find_peak(self, k, peak, beside, largest)
+      class(liners_type), intent(in) :: self
+      integer, intent(in) :: k                   !! the lining
+      real(wp), intent(out) :: peak, beside, largest
+      type(beam_response_type) :: response
+      real(wp) :: n(0:size(self%liners(k)%joints) + 1), forces(3)
+      integer :: i, m
+      peak = 0
+      beside = 0
+      largest = 0
+      m = size(self%liners(k)%joints)
+      if (m < 3 .or. .not. self%liners(k)%is_there) return
+      do i = 1, m
+         associate (joint => self%liners(k)%joints(i))
+            call respond_beam(joint%beam, self%liners(k)%section, joint%state, joint%d, response)
+            forces = forces_at(joint%beam, response%f, (n_sections + 1)/2)
+            n(i) = abs(forces(1))
+         end associate
+      end do
+      ! the first and the last of an open one are no peaks
+      n(0) = merge(n(m), huge(1.0_wp), self%liners(k)%layout%closed)
+      n(m + 1) = merge(n(1), huge(1.0_wp), self%liners(k)%layout%closed)
+      i = maxloc(n(1:m) - max(n(0:m - 1), n(2:)), 1)
+      peak = n(i)
+      beside = max(n(i - 1), n(i + 1))
+      largest = maxval(n(1:m))
+   end subroutine find_peak
 
    !> Four of a beam, one of a tie.
    pure integer function count_links(self) result(n)
