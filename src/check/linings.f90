@@ -5,7 +5,7 @@ module rockdda_check_linings
    use rockdda_base_kinds, only : wp
    use rockdda_base_diagnostics, only : diagnostics_type, severity, at_word
    use rockdda_base_strings, only : counted, is_given, to_string
-   use rockdda_geometry_polygons, only : point_in_polygon, polygon_area
+   use rockdda_geometry_polygons, only : point_in_polygon, polygon_properties
    use rockdda_geometry_segments, only : segments_cross, distance_to_segment, line_intersection
    use rockdda_model_blocks, only : block_system_type
    use rockdda_model_bolt_layout, only : rock_at, stage_with
@@ -359,13 +359,15 @@ contains
    pure integer function sharp_turn(layout, thickness) result(i)
       type(liner_layout_type), intent(in) :: layout
       real(wp), intent(in) :: thickness             !! [length]
-      real(wp), allocatable :: faces(:, :, :)
+      real(wp) :: faces(2, size(layout%path, 2), 2), area, center(2), moments(3), least
       real(wp) :: element
       faces = faces_of_path(layout%path, layout%closed, 1, thickness)
       element = sum(norm2(layout%path(:, 2:) - layout%path(:, :size(layout%path, 2) - 1), 1))/ &
                 merge(layout%n, layout%n - 1, layout%closed)
       do i = 1, layout%n
-         if (polygon_area(segment_outline(faces, layout%first(i), layout%last(i), 1)) <= 0.1_wp*thickness*element) return
+         call polygon_properties(segment_outline(faces, layout%first(i), layout%last(i), 1), area, center, moments)
+         least = 0.5_wp*(moments(1) + moments(2)) - norm2([0.5_wp*(moments(1) - moments(2)), moments(3)])
+         if (.not. least > 0.1_wp*area*min(thickness, element)**2/12) return
       end do
       i = 0
    end function sharp_turn
