@@ -127,7 +127,7 @@ contains
       if (self%strength > 1) self%note = settled_text(self%strength)
       self%path = new_search_path(self%options, self%strength)
       do
-         call self%path%follow(self%known%value, self%known%stable, self%known%pull, self%state)
+         call self%path%follow(self%known%value, self%known%stable, self%known%pull, self%known%limit, self%state)
          if (self%state%outcome /= search_end%open) exit
          call self%compute_some(observer, error)
          if (allocated(error) .or. self%interrupted) return
@@ -231,8 +231,8 @@ contains
    subroutine look_ahead(self, values)
       class(factor_search_type), intent(in) :: self
       real(wp), allocatable, intent(out) :: values(:)
-      call self%path%candidates(self%known%value, self%known%stable, self%known%pull, max(1, self%options%jobs), &
-                                values)
+      call self%path%candidates(self%known%value, self%known%stable, self%known%pull, self%known%limit, &
+                                max(1, self%options%jobs), values)
    end subroutine look_ahead
 
    !> The search is over: remove its journal.

@@ -22,7 +22,7 @@ module rockdda_run_search_journal
    public :: search_journal_type, search_digest
 
    character(len=*), parameter :: head = 'rockdda search, trials: value stable decided steps beginning unbalanced '// &
-                                         'displacement pull shear seconds, then the blocks of the mechanism with '// &
+                                         'displacement pull limit shear seconds, then the blocks of the mechanism with '// &
                                          'their motion and the share of the joints of each material that is open'
 
    type :: search_journal_type
@@ -118,7 +118,7 @@ contains
       line = to_exact_string(trial%value)//' '//merge('1 ', '0 ', trial%stable)//merge('1', '0', trial%decided)// &
              ' '//to_string(trial%steps)//' '//to_string(trial%beginning)//' '// &
              to_exact_string(trial%unbalanced)//' '//to_exact_string(trial%displacement)//' '// &
-             to_exact_string(trial%pull)//' '//to_exact_string(trial%shear)//' '// &
+             to_exact_string(trial%pull)//' '//to_exact_string(trial%limit)//' '//to_exact_string(trial%shear)//' '// &
              to_exact_string(trial%seconds)//' '//to_string(n)
       do i = 1, n
          line = line//' '//to_string(trial%mechanism%blocks(i))//' '//to_string(trial%mechanism%kinds(i))
@@ -168,15 +168,15 @@ contains
       if (len(line) < 4) return
       if (line(len(line) - 3:) /= ' end') return
       read (line, *, iostat=status) trial%value, flags, trial%steps, trial%beginning, trial%unbalanced, &
-         trial%displacement, trial%pull, trial%shear, trial%seconds, n
+         trial%displacement, trial%pull, trial%limit, trial%shear, trial%seconds, n
       if (status /= 0 .or. n < 0 .or. n > len(line)) return
       allocate (motions(2, n))
       read (line, *, iostat=status) trial%value, flags, trial%steps, trial%beginning, trial%unbalanced, &
-         trial%displacement, trial%pull, trial%shear, trial%seconds, n, motions, m
+         trial%displacement, trial%pull, trial%limit, trial%shear, trial%seconds, n, motions, m
       if (status /= 0 .or. m < 0 .or. m > len(line)) return
       allocate (open_shares(m))
       read (line, *, iostat=status) trial%value, flags, trial%steps, trial%beginning, trial%unbalanced, &
-         trial%displacement, trial%pull, trial%shear, trial%seconds, n, motions, m, open_shares, last
+         trial%displacement, trial%pull, trial%limit, trial%shear, trial%seconds, n, motions, m, open_shares, last
       ok = status == 0
       trial%open = open_shares
       trial%stable = flags(1) == 1

@@ -29,6 +29,8 @@ module rockdda_run_search_path
    !> Pulls are followed to zero where the least is smaller than the next one by this factor: no further than twice the
    !> distance between the two trials.
    real(wp), parameter :: far = 1.5_wp
+   !> Limits by work are followed to their own value while they change by less than this share of the change of values.
+   real(wp), parameter :: steepest = 0.9_wp
 
    !> Rules. Values are multiplied by `sign`, so that a search to the left also goes up.
    type :: search_path_type
@@ -106,11 +108,12 @@ contains
    end function new_search_path
 
    !> Follow the way as far as the verdicts lead.
-   pure subroutine follow(self, values, stable, pulls, state)
+   pure subroutine follow(self, values, stable, pulls, limits, state)
       class(search_path_type), intent(in) :: self
       real(wp), intent(in) :: values(:)      !! tried so far, in any order
       logical, intent(in) :: stable(:)       !! their verdicts
       real(wp), intent(in) :: pulls(:)       !! of what fails, over its size; 0: not known
+      real(wp), intent(in) :: limits(:)      !! by the work of what fails; 0: not known
       type(search_state_type), intent(out) :: state
       real(wp) :: first(2), low, high, next
       logical :: found, stays
@@ -124,7 +127,8 @@ contains
             return
          end if
          next = end_of_cell(self, first, high, &
-                            self%expected(low, high, values(state%used), stable(state%used), pulls(state%used)))
+                            self%expected(low, high, values(state%used), stable(state%used), pulls(state%used), &
+                                         limits(state%used)))
          if (.not. (next > low .and. next < high)) exit
          call ask(self, next, values, stable, state, found, stays)
          if (.not. found) return
@@ -144,35 +148,86 @@ contains
       is_near = .not. high - low > self%tolerance*merge(max(abs(low), abs(high)), 1.0_wp, self%relative)
    end function is_near
 
-   !> Where the limit is expected between a stable and a failing value: where the pull of the lowest three failing
-   !> trials would be zero, or two, by the curve through them of the value over the pull, of its inverse for the
-   !> strength. The middle where that is far from them, and where a trial has shown that it is not there.
-   pure real(wp) function expected(self, low, high, values, stable, pulls) result(value)
+   !> Where the limit is expected between a stable and a failing value: where the work of what fails would be none, else
+   !> where its pull would be zero. The middle where that is not between them, as a trial has shown.
+   pure real(wp) function expected(self, low, high, values, stable, pulls, limits) result(value)
       class(search_path_type), intent(in) :: self
       real(wp), intent(in) :: low, high
       real(wp), intent(in) :: values(:)      !! on the way, as tried
       logical, intent(in) :: stable(:)
-      real(wp), intent(in) :: pulls(:)
-      real(wp) :: t(3), p(3), zero, slope
-      integer :: i, k
-      value = low + (high - low)/2
-      t = huge(1.0_wp)
-      p = 0
-      do i = 1, size(values)
-         if (stable(i) .or. .not. pulls(i) > 0) cycle
-         k = count(t < self%sign*values(i)) + 1
-         if (k > 3) cycle
-         t = [t(:k - 1), self%sign*values(i), t(k:2)]
-         p = [p(:k - 1), pulls(i), p(k:2)]
-      end do
-      if (.not. p(2) > far*p(1)) return
+      real(wp), intent(in) :: pulls(:), limits(:)
+      value = zero_of_work(self, pack(self%sign*values, .not. stable), pack(self%sign*limits, .not. stable))
+      if (.not. (value > low .and. value < high)) value = zero_of_pulls(self, pack(self%sign*values, .not. stable), &
+                                                                        pack(pulls, .not. stable))
+      if (.not. (value > low .and. value < high)) value = low + (high - low)/2
+   end function expected
+
+   !> The limit by the work of the lowest failing trial. When that of the next one is known as well: the value that
+   !> would be its own limit by the line through both, as forces and mechanism change with the value, or the higher one
+   !> where they differ too much: blocks that rattle do work. Huge: not known.
+   pure real(wp) function zero_of_work(self, values, limits) result(zero)
+      class(search_path_type), intent(in) :: self
+      real(wp), intent(in) :: values(:), limits(:)   !! of failing trials, times the sign
+      real(wp) :: t(2), l(2), slope
+      integer :: n
+      zero = huge(zero)
+      call take_lowest(values, limits, t, l, n)
+      if (n == 0) return
+      zero = l(1)
+      if (n == 1) return
       if (self%by_inverse) t = 1/t
+      if (self%by_inverse) l = 1/l
+      slope = (l(1) - l(2))/(t(1) - t(2))
+      if (.not. abs(slope) < steepest) then
+         zero = merge(min(l(1), l(2)), max(l(1), l(2)), self%by_inverse)
+      else
+         zero = (l(1) - slope*t(1))/(1 - slope)
+      end if
+      if (self%by_inverse) zero = 1/max(zero, tiny(1.0_wp))
+   end function zero_of_work
+
+   !> Where the pull of the lowest three failing trials would be zero, or two, by the curve through them of the value
+   !> over the pull, of its inverse for the strength. Huge: they are far from there, or not known.
+   pure real(wp) function zero_of_pulls(self, values, pulls) result(zero)
+      class(search_path_type), intent(in) :: self
+      real(wp), intent(in) :: values(:), pulls(:)    !! of failing trials, values times the sign
+      real(wp) :: t(3), p(3), slope
+      integer :: n
+      zero = huge(zero)
+      call take_lowest(values, pulls, t, p, n)
+      if (n < 2) return
+      if (.not. p(2) > far*p(1)) return
+      if (self%by_inverse) t(:n) = 1/t(:n)
       slope = (t(2) - t(1))/(p(2) - p(1))
       zero = t(1) - p(1)*slope
-      if (p(3) > p(2)) zero = zero + p(1)*p(2)*((t(3) - t(2))/(p(3) - p(2)) - slope)/(p(3) - p(1))
+      if (n == 3) then
+         if (p(3) > p(2)) zero = zero + p(1)*p(2)*((t(3) - t(2))/(p(3) - p(2)) - slope)/(p(3) - p(1))
+      end if
       if (self%by_inverse) zero = 1/max(zero, tiny(1.0_wp))
-      if (zero > low .and. zero < high) value = zero
-   end function expected
+   end function zero_of_pulls
+
+   !> The lowest failing trials of which something is known.
+   pure subroutine take_lowest(values, known, lowest, of_lowest, n)
+      real(wp), intent(in) :: values(:)
+      real(wp), intent(in) :: known(:)         !! 0: not known
+      real(wp), intent(out) :: lowest(:), of_lowest(:)
+      integer, intent(out) :: n                !! so many of them
+      integer :: i, k, last
+      n = 0
+      lowest = 0
+      of_lowest = 0
+      last = size(lowest)
+      do i = 1, size(values)
+         if (.not. abs(known(i)) > 0) cycle
+         k = count(lowest(:n) < values(i)) + 1
+         if (k > last) cycle
+         n = min(n + 1, last)
+         lowest(k + 1:n) = lowest(k:n - 1)
+         of_lowest(k + 1:n) = of_lowest(k:n - 1)
+         lowest(k) = values(i)
+         of_lowest(k) = known(i)
+      end do
+   end subroutine take_lowest
 
    !> The upper end of the cell of a value: a pull that is left there tells more of the limit than rest. The lower one
    !> when the upper one has been tried.
@@ -264,16 +319,16 @@ contains
 
    !> Values to be tried at the same time: the next one, then those that follow from its verdict and from theirs,
    !> which are not known yet.
-   pure subroutine candidates(self, values, stable, pulls, n, found)
+   pure subroutine candidates(self, values, stable, pulls, limits, n, found)
       class(search_path_type), intent(in) :: self
       real(wp), intent(in) :: values(:)
       logical, intent(in) :: stable(:)
-      real(wp), intent(in) :: pulls(:)
+      real(wp), intent(in) :: pulls(:), limits(:)
       integer, intent(in) :: n                         !! at most so many
       real(wp), allocatable, intent(out) :: found(:)
       type(search_state_type) :: state
       integer :: way, depth, k, j
-      real(wp), allocatable :: more(:), more_pulls(:)
+      real(wp), allocatable :: more(:), more_pulls(:), more_limits(:)
       logical, allocatable :: guess(:)
       allocate (found(0))
       ! ways of 0, 1, 2 ... assumed verdicts, the more likely ones first
@@ -282,13 +337,15 @@ contains
             if (size(found) >= n) return
             more = values
             more_pulls = pulls
+            more_limits = limits
             guess = stable
             do j = 1, depth + 1
-               call self%follow(more, guess, more_pulls, state)
+               call self%follow(more, guess, more_pulls, more_limits, state)
                if (state%outcome /= search_end%open) exit
                if (j > depth) exit
                more = [more, state%next]
                more_pulls = [more_pulls, 0.0_wp]
+               more_limits = [more_limits, 0.0_wp]
                k = way/2**(depth - j)
                guess = [guess, mod(k, 2) == 0]
             end do

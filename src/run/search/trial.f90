@@ -9,6 +9,7 @@ module rockdda_run_trial
    use rockdda_model_units, only : unit_system_type, unit_system
    use rockdda_stepping_simulation, only : simulation_type
    use rockdda_io_timestamp, only : wall_seconds
+   use rockdda_run_limit_by_work, only : find_limit
    use rockdda_run_mechanism, only : mechanism_type, find_mechanism
    use rockdda_run_model_run, only : run_type
    use rockdda_run_open_joints, only : joint_lengths, open_shares
@@ -31,6 +32,7 @@ module rockdda_run_trial
       real(wp) :: unbalanced = 0           !! of the last step
       real(wp) :: displacement = 0         !! largest of a block since the settled state [length]
       real(wp) :: pull = 0                 !! of what fails, over its area; 0: stable, or not decided
+      real(wp) :: limit = 0                !! value at which its work would be none; 0: not known
       real(wp) :: shear = 0                !! largest of a lining over its tensile strength, at the end
       real(wp) :: seconds = 0              !! on the wall clock
       type(mechanism_type) :: mechanism    !! of a failing trial
@@ -50,6 +52,8 @@ module rockdda_run_trial
    !> A trial whose steps cannot be solved is begun again with steps shorter by this factor, so often.
    real(wp), parameter :: shorter = 0.1_wp
    integer, parameter :: most_beginnings = 3
+   !> The limit of a failing trial is the nearest one of so many static steps, the last ones: what rattles does work too.
+   integer, parameter :: last_steps = 5
 
 contains
 
@@ -91,6 +95,7 @@ contains
       call copy_simulation(settled, parameters, sim, error)
       if (allocated(error)) return
       sim%control%dt = min(sim%control%dt, parameters%dt_max)
+      sim%control%brisk%is_on = .true.
    end subroutine begin_trial
 
    !> Compute a trial until its verdict. `run` holds the simulation; when its results are open they are written.
@@ -114,7 +119,7 @@ contains
          trial%beginning = beginning
          if (allocated(error)) return
          call run%sim%set_interruption(observer)
-         call advance_trial(options, observer, run, trial, interrupted, error)
+         call advance_trial(options, searched, observer, run, trial, interrupted, error)
          if (.not. allocated(error)) exit
          if (error%code /= error_code%computation .or. error%is_fatal .or. run%is_open) exit
       end do
@@ -139,14 +144,16 @@ contains
    end function shear_of_linings
 
    !> The steps of a trial.
-   subroutine advance_trial(options, observer, run, trial, interrupted, error)
+   subroutine advance_trial(options, searched, observer, run, trial, interrupted, error)
       type(search_options_type), intent(in) :: options
+      type(searched_type), intent(in) :: searched
       class(search_observer_type), intent(in) :: observer
       type(run_type), intent(inout) :: run
       type(trial_type), intent(inout) :: trial
       logical, intent(out) :: interrupted
       type(error_type), allocatable, intent(out) :: error
       type(verdict_type) :: judgement
+      real(wp) :: pull, limits(last_steps)
       type(progress_type) :: waiting
       type(trial_pace_type) :: pace
       integer :: outcome
@@ -154,11 +161,12 @@ contains
       interrupted = .false.
       system = unit_system(run%sim%parameters%units)
       outcome = verdict%open
+      limits = 0
       if (options%kind == search_kind%load) then
          ! the model at rest does not carry these loads yet
-         call judgement%begin(run%sim, usual_share, any(abs(run%sim%state%stress) > 0))
+         call judgement%begin(run%sim, usual_share, any(abs(run%sim%state%stress) > 0), is_trial=.true.)
       else
-         call judgement%begin(run%sim)
+         call judgement%begin(run%sim, is_trial=.true.)
       end if
       trial%steps = 0
       do while (outcome == verdict%open .and. trial%steps < options%max_steps)
@@ -171,8 +179,9 @@ contains
             call judgement%measure(run%sim, run%sim%forces)
          else
             outcome = judgement%judge(run%sim, run%sim%forces)
+            call find_limit(run%sim, searched, trial%value, pull, limits(1 + modulo(judgement%steps, last_steps)))
          end if
-         call pace%follow(maxval(judgement%moved), run%sim)
+         call pace%follow(maxval(judgement%moved), judgement%way_moved(run%sim), run%sim)
          call run%write_step(error)
          if (allocated(error)) return
          trial%unbalanced = run%sim%record%unbalanced
@@ -186,7 +195,10 @@ contains
       end do
       trial%decided = outcome /= verdict%open
       trial%stable = outcome == verdict%stable
-      if (outcome == verdict%failing) trial%pull = judgement%pull_by_area(run%sim, run%sim%forces)
+      if (outcome == verdict%failing) then
+         trial%pull = pull
+         if (any(abs(limits) > 0)) trial%limit = limits(minloc(abs(limits - trial%value), dim=1, mask=abs(limits) > 0))
+      end if
       if (.not. trial%stable) call find_mechanism(run%sim, judgement, trial%mechanism)
    end subroutine advance_trial
 

@@ -38,6 +38,16 @@ module rockdda_stepping_control
    character(len=*), parameter :: cut_names(n_cut_reasons) = [character(len=16) :: 'displacement', 'contacts', &
                                                              'solver', 'ruined_block']
 
+   !> Steps of a trial of a search: its verdict matters, and not the place where it comes to rest.
+   type :: brisk_type
+      logical :: is_on = .false.
+      real(wp) :: longest = huge(1.0_wp)           !! no step is longer: a longer one has failed lately [time]
+      real(wp) :: last_unbalanced = huge(1.0_wp)   !! of the step before the last accepted one
+   end type brisk_type
+
+   !> Brisk steps grow where the unbalanced force falls by less than this share from one to the next.
+   real(wp), parameter :: hardly_falls = 0.05_wp
+
    !> Part of the state of a run.
    type :: step_control_type
       real(wp) :: dt = 0                    !! next step to try [time]
@@ -62,6 +72,7 @@ module rockdda_stepping_control
       type(time_error_type) :: time_error   !! of dynamic steps
       type(strikes_type) :: strikes         !! of blocks on others in them
       type(method_type) :: method           !! no part of the state
+      type(brisk_type) :: brisk             !! no part of the state
       integer :: short_steps = 0            !! accepted steps after which dt could not grow back because of g2 w0
    contains
       procedure :: k01
@@ -76,6 +87,7 @@ module rockdda_stepping_control
       procedure :: next_stage
       procedure :: following_stage
       procedure :: is_static_search
+      procedure, private :: is_lenient
       procedure :: seeks_rest
       procedure :: residual_enough
       procedure :: force_slack
@@ -145,6 +157,15 @@ contains
                          parameters%max_growth > 1
    end function is_static_search
 
+   !> May a step leave forces that are small beside the unbalanced one to the next step? Static ones that search
+   !> equilibrium may, and in a trial those that carry velocities on.
+   pure logical function is_lenient(self, parameters)
+      class(step_control_type), intent(in) :: self
+      type(parameters_type), intent(in) :: parameters
+      is_lenient = self%is_static_search(parameters)
+      if (self%brisk%is_on) is_lenient = is_lenient .or. (self%seeks_rest(parameters) .and. parameters%max_growth > 1)
+   end function is_lenient
+
    !> Does the present stage end with equilibrium?
    pure logical function seeks_rest(self, parameters)
       class(step_control_type), intent(in) :: self
@@ -163,7 +184,7 @@ contains
       type(parameters_type), intent(in) :: parameters
       integer, intent(in) :: n_blocks
       residual_enough = 0
-      if (self%is_static_search(parameters) .and. .not. (self%idle .and. self%steps > 0)) residual_enough = &
+      if (self%is_lenient(parameters) .and. .not. (self%idle .and. self%steps > 0)) residual_enough = &
          self%method%small_residual*parameters%stages(self%stage)%tolerance/sqrt(real(n_blocks, wp))
    end function residual_enough
 
@@ -173,7 +194,7 @@ contains
       class(step_control_type), intent(in) :: self
       type(parameters_type), intent(in) :: parameters
       force_slack = 0
-      if (self%is_static_search(parameters) .and. self%steps > 0) &
+      if (self%is_lenient(parameters) .and. self%steps > 0) &
          force_slack = max(self%method%least_miss, min(self%method%small_miss*self%unbalanced, &
                                                        self%method%largest_miss))
    end function force_slack
@@ -312,6 +333,10 @@ contains
                wanted = dt*merge(m%slow_growth, m%growth, self%unbalanced > m%very_nearly)
             if (self%slip_share > m%no_slip .and. self%unbalanced > m%nearly .and. self%steps < m%most_held) &
                wanted = min(max(m%held_length*parameters%dt_max, dt), m%slow_growth*dt)
+            if (self%brisk%is_on) then
+               if (self%unbalanced > (1 - hardly_falls)*self%brisk%last_unbalanced) wanted = max(wanted, m%growth*dt)
+               wanted = min(wanted, self%brisk%longest)
+            end if
             ! a step that was cut grows back as everywhere
             wanted = max(wanted, min(parameters%dt_max, m%growth*dt))
          end if
@@ -422,6 +447,7 @@ contains
       real(wp), intent(in) :: unbalanced   !! at the end of the step
       logical, intent(in) :: is_driven     !! supports move, or forces are still being released
       logical, intent(in) :: moves_on      !! small forces have moved the blocks: another step confirms the rest
+      self%brisk%last_unbalanced = self%unbalanced
       self%unbalanced = unbalanced
       self%steps = self%steps + 1
       if (self%stage > size(parameters%stages)) return

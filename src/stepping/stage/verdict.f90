@@ -6,8 +6,8 @@
 !> as they need, the pull is gone. A block that no deformation can hold keeps its pull however far it moves.
 !>
 !>     stable    unbalanced <= tolerance in two steps in a row
-!>     failing   the distance that some block has moved has grown fourfold and its pull has not fallen to half, beyond
-!>               a share of its size and the deformation of the model
+!>     failing   a block has moved beyond a share of its size and the deformation of the model, and its pull does not
+!>               fall as it goes on
 module rockdda_stepping_verdict
    use rockdda_base_kinds, only : wp
    use rockdda_base_sorting, only : sorted_order
@@ -27,16 +27,25 @@ module rockdda_stepping_verdict
    end type verdict_enum
    type(verdict_enum), parameter :: verdict = verdict_enum()
 
-   !> Distances at which pulls are compared in a trial: this share of a block's size, or the deformation of the model
-   !> where that is larger, and its doubles. Joints and blocks of rock deform by far less (the stable trials of a dam
+   !> The first length, on which the distances depend at which pulls are compared in a trial: this share of a block's size, or the deformation of the model
+   !> where that is larger. Joints and blocks of rock deform by far less (the stable trials of a dam
    !> 21 m in size move it by 3e-5 m). And it must be small: loads that stay in space, such as water below a table,
    !> change as the block moves, and with them what is judged. A sliding dam whose table falls from heel to toe has lost
    !> 5 % of its uplift after 1 % of its size; judged from there on it finds equilibrium up to a factor that is 5 % too
    !> large.
    real(wp), parameter, public :: usual_share = 0.001_wp
-   integer, parameter :: n_marks = 15, marks_between = 2
+   !> Pulls are kept at marks, each sqrt(2) times as far as the last. The first one is a part of 1/apart of the way beyond
+   !> which a block may fail: `apart` first lengths, in a trial that slides one.
+   integer, parameter :: n_marks = 29, most_between = 4
    !> A pull that falls less than by the factor `stays` while the distance grows by `apart` stays.
-   real(wp), parameter, public :: stays = 0.5_wp, apart = 2.0_wp**marks_between
+   real(wp), parameter, public :: stays = 0.5_wp, apart = 2.0_wp**(most_between/2)
+   !> In a trial, which begins at rest, pulls are compared sooner where friction does more than the share `mostly` of the
+   !> work of the contacts: joints and blocks have taken over what they can. Then the distance grows by `trial_apart` or
+   !> more up to `apart`, and a pull stays when it would be gone no sooner than at `farthest` first lengths if it went on
+   !> to fall like that: as far as one that has fallen to `stays` from one first length to `apart` of them. Pulls that
+   !> fall less and less go on for longer. Beyond half of that way it stays when the same growth of the distance once
+   !> more would not take half of it.
+   real(wp), parameter :: mostly = 0.95_wp, trial_apart = 1.4_wp, farthest = 7.0_wp
    !> At least so many steps between the marks that are compared.
    integer, parameter :: steps_between = 2
 
@@ -47,9 +56,12 @@ module rockdda_stepping_verdict
       real(wp) :: deformation = 0               !! of the model at the beginning [length]
       logical :: begins_at_rest = .true.        !! false: the deformation is that which the model has by now
       logical :: stressed = .false.             !! there was stress before the first step
-      real(wp) :: share = usual_share           !! of a block's size: the first mark
+      real(wp) :: share = usual_share           !! of a block's size: the first length
+      logical :: is_trial = .false.             !! of a search
+      real(wp) :: ways = apart                  !! first lengths beyond which a block may fail
       integer, allocatable :: mark(:)           !! (nb) the last mark that was passed
-      real(wp), allocatable :: pull(:, :)       !! (marks_between + 1, nb) at the last marks, in turn [force]
+      real(wp), allocatable :: pull(:, :)       !! (most_between + 1, nb) at the last marks, in turn [force]
+      real(wp), allocatable :: way(:, :)        !! the same: how far the block had moved [length]
       integer, allocatable :: step(:, :)        !! the same: when the mark was passed, counted from the beginning
       integer, allocatable :: first_step(:)     !! (nb) the same of the first mark
       integer :: steps = 0
@@ -59,17 +71,19 @@ module rockdda_stepping_verdict
       procedure :: measure
       procedure :: judge
       procedure :: deformation_by_now
-      procedure :: pull_by_area
+      procedure :: way_moved
+      procedure, private :: stays_pulled
    end type verdict_type
 
 contains
 
    !> Begin in the present state.
-   subroutine begin(self, step, share, stressed)
+   subroutine begin(self, step, share, stressed, is_trial)
       class(verdict_type), intent(out) :: self
       class(step_type), intent(in) :: step
       real(wp), intent(in), optional :: share    !! of a block's size, for a model that does not begin at rest
       logical, intent(in), optional :: stressed  !! there was stress before the first step; default: not
+      logical, intent(in), optional :: is_trial  !! of a search; default: not
       integer :: nb
       nb = step%blocks%n_blocks
       self%centroid = step%state%centroid
@@ -81,8 +95,10 @@ contains
          self%deformation = deformation_of(step, step%contacts)
       end if
       if (present(stressed)) self%stressed = stressed
-      allocate (self%moved(nb), self%pull(marks_between + 1, nb), source=0.0_wp)
-      allocate (self%step(marks_between + 1, nb), self%mark(nb), self%first_step(nb), source=0)
+      if (present(is_trial)) self%is_trial = is_trial
+      if (self%is_trial) self%ways = 1
+      allocate (self%moved(nb), self%pull(most_between + 1, nb), self%way(most_between + 1, nb), source=0.0_wp)
+      allocate (self%step(most_between + 1, nb), self%mark(nb), self%first_step(nb), source=0)
    end subroutine begin
 
    !> Measure how far blocks have moved.
@@ -106,65 +122,85 @@ contains
       class(step_type), intent(in) :: step
       type(block_forces_type), intent(in) :: forces   !! at the end of the step
       real(wp) :: pull, first
-      integer :: i, m, before
+      integer :: i, m
       self%steps = self%steps + 1
       outcome = verdict%open
       call self%measure(step, forces)
       if (.not. self%begins_at_rest) self%deformation = self%deformation_by_now(step, forces)
       do i = 1, size(self%moved)
          if (.not. forces%counts(i, step%state)) cycle
-         first = max(self%share*sqrt(step%state%area(i)), self%deformation)
+         first = first_length(self, step, i)
          pull = forces%force_of(i, step%state)
          do while (self%mark(i) < n_marks)
             m = self%mark(i) + 1
-            if (self%moved(i) < first*2.0_wp**(m - 1)) exit
+            if (self%moved(i) < first*self%ways/apart*2.0_wp**(0.5_wp*(m - 1))) exit
             self%mark(i) = m
             self%pull(place_of(m), i) = pull
+            self%way(place_of(m), i) = self%moved(i)
             self%step(place_of(m), i) = self%steps
             if (m == 1) self%first_step(i) = self%steps
          end do
-         m = self%mark(i)
-         if (m <= marks_between) cycle
-         before = place_of(m - marks_between)
-         if (.not. pull >= stays*self%pull(before, i)) cycle
-         if (self%steps - self%step(before, i) < steps_between .and. self%steps - self%first_step(i) < &
-             2*steps_between) cycle
+         if (self%moved(i) < self%ways*first) cycle
+         if (.not. self%stays_pulled(i, pull, first, step%control%slip_share)) cycle
          outcome = verdict%failing
          if (self%first_failing == 0) self%first_failing = i
       end do
       if (outcome == verdict%failing) return
       if (step%control%balanced >= confirming_steps) outcome = verdict%stable
-
-   contains
-
-      !> Where a mark is kept.
-      pure integer function place_of(mark)
-         integer, intent(in) :: mark
-         place_of = modulo(mark, marks_between + 1) + 1
-      end function place_of
-
    end function judge
 
-   !> Work of the pulls in the motion so far, over the motion of all areas: what carries a mechanism away.
-   pure real(wp) function pull_by_area(self, step, forces) result(pull)
+   !> Has the pull of a block stayed since one of the last marks?
+   pure logical function stays_pulled(self, i, pull, first, slip) result(has_stayed)
+      class(verdict_type), intent(in) :: self
+      integer, intent(in) :: i
+      real(wp), intent(in) :: pull               !! now
+      real(wp), intent(in) :: first              !! length
+      real(wp), intent(in) :: slip               !! share of friction in the work of the contacts
+      real(wp) :: since
+      integer :: k, mark
+      logical :: slides
+      has_stayed = .false.
+      slides = self%is_trial .and. slip > mostly
+      if (.not. slides .and. self%moved(i) < apart*first) return
+      do k = merge(1, most_between, slides), min(self%mark(i) - 1, most_between)
+         mark = place_of(self%mark(i) - k)
+         if (self%steps - self%step(mark, i) < steps_between .and. self%steps - self%first_step(i) < &
+             2*steps_between) cycle
+         if (slides) then
+            if (self%moved(i) < trial_apart*self%way(mark, i)) cycle
+            since = self%moved(i) - self%way(mark, i)
+            has_stayed = pull >= self%pull(mark, i)*(1 - since/max(farthest*first - self%way(mark, i), 2*since))
+         else
+            has_stayed = pull >= stays*self%pull(mark, i)
+         end if
+         if (has_stayed) return
+      end do
+   end function stays_pulled
+
+   !> Where a mark is kept.
+   pure integer function place_of(mark)
+      integer, intent(in) :: mark
+      place_of = modulo(mark, most_between + 1) + 1
+   end function place_of
+
+   !> First length of a block.
+   pure real(wp) function first_length(self, step, i)
       class(verdict_type), intent(in) :: self
       class(step_type), intent(in) :: step
-      type(block_forces_type), intent(in) :: forces   !! at the end of the step
-      real(wp) :: work, moved
+      integer, intent(in) :: i
+      first_length = max(self%share*sqrt(step%state%area(i)), self%deformation)
+   end function first_length
+
+   !> Largest distance that a block has moved, in first lengths.
+   pure real(wp) function way_moved(self, step) result(way)
+      class(verdict_type), intent(in) :: self
+      class(step_type), intent(in) :: step
       integer :: i
-      work = 0
-      moved = 0
-      associate (state => step%state)
-         do i = 1, size(self%moved)
-            if (.not. forces%counts(i, state)) cycle
-            work = work + dot_product(forces%resultant(:, i), [state%centroid(:, i) - self%centroid(:, i), &
-                                                               state%rotation(i) - self%rotation(i)])
-            moved = moved + state%area(i)*self%moved(i)
-         end do
-      end associate
-      pull = 0
-      if (moved > 0) pull = work/moved
-   end function pull_by_area
+      way = 0
+      do i = 1, size(self%moved)
+         if (self%moved(i) > 0) way = max(way, self%moved(i)/first_length(self, step, i))
+      end do
+   end function way_moved
 
    !> What the loads that a model carries by now deform it by, on its way to rest: as `deformation_of`, and where there
    !> was no stress before the first step at least the mean of its displacements, weighted with the loads. That is
