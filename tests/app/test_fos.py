@@ -113,7 +113,10 @@ class Values(FosTest):
         # a push that does work on a block against its friction
         result = self.search(self.block(LEVEL, friction=30), "--search", "push")
         self.assert_between(result, math.tan(math.radians(30)), share=0)
-        self.assertEqual([trial["value"] for trial in result["trials"]][:5], [0, 0.05, 0.15000000000000002, 0.35000000000000003, 0.75])
+        self.assertEqual(
+            [trial["value"] for trial in result["trials"]][:5],
+            [0, 0.05, 0.15000000000000002, 0.35000000000000003, 0.75],
+        )
         self.assertEqual(len(result["trials"]), 7)
 
     def test_strength_with_cohesion(self):

@@ -22,8 +22,8 @@ module rockdda_run_search_journal
    public :: search_journal_type, search_digest
 
    character(len=*), parameter :: head = 'rockdda search, trials: value stable decided steps beginning unbalanced '// &
-                                         'displacement pull limit shear seconds, then the blocks of the mechanism with '// &
-                                         'their motion and the share of the joints of each material that is open'
+                                         'displacement pull limit shear seconds, then the blocks of the mechanism '// &
+                                         'with their motion and the share of the joints of each material that is open'
 
    type :: search_journal_type
       character(len=:), allocatable :: stem       !! of both files

@@ -52,7 +52,7 @@ module rockdda_run_trial
    !> A trial whose steps cannot be solved is begun again with steps shorter by this factor, so often.
    real(wp), parameter :: shorter = 0.1_wp
    integer, parameter :: most_beginnings = 3
-   !> The limit of a failing trial is the nearest one of so many static steps, the last ones: what rattles does work too.
+   !> The limit of a failing trial is the nearest one of so many static steps, the last ones: what rattles works too.
    integer, parameter :: last_steps = 5
 
 contains

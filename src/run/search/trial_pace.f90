@@ -7,10 +7,11 @@
 !> much in n steps. So velocities are carried on, for a while, when
 !>
 !>     the model is stuck     the unbalanced force no longer falls and blocks hardly move
-!>     the model slides       all that contacts do is friction, and the unbalanced force falls far less than the way grows
+!>     the model slides       all that contacts do is friction, and the unbalanced force falls far less than the way
+!>                            grows
 !>
-!> and static steps follow, one of which shows whether a model that slides goes on alike. The verdict is reached in static steps alone: it compares pulls of blocks that
-!> begin at rest.
+!> and static steps follow, one of which shows whether a model that slides goes on alike. The verdict is reached in
+!> static steps alone: it compares pulls of blocks that begin at rest.
 module rockdda_run_trial_pace
    use rockdda_base_kinds, only : wp
    use rockdda_stepping_simulation, only : simulation_type

@@ -27,24 +27,24 @@ module rockdda_stepping_verdict
    end type verdict_enum
    type(verdict_enum), parameter :: verdict = verdict_enum()
 
-   !> The first length, on which the distances depend at which pulls are compared in a trial: this share of a block's size, or the deformation of the model
-   !> where that is larger. Joints and blocks of rock deform by far less (the stable trials of a dam
-   !> 21 m in size move it by 3e-5 m). And it must be small: loads that stay in space, such as water below a table,
-   !> change as the block moves, and with them what is judged. A sliding dam whose table falls from heel to toe has lost
-   !> 5 % of its uplift after 1 % of its size; judged from there on it finds equilibrium up to a factor that is 5 % too
-   !> large.
+   !> The first length, on which the distances depend at which pulls are compared in a trial: this share of a block's
+   !> size, or the deformation of the model where that is larger. Joints and blocks of rock deform by far less (the
+   !> stable trials of a dam 21 m in size move it by 3e-5 m). And it must be small: loads that stay in space, such as
+   !> water below a table, change as the block moves, and with them what is judged. A sliding dam whose table falls
+   !> from heel to toe has lost 5 % of its uplift after 1 % of its size; judged from there on it finds equilibrium up
+   !> to a factor that is 5 % too large.
    real(wp), parameter, public :: usual_share = 0.001_wp
-   !> Pulls are kept at marks, each sqrt(2) times as far as the last. The first one is a part of 1/apart of the way beyond
-   !> which a block may fail: `apart` first lengths, in a trial that slides one.
+   !> Pulls are kept at marks, each sqrt(2) times as far as the last. The first one is a part of 1/apart of the way
+   !> beyond which a block may fail: `apart` first lengths, in a trial that slides one.
    integer, parameter :: n_marks = 29, most_between = 4
    !> A pull that falls less than by the factor `stays` while the distance grows by `apart` stays.
    real(wp), parameter, public :: stays = 0.5_wp, apart = 2.0_wp**(most_between/2)
-   !> In a trial, which begins at rest, pulls are compared sooner where friction does more than the share `mostly` of the
-   !> work of the contacts: joints and blocks have taken over what they can. Then the distance grows by `trial_apart` or
-   !> more up to `apart`, and a pull stays when it would be gone no sooner than at `farthest` first lengths if it went on
-   !> to fall like that: as far as one that has fallen to `stays` from one first length to `apart` of them. Pulls that
-   !> fall less and less go on for longer. Beyond half of that way it stays when the same growth of the distance once
-   !> more would not take half of it.
+   !> In a trial, which begins at rest, pulls are compared sooner where friction does more than the share `mostly` of
+   !> the work of the contacts: joints and blocks have taken over what they can. Then the distance grows by
+   !> `trial_apart` or more up to `apart`, and a pull stays when it would be gone no sooner than at `farthest` first
+   !> lengths if it went on to fall like that: as far as one that has fallen to `stays` from one first length to
+   !> `apart` of them. Pulls that fall less and less go on for longer. Beyond half of that way it stays when the same
+   !> growth of the distance once more would not take half of it.
    real(wp), parameter :: mostly = 0.95_wp, trial_apart = 1.4_wp, farthest = 7.0_wp
    !> At least so many steps between the marks that are compared.
    integer, parameter :: steps_between = 2
