@@ -95,7 +95,8 @@ contains
       call copy_simulation(settled, parameters, sim, error)
       if (allocated(error)) return
       sim%control%dt = min(sim%control%dt, parameters%dt_max)
-      sim%control%brisk%is_on = .true.
+      ! loads that a model does not carry yet move it by more than its deformation before
+      sim%control%brisk%is_on = searched%kind /= search_kind%load
    end subroutine begin_trial
 
    !> Compute a trial until its verdict. `run` holds the simulation; when its results are open they are written.
@@ -164,7 +165,7 @@ contains
       limits = 0
       if (options%kind == search_kind%load) then
          ! the model at rest does not carry these loads yet
-         call judgement%begin(run%sim, usual_share, any(abs(run%sim%state%stress) > 0), is_trial=.true.)
+         call judgement%begin(run%sim, usual_share, any(abs(run%sim%state%stress) > 0))
       else
          call judgement%begin(run%sim, is_trial=.true.)
       end if
