@@ -78,7 +78,7 @@ FACES = {
     "contact": "search",
     "interaction/block": "elasticity held_forces inertia line_loads loads",
     "interaction/joint": "closing contact_law contact_stiffness contacts dashpots initial_traction intervals joint_law "
-    "joint_stress open_close ties unsettled",
+    "joint_stress open_close ties trial_states unsettled",
     "interaction/bolt": "bars bolts",
     "interaction/lining": "liner_places liner_placing liners",
     "interaction/boundary": "boundaries boundary_edges quiet_boundaries supports",
