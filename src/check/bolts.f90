@@ -256,7 +256,7 @@ contains
          if (allocated(options%stages(s)%install)) call check_list(options%stages(s)%install, 'install')
          if (allocated(options%stages(s)%remove)) call check_list(options%stages(s)%remove, 'remove')
       end do
-      if (.not. messages%has_errors()) call report_unnamed(options, messages)   ! of misspelt ones it would tell again
+      if (.not. messages%has_errors()) call report_unnamed(options, messages)   ! a misspelt name has its error already
 
    contains
 

@@ -87,8 +87,8 @@ contains
             associate (joint => liner%joints(i))
                call respond_beam(joint%beam, liner%section, joint%state, joint%d, response)
                section(:, i) = [(matmul(joint%beam%of_force(:, :, n), response%f), n=1, n_sections)]
-               sides(2, i) = cut_of(i, i)
-               sides(1, next) = cut_of(i, next)
+               sides(2, i) = cut_of(i, i, response%f)
+               sides(1, next) = cut_of(i, next, response%f)
                eccentricity([i, next]) = eccentricity([i, next]) + 0.5_wp*joint%beam%eccentricity
                state(i) = max(state(i), state_of(joint%state, 1))
                state(next) = max(state(next), state_of(joint%state, n_sections))
@@ -126,18 +126,17 @@ contains
    contains
 
       !> The cut in the middle of beam i, as node n has it.
-      pure type(side_type) function cut_of(i, n) result(side)
+      pure type(side_type) function cut_of(i, n, f) result(side)
          integer, intent(in) :: i, n
-         type(beam_response_type) :: response
+         real(wp), intent(in) :: f(3)            !! forces of the beam
          real(wp) :: arm(2)
          integer :: p
          associate (liner => liners(k), layout => liners(k)%layout, joint => liners(k)%joints(i))
-            call respond_beam(joint%beam, liner%section, joint%state, joint%d, response)
             p = layout%node(n)
             side%is_there = .true.
-            side%force = turned(response%f(1:2), joint%beam%angle)
+            side%force = turned(f(1:2), joint%beam%angle)
             arm = joint%arm(:, merge(1, 2, n == i)) + center(:, n) - liner%path(:, p)
-            side%moment = response%f(3) + arm(1)*side%force(2) - arm(2)*side%force(1)
+            side%moment = f(3) + arm(1)*side%force(2) - arm(2)*side%force(1)
             if (n == i) then
                side%along = liner%path(:, p + 1) - liner%path(:, p)
             else

@@ -214,19 +214,26 @@ contains
    pure real(wp) function shear_stress(self, k) result(largest)
       class(liners_type), intent(in) :: self
       integer, intent(in) :: k                   !! the lining
-      type(beam_response_type) :: response
-      real(wp) :: forces(3)
-      integer :: i
+      real(wp) :: forces(3, size(self%liners(k)%joints))
       largest = 0
       if (.not. self%liners(k)%is_there) return
-      do i = 1, size(self%liners(k)%joints)
-         associate (joint => self%liners(k)%joints(i))
-            call respond_beam(joint%beam, self%liners(k)%section, joint%state, joint%d, response)
-            forces = forces_at(joint%beam, response%f, (n_sections + 1)/2)
-            largest = max(largest, abs(forces(3))/self%liners(k)%section%thickness)
+      forces = middle_forces(self%liners(k))
+      largest = maxval([0.0_wp, abs(forces(3, :))/self%liners(k)%section%thickness])
+   end function shear_stress
+
+   !> N, M and Q in the middle of each beam of a lining.
+   pure function middle_forces(liner) result(forces)
+      type(liner_type), intent(in) :: liner
+      real(wp) :: forces(3, size(liner%joints))
+      type(beam_response_type) :: response
+      integer :: i
+      do i = 1, size(liner%joints)
+         associate (joint => liner%joints(i))
+            call respond_beam(joint%beam, liner%section, joint%state, joint%d, response)
+            forces(:, i) = forces_at(joint%beam, response%f, (n_sections + 1)/2)
          end associate
       end do
-   end function shear_stress
+   end function middle_forces
 
    !> The axial force of the beam of a lining that exceeds those of both its neighbours most, the larger one of these,
    !> and the largest of all, without signs [force/length]; 0 without three beams.
@@ -234,21 +241,15 @@ contains
       class(liners_type), intent(in) :: self
       integer, intent(in) :: k                   !! the lining
       real(wp), intent(out) :: peak, beside, largest
-      type(beam_response_type) :: response
-      real(wp) :: n(0:size(self%liners(k)%joints) + 1), forces(3)
+      real(wp) :: n(0:size(self%liners(k)%joints) + 1), forces(3, size(self%liners(k)%joints))
       integer :: i, m
       peak = 0
       beside = 0
       largest = 0
       m = size(self%liners(k)%joints)
       if (m < 3 .or. .not. self%liners(k)%is_there) return
-      do i = 1, m
-         associate (joint => self%liners(k)%joints(i))
-            call respond_beam(joint%beam, self%liners(k)%section, joint%state, joint%d, response)
-            forces = forces_at(joint%beam, response%f, (n_sections + 1)/2)
-            n(i) = abs(forces(1))
-         end associate
-      end do
+      forces = middle_forces(self%liners(k))
+      n(1:m) = abs(forces(1, :))
       ! the first and the last of an open one are no peaks
       n(0) = merge(n(m), huge(1.0_wp), self%liners(k)%layout%closed)
       n(m + 1) = merge(n(1), huge(1.0_wp), self%liners(k)%layout%closed)
