@@ -111,12 +111,7 @@ contains
       do l = 1, size(lines)
          call json%open('{', '')
          call json%put('name', lines(l)%name)
-         call json%open('[', 'ends')
-         call json%put('', lines(l)%head(1))
-         call json%put('', lines(l)%head(2))
-         call json%put('', lines(l)%toe(1))
-         call json%put('', lines(l)%toe(2))
-         call json%close(']')
+         call json%put('ends', [lines(l)%head, lines(l)%toe])
          call json%close('}')
       end do
       call json%close(']')

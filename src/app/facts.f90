@@ -163,27 +163,14 @@ contains
             case (is_motion)
                call json%open('{', item%name)
                call json%put('stage', item%text)
-               call put_pair('change', item%motion(1:2))
-               call put_pair('since_start', item%motion(3:4))
+               call json%put('change', item%motion(1:2))
+               call json%put('since_start', item%motion(3:4))
                call json%close('}')
             case default; call json%put(item%name, item%flag)
             end select
          end associate
       end do
       call json%close('}')
-
-   contains
-
-      !> Write two numbers.
-      subroutine put_pair(name, values)
-         character(len=*), intent(in) :: name
-         real(wp), intent(in) :: values(2)
-         call json%open('[', name)
-         call json%put('', values(1))
-         call json%put('', values(2))
-         call json%close(']')
-      end subroutine put_pair
-
    end subroutine facts_to_json
 
    !> Names with blanks for underscores.

@@ -14,9 +14,9 @@ module rockdda_app_json
    contains
       procedure :: open                        !! begin an object or array
       procedure :: close                       !! end it
-      generic :: put => put_text, put_integer, put_long, put_real, put_logical
+      generic :: put => put_text, put_integer, put_long, put_real, put_reals, put_logical
       procedure :: put_null
-      procedure, private :: put_text, put_integer, put_long, put_real, put_logical
+      procedure, private :: put_text, put_integer, put_long, put_real, put_reals, put_logical
       procedure, private :: begin_member
    end type json_type
 
@@ -88,6 +88,19 @@ contains
          self%text = self%text//'null'
       end if
    end subroutine put_real
+
+   !> Put an array of reals.
+   subroutine put_reals(self, name, values)
+      class(json_type), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      real(wp), intent(in) :: values(:)
+      integer :: i
+      call self%open('[', name)
+      do i = 1, size(values)
+         call self%put('', values(i))
+      end do
+      call self%close(']')
+   end subroutine put_reals
 
    !> Put true or false.
    subroutine put_logical(self, name, value)

@@ -131,10 +131,7 @@ contains
                call json%open('{', '')
                call json%put('name', liner%name)
                do i = 1, 3
-                  call json%open('[', names(i))
-                  call json%put('', liner%least(i))
-                  call json%put('', liner%most(i))
-                  call json%close(']')
+                  call json%put(names(i), [liner%least(i), liner%most(i)])
                end do
                call json%put('nodes', liner%n)
                call json%put('cracked', liner%n_cracked)
