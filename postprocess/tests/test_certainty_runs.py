@@ -17,7 +17,8 @@ from places import EXTENSION, INPUTS, ROOT
 from rockdda.certainty import convergence, reliability
 from rockdda.certainty.failure import wilson
 from rockdda.certainty.quantities import quantities_of
-from rockdda.certainty.variants import PROPERTY, Variant
+from rockdda.certainty.template import read_source
+from rockdda.certainty.variants import PROPERTY, Variant, template_of, variants_of
 from rockdda.cli import main
 from rockdda.errors import InputError
 from rockdda.report import report
@@ -253,6 +254,29 @@ def test_static_steps_that_only_bring_to_rest_are_as_many_as_it_takes(folder):
     for one in convergence("inputs/layered_roof", jobs=2).findings:
         assert abs(one.changes["step ÷ 4"]) < 1e-3 * abs(one.value)
         assert set(one.exceeds(0.05)) <= {PROPERTY}
+
+
+@pytest.mark.parametrize("name", ["supported_tunnel/supported_tunnel.nml", "bolted_slope/bars_dry.nml"])
+def test_elements_of_linings_and_bolts_in_grout_are_a_number_of_the_method(folder, name):
+    """The variant has half of the distances that the program finds, those that are not given as well."""
+    shutil.copytree((INPUTS / name).parent, folder / "inputs" / Path(name).parent)
+    with read_source(f"inputs/{name}") as source:
+        (variant,) = (one for one in variants_of(source) if one.kind == "elements")
+        Path("model.nml").write_text(template_of(source))
+        Path("half.nml").write_bytes(render(Path("model.nml"), variant.values(0)))
+        given = source.facts["elements"]
+        with read_source("half.nml") as half:
+            found = half.facts["elements"]
+    assert {kind for kind, _ in given} == ({"bolt", "liner"} if "tunnel" in name else {"bolt"})
+    assert found == {group: pytest.approx(element / 2) for group, element in given.items()}
+
+
+def test_convergence_names_the_elements(folder):
+    shutil.copytree(INPUTS / "bolted_slope", folder / "inputs/bolted_slope")
+    for one in convergence("inputs/bolted_slope/bars_dry.nml", jobs=2).findings:
+        assert one.plus_minus["elements"] == 2 * abs(one.changes["elements ÷ 2"])
+        assert 0 < one.plus_minus["elements"] < one.plus_minus[PROPERTY]
+        assert one.method >= one.plus_minus["elements"]
 
 
 def test_convergence_of_a_factor(folder):

@@ -1,10 +1,14 @@
 ! SPDX-License-Identifier: MIT
 !> Summary of `rockdda check`.
 module rockdda_app_check_summary
+   use rockdda_base_kinds, only : wp
    use rockdda_base_error, only : error_type
    use rockdda_base_diagnostics, only : diagnostics_type
    use rockdda_base_strings, only : counted
    use rockdda_model_bolt_layout, only : bolt_line_type
+   use rockdda_model_bolt_numbers, only : bolt_numbers_type, numbers_of_bolt
+   use rockdda_model_liner_layout, only : liner_layout_type, new_liner_layout, line_of_liner, lower_liner, &
+      title_of_liner
    use rockdda_model_regions, only : blocks_of_region, has_region
    use rockdda_io_recognise, only : kind_name
    use rockdda_run_labelled_text, only : labelled_text
@@ -50,6 +54,7 @@ contains
          if (exit_code == 0 .and. is_model_run(kinds)) then
             call list_regions(input, json)
             call list_bolts(input, json)
+            call list_liners(input, json)
          end if
          if (line%as_namelist .and. exit_code == 0) call json%put('namelist', labelled_text(input))
          call end_json(json, messages, error, ok)
@@ -100,11 +105,12 @@ contains
 
    end subroutine list_regions
 
-   !> Head and toe of each bolt of a group, as it is drawn.
+   !> Head and toe of each bolt of a group, as it is drawn, and the largest distance of nodes in grout; 0: none.
    subroutine list_bolts(input, json)
       type(model_input_type), intent(in) :: input
       type(json_type), intent(inout) :: json
       type(bolt_line_type), allocatable :: lines(:)
+      type(bolt_numbers_type) :: numbers
       integer :: l
       call find_bolts(input, lines)
       call json%open('[', 'bolts')
@@ -112,9 +118,32 @@ contains
          call json%open('{', '')
          call json%put('name', lines(l)%name)
          call json%put('ends', [lines(l)%head, lines(l)%toe])
+         numbers = numbers_of_bolt(input%options%bolts(lines(l)%group), norm2(lines(l)%toe - lines(l)%head))
+         call json%put('group', lines(l)%group)
+         call json%put('element', numbers%element)
          call json%close('}')
       end do
       call json%close(']')
    end subroutine list_bolts
+
+   !> Largest distance of nodes of each lining; 0: those of the lining on which it lies.
+   subroutine list_liners(input, json)
+      type(model_input_type), intent(in) :: input
+      type(json_type), intent(inout) :: json
+      type(liner_layout_type) :: layout
+      integer :: k
+      call json%open('[', 'liners')
+      associate (options => input%options)
+         do k = 1, size(options%liners)
+            layout = new_liner_layout(line_of_liner(options%liners, k, input%blocks, options%regions), &
+                                      options%liners(k)%thickness, options%liners(k)%element)
+            call json%open('{', '')
+            call json%put('name', title_of_liner(options%liners(k), k))
+            call json%put('element', merge(layout%largest, 0.0_wp, lower_liner(options%liners, k) == 0))
+            call json%close('}')
+         end do
+      end associate
+      call json%close(']')
+   end subroutine list_liners
 
 end module rockdda_app_check_summary

@@ -18,8 +18,8 @@ if TYPE_CHECKING:
 __all__ = ["draw_convergence", "draw_reliability"]
 
 KINDS = {
-    "step": (PALETTE[1], "o"), "corners": (PALETTE[3], "s"), "cells": (PALETTE[6], "D"), "solver": (PALETTE[5], "v"),
-    "joint stiffness": (PALETTE[2], "^"),
+    "step": (PALETTE[1], "o"), "corners": (PALETTE[3], "s"), "cells": (PALETTE[6], "D"),
+    "elements": (PALETTE[4], "P"), "solver": (PALETTE[5], "v"), "joint stiffness": (PALETTE[2], "^"),
 }  # fmt: skip
 MOST = 24  # numbers of a picture: of more those that change most
 LEAST = 1e-4  # share up to which changes are drawn in proportion

@@ -41,7 +41,7 @@ class Source:
     title: str
     units: str
     groups: Groups  #: of its labelled file
-    facts: Mapping[str, Any]  #: what `rockdda check` finds: numbers of blocks and points, automatic numbers
+    facts: Mapping[str, Any]  #: what `rockdda check` finds: numbers of blocks and points, automatic numbers; elements
     files: tuple[Path, ...]  #: those that the groups name
     statistics: Path | None  #: of the joint sets that its lines are drawn from; None: they are given
     digest: str  #: of the texts of its files
@@ -90,7 +90,7 @@ def read_source(
         told = json.loads(_call("check", *files, "--json"))
         text = _call("check", *files, "--as-namelist")
         found = groups_of(text)
-        facts = told.get("model", {})
+        facts = told.get("model", {}) | {"elements": dict(_elements(told))}
         kinds = {str(one["kind"]): Path(str(one["file"])) for one in told.get("files", [])}
         labelled = next((path for kind, path in kinds.items() if "labelled" in kind), None)
         control = labelled or next((path for kind, path in kinds.items() if "analysis" in kind), None)
@@ -111,6 +111,16 @@ def read_source(
                 for paths in ([geometry], legacy, [labelled] if labelled else options)
             )),
         )  # fmt: skip
+
+
+def _elements(told: Mapping[str, Any]) -> Iterator[tuple[tuple[str, int], float]]:
+    """Largest distances of nodes along bolts and linings, by the name and the number of their group."""
+    for bolt in told.get("bolts", []):
+        if bolt["element"]:
+            yield ("bolt", bolt["group"]), bolt["element"]
+    for number, liner in enumerate(told.get("liners", []), start=1):
+        if liner["element"]:
+            yield ("liner", number), liner["element"]
 
 
 def groups_of(text: str) -> Groups:

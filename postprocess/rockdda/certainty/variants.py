@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""A model with other numbers: of the method (step, corners, cells, solver) and stiffness of its joints."""
+"""A model with other numbers: of the method (step, corners, cells, elements, solver) and stiffness of its joints."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from .template import Groups, Placeholders, Source
 __all__ = ["METHOD", "PROPERTY", "Variant", "template_of", "variants_of"]
 
 #: Kinds of variants: numbers of the method, which must not matter, and the one property, which is to be measured.
-METHOD, PROPERTY = ("step", "corners", "cells", "solver"), "joint stiffness"
+METHOD, PROPERTY = ("step", "corners", "cells", "elements", "solver"), "joint stiffness"
 MOST_STEPS = 5000  # of a stage until equilibrium that names no other number
 ENDS = ("until", "until_step", "until_time", "duration")  # of a stage
 CORNER_RADIUS = 0.01  # where none is given
@@ -35,13 +35,14 @@ class Variant:
     step: float = 1.0  #: factor of the largest time step
     corner: float = 1.0  #: of the radius of corners
     cells: float = 1.0  #: of the size of cells
+    elements: float = 1.0  #: of the distance of nodes along linings and bolts in grout
     stiffness: float = 1.0  #: of the normal and shear stiffness that joints are given
     contact: str = ""  #: further groups
     solver: str = ""
 
     def values(self, steps: int) -> dict[str, Any]:
         """Parameters of the study. steps: of a run that ends after so many; a variant goes on to the same time."""
-        names = ("name", "step", "corner", "cells", "stiffness", "contact", "solver")
+        names = ("name", "step", "corner", "cells", "elements", "stiffness", "contact", "solver")
         return {**{name: getattr(self, name) for name in names}, "steps": MANY if self.kind else steps}
 
     def changes(self, steps: int) -> dict[str, Any]:
@@ -61,6 +62,8 @@ def variants_of(source: Source) -> list[Variant]:
         found.append(Variant("corner radius ÷ 2", "corners", corner=0.5))
     if source.groups.get("subdivide"):
         found.append(Variant("cells ÷ 2", "cells", cells=0.5))
+    if any(source.facts.get("elements", {}).values()):
+        found.append(Variant("elements ÷ 2", "elements", elements=0.5))
     other = other_solver(source)
     found.append(Variant(f"solver {other}", "solver", solver=f"&solver method = '{other}' /"))
     stiffness = stiffness_of(source)
@@ -157,6 +160,8 @@ def template_of(source: Source, *, end_time: float | None = None) -> str:
                         group[option] = marks.mark(f"{float(group[option])!r}*stiffness")
     for group in groups.get("subdivide", []):
         group["size"] = marks.mark(f"{float(group['size'])!r}*cells")
+    for (name, place), element in source.facts.get("elements", {}).items():
+        groups[name][place - 1]["element"] = marks.mark(f"{element!r}*elements")
     for stage in groups.get("stage", []):
         if "until_step" in stage:
             stage["until_step"] = marks.mark(f"round({int(stage['until_step'])}/step)")
@@ -181,7 +186,7 @@ def template_of(source: Source, *, end_time: float | None = None) -> str:
     more += ["{{contact}}", "{{solver}}", ""]
     text = marks.text(groups)
     # a parameter that no placeholder names would be an error of the study
-    unused = [name for name in ("cells", "stiffness", "steps") if f"{name}}}}}" not in text]
+    unused = [name for name in ("cells", "elements", "stiffness", "steps") if f"{name}}}}}" not in text]
     more += [f"! {name} {{{{{name}}}}}: the model has none" for name in unused]
     return text + "\n".join(more) + "\n"
 

@@ -25,8 +25,8 @@ ROUNDING = 1e-6
 #: Error over the value that an equilibrium leaves: its tolerance.
 EQUILIBRIUM = 1e-5
 WORDS = {
-    "step": "the step", "corners": "the corners", "cells": "the cells", "solver": "the solver",
-    "search": "the search", PROPERTY: "the joint stiffness",
+    "step": "the step", "corners": "the corners", "cells": "the cells", "elements": "the elements",
+    "solver": "the solver", "search": "the search", PROPERTY: "the joint stiffness",
 }  # fmt: skip
 
 
@@ -137,7 +137,7 @@ def judge(
             if order is not None:
                 extrapolated = value + quarter + (quarter - half) / (2 ** min(order, MOST_ORDER) - 1)
                 errors[kind] = SAFETY * abs(extrapolated - value)
-        elif kind in ("corners", "cells", "step"):
+        elif kind in ("corners", "cells", "elements", "step"):
             # half the number changes the value by at least half of its error, where it converges in first order
             errors[kind] = NO_ORDER * largest
         else:

@@ -38,6 +38,7 @@ module rockdda_model_liner_layout
       integer, allocatable :: node(:)        !! (n) points of the path
       integer, allocatable :: first(:), last(:)   !! (n) points that the segments begin and end with
       real(wp) :: start = 0                  !! of the path, distance from the start of the line, <= 0 [length]
+      real(wp) :: largest = 0                !! distance of nodes [length]
    end type liner_layout_type
 
 contains
@@ -185,8 +186,8 @@ contains
       if (m < 2) return
       near = nearness(v)
       length = s(m)
-      largest = distance_of_nodes(length, layout%closed, thickness, element)
-      largest = max(largest, length/most_nodes)
+      largest = max(distance_of_nodes(length, layout%closed, thickness, element), length/most_nodes)
+      layout%largest = largest
       ! stretches between corners
       corners = [s(1), pack(s(2:m - 1), [(turns(v(:, k) - v(:, k - 1), v(:, k + 1) - v(:, k)), k=2, m - 1)])]
       if (present(breaks)) then
