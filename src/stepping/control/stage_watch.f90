@@ -31,10 +31,9 @@ module rockdda_stepping_stage_watch
       integer :: marks = 0                      !! doublings of the way while a load rises; 0: none has risen
       real(wp) :: way = 0                       !! grown at the last of them [length]
       real(wp) :: times(3) = 0                  !! of the last three
-      real(wp) :: lags(3) = 0                   !! at them: time since the load that the model carries [time]
       logical :: is_lost = .false.              !! the model does not follow the load
       real(wp) :: lost_share = 0                !! of the rise of the load in the stage and later with which it was lost
-      real(wp) :: lost_time = 0
+      real(wp) :: lost_time = 0                 !! time of the largest load that the model has carried
       integer :: restless = 0                   !! block that went on by forces that do not fall; 0: none
    end type stage_watch_type
 

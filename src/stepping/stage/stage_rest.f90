@@ -206,20 +206,10 @@ contains
                late = middle
             end if
          end do
-         watch%lags = [watch%lags(2:3), watch%times(3) - early]
+         watch%lost_time = max(watch%lost_time, early)
          if (watch%marks < 3 .or. .not. (rise > 0 .and. excess > much*rise)) return
          if (.not. watch%grown > beyond_deformation(step)) return
          watch%is_lost = .true.
-         ! since then the lag has grown beyond that of a model that follows, as fast as in the last doubling
-         watch%lost_time = early
-         associate (lags => watch%lags, times => watch%times)
-            if (lags(3) > lags(2)) then
-               last = (lags(3) - lags(2))/(times(3) - times(2))
-               first = (lags(2) - lags(1))/(times(2) - times(1))
-               watch%lost_time = times(3) - (lags(3) - merge(lags(1), 0.0_wp, first < 0.5_wp*last))/last
-               watch%lost_time = max(step%control%first_time, min(watch%lost_time, times(3)))
-            end if
-         end associate
          first = work_at(step%control%first_time)
          last = work_at(0.5_wp*huge(1.0_wp))
          if (abs(last - first) > 0) &

@@ -122,7 +122,6 @@ contains
          call archive%item('watch_marks', watch%marks)
          call archive%item('watch_way', watch%way)
          call archive%fixed('watch_times', watch%times)
-         call archive%fixed('watch_lags', watch%lags)
          call archive%item('watch_is_lost', watch%is_lost)
          call archive%item('watch_lost_share', watch%lost_share)
          call archive%item('watch_lost_time', watch%lost_time)

@@ -108,7 +108,7 @@ contains
       associate (watch => control%watch)
          call check%is_finite([watch%grown, watch%grown_before, watch%grown_from, watch%next_way, watch%least, &
                                watch%least_at_mark, watch%progress%least, watch%progress%least_before, &
-                               watch%way, watch%lags, watch%times, watch%lost_share, watch%lost_time], 'watch')
+                               watch%way, watch%times, watch%lost_share, watch%lost_time], 'watch')
          call check%in_range([watch%progress%steps, watch%marks], 0, most_counted, 'watch')
       end associate
       call check%holds(control%slip_share >= 0 .and. control%slip_share <= 1, 'slip_share')
