@@ -93,8 +93,8 @@ FACES = {
     "io/options": "namelist_file option_documents options_writer statistics_file statistics_names",
     "io/storage/file": "digest hdf5_adapter hdf5_driver",
     "io/storage/results": "results results_header results_info results_units",
-    "io/storage/checkpoint": "archive checkpoint checkpoint_info checkpoint_model checkpoint_model_check "
-    "checkpoint_state checkpoint_state_check",
+    "io/storage/checkpoint": "archive checkpoint checkpoint_info checkpoint_model "
+    "checkpoint_state",
     "io": "file_content model_folder recognise",
     "run": "checkpointing find_files hdf5_lock input labelled_text model_input model_run outcome output_choice parts "
     "read_files request step_loop stop_request supports thread_choice",

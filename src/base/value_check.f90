@@ -32,8 +32,6 @@ module rockdda_base_value_check
       procedure :: are_increasing
       generic :: is_finite => list_is_finite, table_is_finite
       procedure :: has_squares
-      procedure :: list
-      procedure :: table
       procedure, private :: list_is_finite, table_is_finite, need
    end type value_check_type
 
@@ -168,31 +166,5 @@ contains
       call self%is_finite(values, name)
       call self%need(all(abs(values) <= largest_size), name, 'holds a number above 1e+30 in size')
    end subroutine has_squares
-
-   !> Require a list of n finite reals.
-   subroutine list(self, values, n, name)
-      class(value_check_type), intent(inout) :: self
-      real(wp), allocatable, intent(in) :: values(:)
-      integer, intent(in) :: n
-      character(len=*), intent(in) :: name
-      call self%is_there(allocated(values), name)
-      if (.not. allocated(values)) return
-      call self%has_shape(size(values) == n, name)
-      call self%is_finite(values, name)
-   end subroutine list
-
-   !> Require a table of m times n finite reals, not larger than `largest`.
-   subroutine table(self, values, m, n, name, largest)
-      class(value_check_type), intent(inout) :: self
-      real(wp), allocatable, intent(in) :: values(:, :)
-      integer, intent(in) :: m, n
-      character(len=*), intent(in) :: name
-      real(wp), intent(in), optional :: largest
-      call self%is_there(allocated(values), name)
-      if (.not. allocated(values)) return
-      call self%has_shape(size(values, 1) == m .and. size(values, 2) == n, name)
-      call self%is_finite(values, name)
-      if (present(largest)) call self%holds(all(abs(values) <= largest), name)
-   end subroutine table
 
 end module rockdda_base_value_check

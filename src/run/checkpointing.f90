@@ -2,7 +2,7 @@
 !> Write a simulation to a checkpoint, read it, and check one.
 module rockdda_run_checkpointing
    use rockdda_base_kinds, only : wp, i8
-   use rockdda_base_error, only : error_type, error_code, make_error
+   use rockdda_base_error, only : error_type
    use rockdda_base_diagnostics, only : diagnostics_type, origin_type, severity
    use rockdda_model_blocks, only : block_system_type
    use rockdda_model_parameters, only : parameters_type
@@ -12,8 +12,6 @@ module rockdda_run_checkpointing
    use rockdda_io_checkpoint_model, only : exchange_blocks, exchange_parameters
    use rockdda_io_checkpoint_state, only : exchange_state, exchange_contacts, exchange_control, &
       exchange_construction, exchange_ledger, exchange_record, exchange_reported
-   use rockdda_io_checkpoint_model_check, only : parameters_problem, blocks_problem
-   use rockdda_io_checkpoint_state_check, only : facts_problem, state_problem
    use rockdda_io_digest, only : digest_length
    use rockdda_io_guard, only : run_in_child, end_child, explain, begin_reading, end_reading, guard
    use rockdda_io_posix, only : get_file_size, get_path_kind, path_kind, remove_file
@@ -41,8 +39,8 @@ contains
       call checkpoint%begin_saving(results, facts, error)
       if (allocated(error)) return
       blocks = sim%model_blocks()
-      call exchange_blocks(checkpoint%archive, blocks)
       call exchange_parameters(checkpoint%archive, sim%parameters)
+      call exchange_blocks(checkpoint%archive, sim%parameters, blocks)
       call exchange_simulation(checkpoint%archive, sim, facts)
       call checkpoint%end_saving(error)
       digest = checkpoint%digest
@@ -109,11 +107,8 @@ contains
       digest = checkpoint%digest
       if (allocated(error)) return
       associate (archive => checkpoint%archive)
-         call exchange_blocks(archive, blocks)
          call exchange_parameters(archive, parameters)
-         if (.not. allocated(archive%error)) call refuse(archive, facts_problem(facts))
-         if (.not. allocated(archive%error)) call refuse(archive, parameters_problem(parameters))
-         if (.not. allocated(archive%error)) call refuse(archive, blocks_problem(blocks, parameters))
+         if (.not. allocated(archive%error)) call exchange_blocks(archive, parameters, blocks)
          if (.not. allocated(archive%error)) call sim%init(blocks, parameters, error)
          if (allocated(error)) error%message = path//': the checkpoint is damaged: '//error%message
          if (.not. allocated(error)) call exchange_simulation(archive, sim, facts)
@@ -122,49 +117,40 @@ contains
       if (.not. allocated(error) .and. allocated(problem)) call move_alloc(problem, error)
    end subroutine load_values
 
-   !> End loading with an error, if there is a problem.
-   subroutine refuse(archive, problem)
-      type(archive_type), intent(inout) :: archive
-      character(len=*), intent(in) :: problem       !! '': none
-      if (len(problem) > 0) call make_error(archive%error, error_code%input, archive%file%path// &
-                                            ': the checkpoint is damaged: '//problem)
-   end subroutine refuse
-
    !> Write or read the state that the following steps depend on.
    subroutine exchange_simulation(archive, sim, facts)
       type(archive_type), intent(inout) :: archive
       type(simulation_type), intent(inout) :: sim
-      type(checkpoint_facts_type), intent(in) :: facts
+      type(checkpoint_facts_type), intent(in) :: facts     !! loaded
       real(wp), allocatable :: memory(:), start_forces(:)
-      character(len=:), allocatable :: problem
+      integer :: nb, n_springs
       if (allocated(archive%error)) return
-      call exchange_state(archive, sim%state)
-      call exchange_contacts(archive, sim%contacts)
-      call exchange_control(archive, sim%control)
-      call exchange_construction(archive, sim%construction, sim%families%contacts%stiffness_is_new)
+      nb = sim%blocks%n_blocks
+      n_springs = size(sim%families%boundaries%springs%list)
+      call exchange_state(archive, sim%blocks, sim%parameters, n_springs, sim%state)
+      call archive%demand(sim%state%step == facts%rows%steps, 'step')
+      call exchange_contacts(archive, sim%blocks, size(sim%parameters%joint_materials), sim%contacts)
+      call exchange_control(archive, sim%blocks, size(sim%parameters%stages), sim%state%step, sim%control)
+      call exchange_construction(archive, sim%parameters, nb, sim%construction, &
+                                 sim%families%contacts%stiffness_is_new)
       call sim%families%exchange_state(sim%step_context_type, archive)
-      call exchange_ledger(archive, sim%ledger)
+      call exchange_ledger(archive, sim%blocks, sim%ledger)
       call exchange_reported(archive, sim%construction%lodging)
-      call exchange_record(archive, sim%record)
+      call exchange_record(archive, sim%blocks, sim%parameters, sim%state, sim%record)
       call archive%section('solver')
-      call archive%item('line_ends', sim%line_ends)
+      call archive%item('line_ends', sim%line_ends, [4, size(sim%parameters%line_loads)])
       ! materials that have changed give another stress at the start
       start_forces = sim%families%boundaries%springs%list%start_force
-      call archive%item('boundary_start_forces', start_forces)
-      call archive%item('last_solution', sim%equations%x)
+      call archive%item('boundary_start_forces', start_forces, n_springs)
+      call archive%item('last_solution', sim%equations%x, [6, nb])
       if (archive%saving) call sim%solver%pack(memory)
       call archive%item('memory', memory)
-      if (archive%saving .or. allocated(archive%error)) return
-      problem = state_problem(sim, facts, memory, archive%check)
-      call refuse(archive, problem)
-      if (allocated(archive%error)) return
-      if (size(start_forces) /= size(sim%families%boundaries%springs%list) .or. &
-          .not. all(abs(start_forces) <= huge(1.0_wp))) then
-         call archive%refuse('boundary_start_forces', 'holds other numbers than the boundaries have')
-         return
-      end if
+      if (.not. archive%has_loaded()) return
       sim%families%boundaries%springs%list%start_force = start_forces
-      if (allocated(memory)) call sim%solver%unpack(memory)
+      if (.not. allocated(memory)) return
+      ! counts of solves
+      call archive%demand(all(memory(2:) >= 0 .and. memory(2:) <= 2.0_wp**30), 'memory')
+      if (archive%has_loaded()) call sim%solver%unpack(memory)
    end subroutine exchange_simulation
 
 end module rockdda_run_checkpointing

@@ -119,8 +119,8 @@ def extreme(random_: random.Random, dtype: np.dtype):
 def change_values(file: h5py.File, random_: random.Random, whole: bool) -> str:
     names = [name for name in datasets(file) if not is_text(file[name]) and file[name].size > 0]
     if not whole:
-        # most values are among the small ones
-        names += ["small/reals", "small/integers"] * len(names)
+        # most values are among the small ones, unless these were exchanged with a text
+        names += [name for name in ("small/reals", "small/integers") if name in names] * len(names)
     name = random_.choice(names)
     values = file[name][()]
     value = extreme(random_, values.dtype)

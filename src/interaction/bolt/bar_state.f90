@@ -3,12 +3,13 @@
 module rockdda_interaction_bar_state
    use rockdda_base_kinds, only : wp
    use rockdda_base_state_archive, only : state_archive_type
+   use rockdda_model_blocks, only : largest_coordinate
    use rockdda_interaction_bar, only : bar_state_type, respond, accept, copy_state, node_forces
    use rockdda_interaction_bar_bolt, only : bolt_type, find_points, find_forces, dowel_response, energy_of, &
       place_at
    implicit none
    private
-   public :: node_state, show_nodes_of, show_forces_of, finish_bolt, exchange_bolts
+   public :: node_state, show_nodes_of, show_forces_of, finish_bolt, exchange_bolt
 
    !> What carries this share of its strength is shown as slipping or yielding, also at rest.
    real(wp), parameter :: at_limit = 1 - 1.0e-6_wp
@@ -154,67 +155,23 @@ contains
 
    end subroutine finish_bolt
 
-   !> Save or load what lasts of all bolts; `fits` is false when what was loaded belongs to other bolts.
-   subroutine exchange_bolts(archive, bolts, fits)
-      class(state_archive_type), intent(inout) :: archive
-      type(bolt_type), intent(inout) :: bolts(:)
-      logical, intent(out) :: fits
-      real(wp), allocatable :: moved(:), plastic(:), slip(:), dowel(:), place(:, :), origin(:, :)
-      logical, allocatable :: there(:), broken(:), weak(:)
-      integer :: l, n(5)
-      allocate (moved(0), plastic(0), slip(0), dowel(0), place(2, 0), origin(2, 0), there(0), broken(0), weak(0))
-      do l = 1, merge(size(bolts), 0, archive%saving)
-         associate (b => bolts(l))
-            there = [there, b%is_there]
-            moved = [moved, b%state%w]
-            plastic = [plastic, b%state%plastic]
-            broken = [broken, b%state%broken]
-            slip = [slip, b%state%slip]
-            weak = [weak, b%state%weak]
-            place = reshape([place, b%place], [2, size(place, 2) + size(b%place, 2)])
-            origin = reshape([origin, b%origin], [2, size(origin, 2) + size(b%origin, 2)])
-            dowel = [dowel, b%dowel_slip]
-         end associate
-      end do
-      call archive%item('is_there', there)
-      call archive%item('displacement', moved)
-      call archive%item('plastic', plastic)
-      call archive%item('broken', broken)
-      call archive%item('slip', slip)
-      call archive%item('weak', weak)
-      call archive%item('place', place)
-      call archive%item('origin', origin)
-      call archive%item('dowel_slip', dowel)
-      fits = .true.
-      if (archive%saving) return
-      fits = allocated(there) .and. allocated(moved) .and. allocated(plastic) .and. allocated(broken) .and. &
-         allocated(slip) .and. allocated(weak) .and. allocated(place) .and. allocated(origin) .and. allocated(dowel)
-      if (.not. fits) return
-      n = 0
-      do l = 1, size(bolts)
-         associate (b => bolts(l))
-            n = n + [size(b%state%w), size(b%state%plastic), size(b%state%slip), size(b%place, 2), size(b%dowel_slip)]
-         end associate
-      end do
-      fits = size(there) == size(bolts) .and. all(n == [size(moved), size(plastic), size(slip), size(place, 2), &
-                                                       size(dowel)]) .and. size(broken) == n(2) .and. &
-         size(weak) == n(3) .and. size(origin, 2) == n(4) .and. size(place, 1) == 2 .and. size(origin, 1) == 2
-      if (.not. fits) return
-      n = 0
-      do l = 1, size(bolts)
-         associate (b => bolts(l))
-            b%is_there = there(l)
-            b%state%w = moved(n(1) + 1:n(1) + size(b%state%w))
-            b%state%plastic = plastic(n(2) + 1:n(2) + size(b%state%plastic))
-            b%state%broken = broken(n(2) + 1:n(2) + size(b%state%broken))
-            b%state%slip = slip(n(3) + 1:n(3) + size(b%state%slip))
-            b%state%weak = weak(n(3) + 1:n(3) + size(b%state%weak))
-            b%place = place(:, n(4) + 1:n(4) + size(b%place, 2))
-            b%origin = origin(:, n(4) + 1:n(4) + size(b%origin, 2))
-            b%dowel_slip = dowel(n(5) + 1:n(5) + size(b%dowel_slip))
-            n = n + [size(b%state%w), size(b%state%plastic), size(b%state%slip), size(b%place, 2), size(b%dowel_slip)]
-         end associate
-      end do
-   end subroutine exchange_bolts
+   !> Save or load what lasts of a bolt.
+   subroutine exchange_bolt(archive, bolt)
+      class(state_archive_type), intent(inout) :: archive     !! in a section of the bolt
+      type(bolt_type), intent(inout) :: bolt                  !! as drawn
+      integer :: n_elements, n_ties, n_points
+      n_elements = size(bolt%state%plastic)
+      n_ties = size(bolt%state%slip)
+      n_points = size(bolt%place, 2)
+      call archive%item('is_there', bolt%is_there)
+      call archive%item('displacement', bolt%state%w, size(bolt%state%w))
+      call archive%item('plastic', bolt%state%plastic, n_elements)
+      call archive%item('broken', bolt%state%broken, n_elements)
+      call archive%item('slip', bolt%state%slip, n_ties)
+      call archive%item('weak', bolt%state%weak, n_ties)
+      call archive%item('place', bolt%place, [2, n_points], largest_coordinate)
+      call archive%item('origin', bolt%origin, [2, n_points], largest_coordinate)
+      call archive%item('dowel_slip', bolt%dowel_slip, size(bolt%dowel_slip))
+   end subroutine exchange_bolt
 
 end module rockdda_interaction_bar_state

@@ -5,7 +5,8 @@
 module rockdda_interaction_bars
    use rockdda_base_kinds, only : wp
    use rockdda_base_state_archive, only : state_archive_type
-   use rockdda_model_blocks, only : block_system_type, largest_coordinate
+   use rockdda_base_strings, only : to_string
+   use rockdda_model_blocks, only : block_system_type
    use rockdda_model_bolt_layout, only : bolt_line_type, bolt_lines, rock_at, stage_with
    use rockdda_model_bolt_numbers, only : numbers_of_bolt
    use rockdda_model_geometry_input, only : is_spring
@@ -17,7 +18,7 @@ module rockdda_interaction_bars
       direction, find_forces, dowel_response
    use rockdda_interaction_bar_links, only : links_of, join_bolt, find_tension, place_bolt, add_to_links_of, &
       predict_bolt, forces_of_links, measure_placement_of, judge_bolt, force_across
-   use rockdda_interaction_bar_state, only : show_nodes_of, show_forces_of, finish_bolt, exchange_bolts
+   use rockdda_interaction_bar_state, only : show_nodes_of, show_forces_of, finish_bolt, exchange_bolt
    use rockdda_interaction_block_forces, only : block_forces_type
    use rockdda_interaction_context, only : step_context_type
    use rockdda_interaction_equations, only : equations_type
@@ -497,27 +498,14 @@ contains
       class(bars_type), intent(inout) :: self
       type(step_context_type), intent(in) :: context
       class(state_archive_type), intent(inout) :: archive
-      real(wp), allocatable :: work(:)
       integer :: l
-      logical :: fits
       if (.not. allocated(self%bolts)) allocate (self%bolts(0))
       call archive%section('bars')
-      work = self%work
-      call archive%item('work', work)
-      call exchange_bolts(archive, self%bolts, fits)
-      if (.not. archive%has_loaded()) return
-      if (fits) fits = allocated(work)
-      if (fits) fits = size(work) == 3
-      if (fits) fits = all(work >= 0)
-      call archive%check%holds(fits, 'work')
-      if (fits) self%work = work
+      call archive%fixed('work', self%work, 0.0_wp)
       do l = 1, size(self%bolts)
-         associate (b => self%bolts(l))
-            call forget_step(b)
-            call archive%check%is_finite([b%state%w, b%state%plastic, b%state%slip, b%dowel_slip], 'numbers')
-            call archive%check%holds(all(abs(b%place) <= largest_coordinate) .and. &
-                                     all(abs(b%origin) <= largest_coordinate), 'numbers')
-         end associate
+         call archive%section('bar_'//to_string(l))
+         call exchange_bolt(archive, self%bolts(l))
+         if (.not. archive%saving) call forget_step(self%bolts(l))
       end do
    end subroutine exchange_state
 

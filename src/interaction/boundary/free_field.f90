@@ -301,19 +301,11 @@ contains
       if (n == 0) return
       call archive%section('free_field')
       call archive%item('has_joints', self%has_joints)
-      call archive%item('joint', self%joint)
-      call archive%item('drag', self%drag)
-      call archive%item('displacement', self%displacement)
-      call archive%item('velocity', self%velocity)
-      call archive%item('acceleration', self%acceleration)
-      if (.not. archive%has_loaded()) return
-      associate (check => archive%check)
-         call check%table(self%joint, 2, n, 'joint')
-         call check%table(self%drag, 2, n, 'drag')
-         call check%table(self%displacement, 2, 2*n, 'displacement')
-         call check%table(self%velocity, 2, 2*n, 'velocity')
-         call check%table(self%acceleration, 2, 2*n, 'acceleration')
-      end associate
+      call archive%item('joint', self%joint, [2, n])
+      call archive%item('drag', self%drag, [2, n])
+      call archive%item('displacement', self%displacement, [2, 2*n])
+      call archive%item('velocity', self%velocity, [2, 2*n])
+      call archive%item('acceleration', self%acceleration, [2, 2*n])
    end subroutine exchange_state
 
 end module rockdda_interaction_free_field

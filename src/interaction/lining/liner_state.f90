@@ -2,19 +2,21 @@
 !> What a lining has done at the end of a step, its forces on the blocks, and what lasts of it in a checkpoint.
 module rockdda_interaction_liner_state
    use rockdda_base_kinds, only : wp
-   use rockdda_base_state_archive, only : state_archive_type
+   use rockdda_base_state_archive, only : state_archive_type, positive
+   use rockdda_base_strings, only : to_string
+   use rockdda_model_blocks, only : largest_coordinate
    use rockdda_interaction_block_forces, only : block_forces_type
    use rockdda_interaction_contact_law, only : contact_law_type
    use rockdda_interaction_context, only : step_context_type
    use rockdda_interaction_kinematics, only : move_point
-   use rockdda_interaction_liner, only : liner_type, set_modulus, on_segment, turned, moved_beam, moved_tie, &
+   use rockdda_interaction_liner, only : joint_type, liner_type, set_modulus, on_segment, turned, moved_beam, moved_tie, &
       first_point, by_shape, acts, respond
    use rockdda_interaction_liner_beam, only : beam_response_type, respond_beam, accept_beam, n_sections
    use rockdda_interaction_liner_placing, only : join_segments
    use rockdda_interaction_liner_ties, only : tie_type, tie_after_type, tie_response_type, tie_state
    implicit none
    private
-   public :: finish_liner, commit_liner, add_forces_of, exchange_liners
+   public :: finish_liner, commit_liner, add_forces_of, exchange_liner
 
 contains
 
@@ -155,168 +157,73 @@ contains
 
    end subroutine add_forces_of
 
-   !> Save or load what lasts of all linings; `fits` is false when what was loaded belongs to others.
-   subroutine exchange_liners(archive, liners, fits)
+   !> Save or load what lasts of a lining: a section for it, and one for each of its ties and joints.
+   subroutine exchange_liner(archive, name, n_blocks, liner)
       class(state_archive_type), intent(inout) :: archive
-      type(liner_type), intent(inout) :: liners(:)
-      logical, intent(out) :: fits
-      logical, allocatable :: there(:), on_rock(:), bonded(:), parted(:), sliding(:), cracked(:), crushed(:)
-      integer, allocatable :: side(:), n_ties(:), behind(:), segment(:)
-      real(wp), allocatable :: modulus(:), path(:, :), place(:, :), arm(:, :), angle(:), length(:), shape(:, :)
-      real(wp), allocatable :: motion(:, :), bent(:, :), free(:, :), slip(:), deformation(:, :), free_beam(:, :)
-      integer :: i, k, n(3)
-      if (archive%saving) call collect()
-      call archive%item('is_there', there)
-      call archive%item('side', side)
-      call archive%item('modulus', modulus)
-      call archive%item('path', path)
-      call archive%item('n_ties', n_ties)
-      call archive%item('behind', behind)
-      call archive%item('segment', segment)
-      call archive%item('on_rock', on_rock)
-      call archive%item('place', place)
-      call archive%item('arm', arm)
-      call archive%item('angle', angle)
-      call archive%item('length', length)
-      call archive%item('shape', shape)
-      call archive%item('motion', motion)
-      call archive%item('bent', bent)
-      call archive%item('free', free)
-      call archive%item('slip', slip)
-      call archive%item('bonded', bonded)
-      call archive%item('parted', parted)
-      call archive%item('sliding', sliding)
-      call archive%item('deformation', deformation)
-      call archive%item('free_deformation', free_beam)
-      call archive%item('cracked', cracked)
-      call archive%item('crushed', crushed)
-      fits = .true.
-      if (archive%saving) return
-      fits = allocated(there) .and. allocated(side) .and. allocated(modulus) .and. allocated(path) .and. &
-         allocated(n_ties) .and. allocated(behind) .and. allocated(segment) .and. allocated(on_rock) .and. &
-         allocated(place) .and. allocated(arm) .and. allocated(angle) .and. allocated(length) .and. allocated(shape) &
-         .and. allocated(motion) .and. allocated(bent) .and. allocated(free) .and. allocated(slip) .and. &
-         allocated(bonded) .and. allocated(parted) .and. allocated(sliding) .and. allocated(deformation) .and. &
-         allocated(free_beam) .and. allocated(cracked) .and. allocated(crushed)
-      if (.not. fits) return
-      fits = all([size(there), size(side), size(modulus), size(n_ties)] == size(liners))
-      if (.not. fits) return
-      fits = all(n_ties >= 0 .and. n_ties <= size(behind)) .and. all(modulus > 0)
-      if (.not. fits) return
-      n = [sum([(size(liners(k)%path, 2), k=1, size(liners))]), 0, sum(n_ties)]
-      fits = n(1) == size(path, 2) .and. size(path, 1) == 2 .and. all([size(behind), size(segment), size(on_rock), &
-         size(place, 2), size(arm, 2), size(angle), size(length), size(shape, 2), size(motion, 2), size(bent, 2), &
-         size(free, 2), size(slip), size(bonded), size(parted), size(sliding)] == n(3)) .and. &
-         all([size(place, 1), size(arm, 1), &
-         size(motion, 1), size(bent, 1), size(free, 1)] == 2) .and. size(shape, 1) == 3
-      if (.not. fits) return
-      n = 0
-      do k = 1, size(liners)
-         associate (liner => liners(k))
-            liner%is_there = there(k)
-            liner%side = merge(1, -1, side(k) > 0)
-            call set_modulus(modulus(k), liner)
-            liner%path = path(:, n(1) + 1:n(1) + size(liner%path, 2))
-            n(1) = n(1) + size(liner%path, 2)
-            if (allocated(liner%ties)) deallocate (liner%ties)
-            allocate (liner%ties(n_ties(k)))
-            do i = 1, n_ties(k)
-               associate (tie => liner%ties(i), j => n(3) + i)
-                  tie%a = behind(j)
-                  tie%b = segment(j)
-                  tie%on_rock = on_rock(j)
-                  tie%at_a = place(:, j)
-                  tie%arm = arm(:, j)
-                  tie%angle = angle(j)
-                  tie%length = length(j)
-                  tie%shape = shape(:, j)
-                  tie%motion = motion(:, j)
-                  tie%bent = bent(:, j)
-                  tie%free = free(:, j)
-                  tie%slip = slip(j)
-                  tie%bonded = bonded(j)
-                  tie%parted = parted(j)
-                  tie%sliding = sliding(j)
-               end associate
-            end do
-            n(3) = n(3) + n_ties(k)
-            if (.not. liner%is_there) cycle
-            call join_segments(liner)
-            fits = n(2) + size(liner%joints) <= size(deformation, 2) .and. &
-                   n_sections*(n(2) + size(liner%joints)) <= min(size(cracked), size(crushed)) .and. &
-                   size(deformation, 1) == 3 .and. size(free_beam, 1) == 3 .and. &
-                   size(free_beam, 2) == size(deformation, 2)
-            if (.not. fits) return
-            do i = 1, size(liner%joints)
-               associate (joint => liner%joints(i), j => n(2) + i)
-                  joint%d = deformation(:, j)
-                  joint%state%free = free_beam(:, j)
-                  joint%state%cracked = cracked(n_sections*(j - 1) + 1:n_sections*j)
-                  joint%state%crushed = crushed(n_sections*(j - 1) + 1:n_sections*j)
-               end associate
-            end do
-            n(2) = n(2) + size(liner%joints)
-         end associate
+      character(len=*), intent(in) :: name                 !! of its sections
+      integer, intent(in) :: n_blocks
+      type(liner_type), intent(inout) :: liner             !! as drawn
+      integer, allocatable :: behind(:)
+      real(wp) :: modulus
+      integer :: i
+      if (liner%layout%n == 0) return
+      call archive%section(name)
+      call archive%item('is_there', liner%is_there)
+      call archive%item('side', liner%side, -1, 1)
+      modulus = liner%section%modulus
+      call archive%item('modulus', modulus, positive)
+      if (archive%has_loaded()) call set_modulus(modulus, liner)
+      call archive%item('path', liner%path, shape(liner%path), largest_coordinate)
+      behind = liner%ties%a
+      call archive%item('behind', behind, least=0, most=n_blocks)
+      if (archive%has_loaded() .and. allocated(behind)) then
+         deallocate (liner%ties)
+         allocate (liner%ties(size(behind)))
+         liner%ties%a = behind
+         if (liner%is_there) call join_segments(liner)
+      end if
+      do i = 1, size(liner%ties)
+         call archive%section(name//'_tie_'//to_string(i))
+         call exchange_tie(liner%ties(i))
       end do
-      fits = n(2) == size(deformation, 2)
+      do i = 1, merge(size(liner%joints), 0, liner%is_there)
+         call archive%section(name//'_joint_'//to_string(i))
+         call exchange_joint(liner%joints(i))
+      end do
 
    contains
 
-      !> What lasts, from all linings.
-      subroutine collect()
-         integer :: i, j, k, n(3)
-         n = 0
-         do k = 1, size(liners)
-            n = n + [size(liners(k)%path, 2), merge(size(liners(k)%joints), 0, liners(k)%is_there), &
-                     size(liners(k)%ties)]
-         end do
-         allocate (path(2, n(1)), behind(n(3)), segment(n(3)), on_rock(n(3)), place(2, n(3)), arm(2, n(3)), &
-                   angle(n(3)), length(n(3)), shape(3, n(3)), motion(2, n(3)), bent(2, n(3)), free(2, n(3)), &
-                   slip(n(3)), bonded(n(3)), parted(n(3)), sliding(n(3)), deformation(3, n(2)), free_beam(3, n(2)), &
-                   cracked(n_sections*n(2)), crushed(n_sections*n(2)))
-         there = liners%is_there
-         side = liners%side
-         modulus = liners%section%modulus
-         n_ties = [(size(liners(k)%ties), k=1, size(liners))]
-         n = 0
-         do k = 1, size(liners)
-            associate (liner => liners(k))
-               path(:, n(1) + 1:n(1) + size(liner%path, 2)) = liner%path
-               n(1) = n(1) + size(liner%path, 2)
-               do i = 1, size(liner%ties)
-                  j = n(3) + i
-                  associate (tie => liner%ties(i))
-                     behind(j) = tie%a
-                     segment(j) = tie%b
-                     on_rock(j) = tie%on_rock
-                     place(:, j) = tie%at_a
-                     arm(:, j) = tie%arm
-                     angle(j) = tie%angle
-                     length(j) = tie%length
-                     shape(:, j) = tie%shape
-                     motion(:, j) = tie%motion
-                     bent(:, j) = tie%bent
-                     free(:, j) = tie%free
-                     slip(j) = tie%slip
-                     bonded(j) = tie%bonded
-                     parted(j) = tie%parted
-                     sliding(j) = tie%sliding
-                  end associate
-               end do
-               n(3) = n(3) + size(liner%ties)
-               if (.not. liner%is_there) cycle
-               do i = 1, size(liner%joints)
-                  j = n(2) + i
-                  deformation(:, j) = liner%joints(i)%d
-                  free_beam(:, j) = liner%joints(i)%state%free
-                  cracked(n_sections*(j - 1) + 1:n_sections*j) = liner%joints(i)%state%cracked
-                  crushed(n_sections*(j - 1) + 1:n_sections*j) = liner%joints(i)%state%crushed
-               end do
-               n(2) = n(2) + size(liner%joints)
-            end associate
-         end do
-      end subroutine collect
+      !> What lasts of a tie.
+      subroutine exchange_tie(tie)
+         type(tie_type), intent(inout) :: tie
+         call archive%item('segment', tie%b, liner%before + 1, liner%before + liner%layout%n)
+         call archive%item('on_rock', tie%on_rock)
+         call archive%fixed('place', tie%at_a, -largest_coordinate, largest_coordinate)
+         call archive%fixed('arm', tie%arm, -largest_coordinate, largest_coordinate)
+         call archive%item('angle', tie%angle, -1.0e9_wp, 1.0e9_wp)
+         call archive%item('length', tie%length, positive, largest_coordinate)
+         call archive%fixed('shape', tie%shape)
+         call archive%fixed('motion', tie%motion)
+         call archive%fixed('bent', tie%bent)
+         call archive%fixed('free', tie%free, -largest_coordinate, largest_coordinate)
+         call archive%item('slip', tie%slip, 0.0_wp, largest_coordinate)
+         call archive%item('bonded', tie%bonded)
+         call archive%item('parted', tie%parted)
+         call archive%item('sliding', tie%sliding)
+      end subroutine exchange_tie
 
-   end subroutine exchange_liners
+      !> What lasts of a joint of two segments.
+      subroutine exchange_joint(joint)
+         type(joint_type), intent(inout) :: joint
+         integer :: marks(n_sections)                    !! 1: cracked, 2: crushed, 3: both
+         call archive%fixed('deformation', joint%d)
+         call archive%fixed('free_deformation', joint%state%free)
+         marks = merge(1, 0, joint%state%cracked) + merge(2, 0, joint%state%crushed)
+         call archive%fixed('marks', marks, 0, 3)
+         joint%state%cracked = btest(marks, 0)
+         joint%state%crushed = btest(marks, 1)
+      end subroutine exchange_joint
+
+   end subroutine exchange_liner
 
 end module rockdda_interaction_liner_state

@@ -6,9 +6,7 @@
 module rockdda_interaction_liners
    use rockdda_base_kinds, only : wp
    use rockdda_base_state_archive, only : state_archive_type
-   use rockdda_base_strings, only : is_given
-   use rockdda_base_value_check, only : value_check_type
-   use rockdda_model_blocks, only : largest_coordinate
+   use rockdda_base_strings, only : is_given, to_string
    use rockdda_model_options, only : is_set
    use rockdda_model_regions, only : same_name
    use rockdda_model_stage_options, only : stage_name
@@ -27,7 +25,7 @@ module rockdda_interaction_liners
    use rockdda_interaction_liner_beam, only : beam_response_type, forces_at, n_sections, respond_beam
    use rockdda_interaction_liner_nodes, only : show_nodes_of
    use rockdda_interaction_liner_placing, only : draw_liner, append_segments, install_liner, harden
-   use rockdda_interaction_liner_state, only : finish_liner, commit_liner, add_forces_of, exchange_liners
+   use rockdda_interaction_liner_state, only : finish_liner, commit_liner, add_forces_of, exchange_liner
    implicit none
    private
    public :: liners_type
@@ -516,42 +514,13 @@ contains
       class(liners_type), intent(inout) :: self
       type(step_context_type), intent(in) :: context
       class(state_archive_type), intent(inout) :: archive
-      logical :: fits
+      integer :: k
       if (.not. allocated(self%liners)) allocate (self%liners(0))
       call archive%section('liners')
-      call archive%item('stored', self%stored)
-      call exchange_liners(archive, self%liners, fits)
-      if (archive%has_loaded()) call check_loaded(self, context%blocks%n_blocks, fits, archive%check)
-   end subroutine exchange_state
-
-   !> Check what was loaded.
-   subroutine check_loaded(self, n_blocks, fits, check)
-      class(liners_type), intent(in) :: self
-      integer, intent(in) :: n_blocks
-      logical, intent(in) :: fits              !! shapes are those of the linings
-      type(value_check_type), intent(inout) :: check
-      integer :: i, k
-      call check%holds(fits .and. self%stored > -0.5_wp*huge(1.0_wp), 'stored')
-      do k = 1, n_liners(self)
-         associate (liner => self%liners(k))
-            if (.not. allocated(liner%path)) cycle
-            call check%holds(all(abs(liner%path) <= largest_coordinate) .and. liner%section%modulus > 0 .and. &
-                             liner%section%modulus < huge(1.0_wp), 'numbers')
-            do i = 1, size(liner%ties)
-               associate (tie => liner%ties(i))
-                  call check%holds(tie%a >= 0 .and. tie%a <= n_blocks .and. tie%b > liner%before .and. &
-                                   tie%b <= liner%before + liner%layout%n .and. tie%length > 0 .and. &
-                                   tie%length <= largest_coordinate .and. all(abs(tie%at_a) <= largest_coordinate) &
-                                   .and. all(abs(tie%arm) <= largest_coordinate) .and. abs(tie%angle) <= 1.0e9_wp &
-                                   .and. all(abs(tie%free) <= largest_coordinate) .and. tie%slip >= 0 .and. &
-                                   tie%slip <= largest_coordinate, 'numbers')
-               end associate
-            end do
-            do i = 1, size(liner%joints)
-               call check%is_finite([liner%joints(i)%state%free, liner%joints(i)%d], 'numbers')
-            end do
-         end associate
+      call archive%item('stored', self%stored, -0.5_wp*huge(1.0_wp))
+      do k = 1, size(self%liners)
+         call exchange_liner(archive, 'liner_'//to_string(k), context%blocks%n_blocks, self%liners(k))
       end do
-   end subroutine check_loaded
+   end subroutine exchange_state
 
 end module rockdda_interaction_liners

@@ -37,14 +37,15 @@ module rockdda_io_archive
       procedure :: has_item
       procedure :: length
       procedure :: refuse
+      procedure :: demand
       generic :: item => text_item, integer_rows_item
-      generic :: fixed => fixed_reals, fixed_integers
       generic :: part => integer_part, byte_part, real_part, logical_part
       procedure :: integer_item, real_item, logical_item, integers_item, reals_item, real_rows_item, logicals_item
-      procedure, private :: text_item, integer_rows_item, fixed_reals, fixed_integers
+      procedure :: fixed_reals, fixed_integers
+      procedure, private :: text_item, integer_rows_item
       procedure, private :: integer_part, byte_part, real_part, logical_part
       procedure, private :: put_reals, put_integers, get_reals, get_integers, need_group
-      procedure, private :: is_there, get_shape, has_rows, need_range, wrong_size
+      procedure, private :: is_there, get_shape, has_rows, check_integers, check_reals
    end type archive_type
 
 contains
@@ -98,7 +99,6 @@ contains
       class(archive_type), intent(inout) :: self
       character(len=*), intent(in) :: name
       self%prefix = name//'/'
-      self%check%group = name
       self%has_group = .false.
    end subroutine section
 
@@ -181,24 +181,26 @@ contains
    end subroutine get_integers
 
    !> Save or load a whole number.
-   subroutine integer_item(self, name, value)
+   subroutine integer_item(self, name, value, least, most)
       class(archive_type), intent(inout) :: self
       character(len=*), intent(in) :: name
       integer, intent(inout) :: value
+      integer, intent(in), optional :: least, most
       integer :: values(1)
       values = value
-      call self%fixed(name, values)
+      call self%fixed(name, values, least, most)
       value = values(1)
    end subroutine integer_item
 
    !> Save or load a real.
-   subroutine real_item(self, name, value)
+   subroutine real_item(self, name, value, least, most)
       class(archive_type), intent(inout) :: self
       character(len=*), intent(in) :: name
       real(wp), intent(inout) :: value
+      real(wp), intent(in), optional :: least, most
       real(wp) :: values(1)
       values = value
-      call self%fixed(name, values)
+      call self%fixed(name, values, least, most)
       value = values(1)
    end subroutine real_item
 
@@ -209,16 +211,16 @@ contains
       logical, intent(inout) :: value
       integer :: values(1)
       values = merge(1, 0, value)
-      call self%fixed(name, values)
-      call self%need_range(name, values, 0, 1)
+      call self%fixed(name, values, 0, 1)
       value = values(1) /= 0
    end subroutine logical_item
 
-   !> Write a text.
-   subroutine text_item(self, name, text)
+   !> Save or load a text.
+   subroutine text_item(self, name, text, required)
       class(archive_type), intent(inout) :: self
       character(len=*), intent(in) :: name
       character(len=:), allocatable, intent(inout) :: text
+      logical, intent(in), optional :: required            !! it must be in the file
       type(small_entry_type) :: entry
       if (allocated(self%error)) return
       if (self%saving) then
@@ -233,6 +235,8 @@ contains
          call self%refuse(name, 'holds no text')
       else if (self%file%exists(self%prefix//name)) then
          call self%file%read(self%prefix//name, text, self%error)
+      else if (present(required)) then
+         if (required) call self%refuse(name, 'is missing')
       end if
    end subroutine text_item
 
@@ -250,10 +254,11 @@ contains
    end subroutine put_text
 
    !> Save or load a list of integers whose size in the file must be that of `values`.
-   subroutine fixed_integers(self, name, values)
+   subroutine fixed_integers(self, name, values, least, most)
       class(archive_type), intent(inout) :: self
       character(len=*), intent(in) :: name
       integer, intent(inout) :: values(:)
+      integer, intent(in), optional :: least, most
       integer, allocatable :: found(:)
       if (allocated(self%error)) return
       if (self%saving) then
@@ -261,19 +266,16 @@ contains
          return
       end if
       call self%get_integers(name, found)
-      if (allocated(self%error)) return
-      if (size(found) == size(values)) then
-         values = found
-      else
-         call self%wrong_size(name)
-      end if
+      call self%check_integers(name, found, size(values), least, most)
+      if (.not. allocated(self%error)) values = found
    end subroutine fixed_integers
 
    !> Save or load a list of reals whose size in the file must be that of `values`.
-   subroutine fixed_reals(self, name, values)
+   subroutine fixed_reals(self, name, values, least, most)
       class(archive_type), intent(inout) :: self
       character(len=*), intent(in) :: name
       real(wp), intent(inout) :: values(:)
+      real(wp), intent(in), optional :: least, most
       real(wp), allocatable :: found(:)
       if (allocated(self%error)) return
       if (self%saving) then
@@ -281,45 +283,49 @@ contains
          return
       end if
       call self%get_reals(name, found)
-      if (allocated(self%error)) return
-      if (size(found) == size(values)) then
-         values = found
-      else
-         call self%wrong_size(name)
-      end if
+      call self%check_reals(name, found, size(values), least, most)
+      if (.not. allocated(self%error)) values = found
    end subroutine fixed_reals
 
    !> Save or load a list of integers.
-   subroutine integers_item(self, name, values)
+   subroutine integers_item(self, name, values, n, least, most)
       class(archive_type), intent(inout) :: self
       character(len=*), intent(in) :: name
       integer, allocatable, intent(inout) :: values(:)
+      integer, intent(in), optional :: n, least, most
       if (self%saving) then
          if (allocated(values)) call self%fixed(name, values)
       else if (.not. allocated(self%error)) then
          if (allocated(values)) deallocate (values)
-         if (self%is_there(name)) call self%get_integers(name, values)
+         if (.not. self%has_item(name, present(n))) return
+         call self%get_integers(name, values)
+         call self%check_integers(name, values, n, least, most)
       end if
    end subroutine integers_item
 
    !> Save or load a list of reals.
-   subroutine reals_item(self, name, values)
+   subroutine reals_item(self, name, values, n, least, most)
       class(archive_type), intent(inout) :: self
       character(len=*), intent(in) :: name
       real(wp), allocatable, intent(inout) :: values(:)
+      integer, intent(in), optional :: n
+      real(wp), intent(in), optional :: least, most
       if (self%saving) then
          if (allocated(values)) call self%fixed(name, values)
       else if (.not. allocated(self%error)) then
          if (allocated(values)) deallocate (values)
-         if (self%is_there(name)) call self%get_reals(name, values)
+         if (.not. self%has_item(name, present(n))) return
+         call self%get_reals(name, values)
+         call self%check_reals(name, values, n, least, most)
       end if
    end subroutine reals_item
 
    !> Save or load a table of integers.
-   subroutine integer_rows_item(self, name, values)
+   subroutine integer_rows_item(self, name, values, known, least, most)
       class(archive_type), intent(inout) :: self
       character(len=*), intent(in) :: name
       integer, allocatable, intent(inout) :: values(:, :)
+      integer, intent(in), optional :: known(2), least, most
       integer, allocatable :: list(:)
       integer :: n(2)
       if (allocated(self%error)) return
@@ -328,17 +334,21 @@ contains
          return
       end if
       if (allocated(values)) deallocate (values)
-      if (.not. self%has_rows(name, n)) return
+      if (.not. self%has_rows(name, n, known)) return
       call self%get_integers(name, list)
+      call self%check_integers(name, list, least=least, most=most)
       if (.not. allocated(self%error)) values = reshape(list, n)
    end subroutine integer_rows_item
 
    !> Save or load a table of reals.
-   subroutine real_rows_item(self, name, values)
+   subroutine real_rows_item(self, name, values, known, largest)
       class(archive_type), intent(inout) :: self
       character(len=*), intent(in) :: name
       real(wp), allocatable, intent(inout) :: values(:, :)
+      integer, intent(in), optional :: known(2)
+      real(wp), intent(in), optional :: largest
       real(wp), allocatable :: list(:)
+      real(wp) :: most
       integer :: n(2)
       if (allocated(self%error)) return
       if (self%saving) then
@@ -346,36 +356,39 @@ contains
          return
       end if
       if (allocated(values)) deallocate (values)
-      if (.not. self%has_rows(name, n)) return
+      if (.not. self%has_rows(name, n, known)) return
       call self%get_reals(name, list)
+      most = huge(most)
+      if (present(largest)) most = largest
+      call self%check_reals(name, list, least=-most, most=most)
       if (.not. allocated(self%error)) values = reshape(list, n)
    end subroutine real_rows_item
 
    !> Save or load a list of logicals.
-   subroutine logicals_item(self, name, values)
+   subroutine logicals_item(self, name, values, n)
       class(archive_type), intent(inout) :: self
       character(len=*), intent(in) :: name
       logical, allocatable, intent(inout) :: values(:)
+      integer, intent(in), optional :: n
       integer, allocatable :: numbers(:)
       if (self%saving .and. allocated(values)) then
          allocate (numbers(size(values)))
          numbers(:) = merge(1, 0, values)
       end if
-      call self%item(name, numbers)
+      call self%item(name, numbers, n, 0, 1)
       if (self%saving) return
       if (allocated(values)) deallocate (values)
-      if (.not. allocated(numbers)) return
-      call self%need_range(name, numbers, 0, 1)
-      values = numbers /= 0
+      if (allocated(numbers)) values = numbers /= 0
    end subroutine logicals_item
 
    !> Save or load the first n entries of an allocated list.
-   subroutine integer_part(self, name, n, values)
+   subroutine integer_part(self, name, n, values, least, most)
       class(archive_type), intent(inout) :: self
       character(len=*), intent(in) :: name
       integer, intent(in) :: n
       integer, allocatable, intent(inout) :: values(:)
-      call self%fixed(name, values(1:n))
+      integer, intent(in) :: least, most
+      call self%fixed(name, values(1:n), least, most)
    end subroutine integer_part
 
    !> Save or load the first n entries of an allocated list of reals.
@@ -388,16 +401,16 @@ contains
    end subroutine real_part
 
    !> Save or load the first n entries of an allocated list of small integers.
-   subroutine byte_part(self, name, n, values)
+   subroutine byte_part(self, name, n, values, least, most)
       class(archive_type), intent(inout) :: self
       character(len=*), intent(in) :: name
       integer, intent(in) :: n
       integer(i1), allocatable, intent(inout) :: values(:)
+      integer, intent(in) :: least, most
       integer, allocatable :: numbers(:)
       allocate (numbers(n))
       numbers(:) = values(1:n)
-      call self%fixed(name, numbers)
-      call self%need_range(name, numbers, -int(huge(values)), int(huge(values)))
+      call self%fixed(name, numbers, least, most)
       if (.not. allocated(self%error)) values(1:n) = int(numbers, i1)
    end subroutine byte_part
 
@@ -410,10 +423,39 @@ contains
       integer, allocatable :: numbers(:)
       allocate (numbers(n))
       numbers(:) = merge(1, 0, values(1:n))
-      call self%fixed(name, numbers)
-      call self%need_range(name, numbers, 0, 1)
+      call self%fixed(name, numbers, 0, 1)
       values(1:n) = numbers /= 0
    end subroutine logical_part
+
+   !> Refuse integers of another number than n, or beyond bounds.
+   subroutine check_integers(self, name, values, n, least, most)
+      class(archive_type), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      integer, allocatable, intent(in) :: values(:)
+      integer, intent(in), optional :: n, least, most
+      if (allocated(self%error)) return
+      if (present(n)) then
+         if (size(values) /= n) call self%refuse(name, 'has an unexpected shape')
+      end if
+      if (present(least)) call self%demand(all(values >= least), name)
+      if (present(most)) call self%demand(all(values <= most), name)
+   end subroutine check_integers
+
+   !> Refuse reals of another number than n, that are not finite, or beyond bounds.
+   subroutine check_reals(self, name, values, n, least, most)
+      class(archive_type), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      real(wp), allocatable, intent(in) :: values(:)
+      integer, intent(in), optional :: n
+      real(wp), intent(in), optional :: least, most
+      if (allocated(self%error)) return
+      if (present(n)) then
+         if (size(values) /= n) call self%refuse(name, 'has an unexpected shape')
+      end if
+      if (.not. all(abs(values) <= huge(1.0_wp))) call self%refuse(name, 'holds a number that is not finite')
+      if (present(least)) call self%demand(all(values >= least), name)
+      if (present(most)) call self%demand(all(values <= most), name)
+   end subroutine check_reals
 
    !> Does the file contain this item?
    logical function is_there(self, name)
@@ -439,31 +481,33 @@ contains
       end if
    end subroutine get_shape
 
-   !> Does the file contain this table? Its shape; an error for what is no table.
-   logical function has_rows(self, name, n)
+   !> Does the file contain this table, as it must where its shape is known? An error for what is no table.
+   logical function has_rows(self, name, n, known)
       class(archive_type), intent(inout) :: self
       character(len=*), intent(in) :: name
-      integer, intent(out) :: n(2)
-      integer(i8), allocatable :: shape_there(:)
+      integer, intent(out) :: n(2)                   !! its shape
+      integer, intent(in), optional :: known(2)      !! any second one where that is negative
+      integer(i8), allocatable :: found(:)
       n = 0
-      has_rows = .false.
-      if (.not. self%is_there(name)) return
-      call self%get_shape(name, shape_there)
-      if (allocated(self%error)) return
-      has_rows = size(shape_there) == 2
-      if (has_rows) then
-         n = int(shape_there)
-      else
-         call self%wrong_size(name)
-      end if
+      has_rows = self%has_item(name, present(known))
+      if (.not. has_rows) return
+      call self%get_shape(name, found)
+      has_rows = .not. allocated(self%error)
+      if (has_rows) has_rows = size(found) == 2
+      if (has_rows .and. present(known)) has_rows = found(1) == known(1) .and. (known(2) < 0 .or. found(2) == known(2))
+      if (has_rows) n = int(found)
+      if (.not. has_rows) call self%refuse(name, 'has an unexpected shape')
    end function has_rows
 
-   !> Does the present section contain this item? For loading.
-   logical function has_item(self, name)
+   !> Does the present section contain this item, as it must where it is required? For loading.
+   logical function has_item(self, name, required)
       class(archive_type), intent(inout) :: self
       character(len=*), intent(in) :: name
+      logical, intent(in), optional :: required
       has_item = .false.
       if (.not. allocated(self%error)) has_item = self%is_there(name)
+      if (has_item .or. .not. present(required)) return
+      if (required) call self%refuse(name, 'is missing')
    end function has_item
 
    !> Number of values of a list or rows of a table; -1 when it is missing. For loading.
@@ -488,19 +532,12 @@ contains
                       self%prefix//name//' '//what)
    end subroutine refuse
 
-   !> Require numbers that their type can hold.
-   subroutine need_range(self, name, numbers, low, high)
+   !> Refuse a value of the present section that was loaded, unless it can be.
+   subroutine demand(self, ok, name)
       class(archive_type), intent(inout) :: self
+      logical, intent(in) :: ok
       character(len=*), intent(in) :: name
-      integer, intent(in) :: numbers(:), low, high
-      if (any(numbers < low .or. numbers > high)) call self%refuse(name, 'holds an impossible number')
-   end subroutine need_range
-
-   !> End loading with an error about the shape of an item.
-   subroutine wrong_size(self, name)
-      class(archive_type), intent(inout) :: self
-      character(len=*), intent(in) :: name
-      call self%refuse(name, 'has an unexpected shape')
-   end subroutine wrong_size
+      if (.not. (ok .or. self%saving)) call self%refuse(name, 'holds an impossible number')
+   end subroutine demand
 
 end module rockdda_io_archive

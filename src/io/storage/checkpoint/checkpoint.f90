@@ -12,8 +12,10 @@ module rockdda_io_checkpoint
    use, intrinsic :: iso_c_binding, only : c_char, c_int, c_null_char
    use rockdda_base_kinds, only : wp, i8
    use rockdda_base_error, only : error_type, error_code, make_error
+   use rockdda_base_state_archive, only : positive
    use rockdda_base_strings, only : to_string
    use rockdda_base_version, only : version, build_description
+   use rockdda_model_options, only : most_threads
    use rockdda_io_archive, only : archive_type
    use rockdda_io_digest, only : digest_of_text, digest_of_file, hexadecimal, digest_length
    use rockdda_io_output_lock, only : errno_text, part_path
@@ -23,7 +25,7 @@ module rockdda_io_checkpoint
    private
    public :: checkpoint_type, checkpoint_facts_type, checkpoint_path, results_path, is_checkpoint
 
-   integer, parameter :: checkpoint_format_version = 37
+   integer, parameter :: checkpoint_format_version = 38
    !> Attribute `format` of the file.
    character(len=*), parameter :: checkpoint_format = 'rockdda-checkpoint'
    character(len=*), parameter :: seal_start = 'rockdda checkpoint, SHA-256 of all bytes before this line: '
@@ -291,31 +293,35 @@ contains
       type(checkpoint_facts_type), intent(inout) :: facts
       integer :: halves(2*size(facts%rows%totals))
       call archive%section('input')
-      call archive%item('geometry', facts%header%geometry)
-      call archive%item('analysis', facts%header%analysis)
-      call archive%item('config', facts%header%config)
-      call archive%item('model_file', facts%model_file)
-      call archive%item('analysis_file', facts%analysis_file)
-      call archive%item('config_file', facts%config_file)
+      call archive%item('geometry', facts%header%geometry, required=.true.)
+      call archive%item('analysis', facts%header%analysis, required=.true.)
+      call archive%item('config', facts%header%config, required=.true.)
+      call archive%item('model_file', facts%model_file, required=.true.)
+      call archive%item('analysis_file', facts%analysis_file, required=.true.)
+      call archive%item('config_file', facts%config_file, required=.true.)
       call archive%section('results')
-      call archive%item('title', facts%header%title)
-      call archive%item('created', facts%header%created)
-      call archive%item('written', facts%written)
-      call archive%item('ending', facts%results_ending)
+      call archive%item('title', facts%header%title, required=.true.)
+      call archive%item('created', facts%header%created, required=.true.)
+      call archive%item('written', facts%written, required=.true.)
+      call archive%item('ending', facts%results_ending, required=.true.)
+      ! it becomes part of a path
+      if (archive%has_loaded()) call archive%demand(any(facts%results_ending == [character(len=5) :: '', endings]) .and. &
+                                                    len(facts%results_ending) == len_trim(facts%results_ending), &
+                                                    'ending')
       call archive%item('frames', facts%header%frames)
       call archive%item('contacts', facts%header%contacts)
-      call archive%item('history_rows', facts%rows%steps)
-      call archive%item('frame_rows', facts%rows%frames)
-      call archive%item('contact_rows', facts%rows%contacts)
+      call archive%item('history_rows', facts%rows%steps, 0, huge(1) - 1)
+      call archive%item('frame_rows', facts%rows%frames, 0, facts%rows%steps + 1)
+      call archive%item('contact_rows', facts%rows%contacts, 0)
       halves = transfer(facts%rows%totals, halves)
       call archive%fixed('check_sums', halves)
       facts%rows%totals = transfer(halves, facts%rows%totals)
-      call archive%item('frame_every', facts%frame_every)
-      call archive%item('frame_interval', facts%frame_interval)
-      call archive%item('frames_passed', facts%frames_passed)
-      call archive%item('last_frame', facts%last_frame)
-      call archive%item('threads', facts%threads)
-      call archive%item('checkpoint_every', facts%checkpoint_every)
+      call archive%item('frame_every', facts%frame_every, 0)
+      call archive%item('frame_interval', facts%frame_interval, 0.0_wp)
+      call archive%item('frames_passed', facts%frames_passed, 0)
+      call archive%item('last_frame', facts%last_frame, -1, facts%rows%steps)
+      call archive%item('threads', facts%threads, 0, most_threads)
+      call archive%item('checkpoint_every', facts%checkpoint_every, positive)
    end subroutine exchange_facts
 
    !> Write digests of the input files, for people and scripts.

@@ -2,9 +2,8 @@
 !> Summary of a checkpoint.
 module rockdda_io_checkpoint_info
    use rockdda_base_kinds, only : wp, i8
-   use rockdda_base_error, only : error_type, error_code, make_error
+   use rockdda_base_error, only : error_type
    use rockdda_io_checkpoint, only : checkpoint_type, checkpoint_facts_type
-   use rockdda_io_checkpoint_state_check, only : facts_problem
    use rockdda_io_digest, only : digest_of_text, hexadecimal, digest_length
    use rockdda_io_guard, only : run_in_child, end_child, explain, begin_reading, end_reading, guard
    use rockdda_io_posix, only : get_file_size
@@ -54,7 +53,6 @@ contains
       type(checkpoint_info_type), intent(inout) :: info
       type(error_type), allocatable, intent(out) :: error
       type(checkpoint_type) :: checkpoint
-      character(len=:), allocatable :: problem
       call checkpoint%begin_loading(path, info%facts, error)
       if (allocated(error)) return
       associate (archive => checkpoint%archive)
@@ -64,7 +62,7 @@ contains
          call archive%section('parameters')
          call archive%item('steps', info%n_steps)
          call archive%item('t_end', info%t_end)
-         call archive%item('method', info%solver)
+         call archive%item('method', info%solver, required=.true.)
          call archive%section('model')
          call archive%item('n_blocks', info%n_blocks)
          call archive%section('contacts')
@@ -72,12 +70,6 @@ contains
       end associate
       call checkpoint%end_loading(error)
       if (allocated(error)) return
-      problem = facts_problem(info%facts)
-      if (len(problem) == 0 .and. .not. allocated(info%solver)) problem = 'parameters/method is missing'
-      if (len(problem) > 0) then
-         call make_error(error, error_code%input, path//': the checkpoint is damaged: '//problem)
-         return
-      end if
       info%digest = hexadecimal(checkpoint%digest)
       info%input_digests(1) = hexadecimal(digest_of_text(info%facts%header%geometry))
       info%input_digests(2) = hexadecimal(digest_of_text(info%facts%header%analysis))

@@ -1,22 +1,24 @@
 ! SPDX-License-Identifier: MIT
-!> Write model and parameters of a run to a checkpoint, and read them. Their places in the input files, which only
-!> messages about the input need, are not kept.
+!> Write model and parameters of a run to a checkpoint, and read and check them. Their places in the input files, which
+!> only messages about the input need, are not kept.
+!>
+!> The digest of a checkpoint finds damage but is no signature: a value is not trusted because the digest matches.
 !>
 !> What the table of options describes follows from there (parameter_exchange.f90). Another component that is added
 !> to these types has to be added here; tests/app/test_resume.py then has to see it change the results of a resumed run.
 module rockdda_io_checkpoint_model
    use rockdda_base_kinds, only : wp
-   use rockdda_base_error, only : error_code, make_error
+   use rockdda_base_state_archive, only : positive
    use rockdda_model_analysis_input, only : time_table_type
-   use rockdda_model_blocks, only : block_system_type, point_set_type, bolt_set_type
+   use rockdda_model_blocks, only : block_system_type, point_set_type, bolt_set_type, largest_coordinate
    use rockdda_model_options, only : run_options_type
    use rockdda_model_option_rows, only : option_rows_type
    use rockdda_model_option_table, only : describe_parameters
    use rockdda_model_parameters, only : parameters_type
    use rockdda_model_units, only : unit_system_names
    use rockdda_io_archive, only : archive_type
+   use rockdda_io_checkpoint_relations, only : check_relations
    use rockdda_io_parameter_exchange, only : exchange_rows, load_sizes
-   use rockdda_base_value_check, only : value_check_type
    implicit none
    private
    public :: exchange_blocks, exchange_parameters
@@ -24,45 +26,119 @@ module rockdda_io_checkpoint_model
 contains
 
    !> Save or load blocks, points and bolts.
-   subroutine exchange_blocks(archive, blocks)
+   subroutine exchange_blocks(archive, parameters, blocks)
       type(archive_type), intent(inout) :: archive
+      type(parameters_type), intent(in) :: parameters      !! loaded
       type(block_system_type), intent(inout) :: blocks
+      integer :: nb
       call archive%section('model')
-      call archive%item('n_blocks', blocks%n_blocks)
-      call archive%item('vertex_offset', blocks%vertex_offset)
-      call archive%item('vertices', blocks%vertices)
-      call archive%item('edge_joint', blocks%edge_joint)
-      call archive%item('block_material', blocks%block_material)
+      call archive%item('n_blocks', blocks%n_blocks, 1, huge(1) - 1)
+      nb = blocks%n_blocks
+      call archive%item('vertex_offset', blocks%vertex_offset, nb + 1, 0)
+      call archive%item('vertices', blocks%vertices, [2, -1], largest_coordinate)
+      if (archive%has_loaded()) then
+         call archive%demand(are_offsets(blocks%vertex_offset, 3, blocks%n_vertices()), 'vertex_offset')
+         call archive%demand(size(blocks%vertices, 2) >= blocks%n_vertices(), 'vertices')
+      end if
+      if (.not. (archive%saving .or. archive%has_loaded())) return
+      call archive%item('edge_joint', blocks%edge_joint, blocks%n_vertices(), 0, size(parameters%joint_materials))
+      call archive%item('block_material', blocks%block_material, nb, 1, size(parameters%block_materials))
       call archive%item('edge_node_distance', blocks%edge_node_distance)
       call archive%item('file_line', blocks%file_line)
-      call archive%item('parent', blocks%parent)
-      call exchange_points(archive, 'fixed', blocks%fixed)
-      call exchange_points(archive, 'loading', blocks%loading)
-      call exchange_points(archive, 'measured', blocks%measured)
-      call exchange_bolts(archive, blocks%bolts)
+      call archive%item('parent', blocks%parent, least=1, most=nb)
+      if (archive%has_loaded()) then
+         if (allocated(blocks%file_line)) call archive%demand(size(blocks%file_line) == nb, 'file_line')
+         if (allocated(blocks%parent)) call archive%demand(size(blocks%parent) == nb, 'parent')
+         call archive%demand(bridges_pair(blocks), 'edge_joint')
+      end if
+      call exchange_points(archive, 'fixed', nb, blocks%fixed)
+      call exchange_points(archive, 'loading', nb, blocks%loading)
+      call exchange_points(archive, 'measured', nb, blocks%measured)
+      call exchange_bolts(archive, nb, blocks%bolts)
+      if (.not. archive%has_loaded()) return
+      call archive%section('parameters')
+      call archive%demand(size(parameters%fixed_tables) == blocks%fixed%n, 'fixed_table_offset')
+      call archive%demand(size(parameters%loading_tables) == blocks%loading%n, 'loading_table_offset')
    end subroutine exchange_blocks
 
+   !> Do offsets begin with 0, grow by a number at least, and end with n?
+   pure logical function are_offsets(offset, least, n)
+      integer, allocatable, intent(in) :: offset(:)       !! none of them negative
+      integer, intent(in) :: least, n
+      integer :: m
+      are_offsets = .false.
+      if (.not. allocated(offset)) return
+      m = size(offset)
+      if (m == 0) return
+      are_offsets = offset(1) == 0 .and. offset(m) == n .and. all(offset(2:) - offset(:m - 1) >= least)
+   end function are_offsets
+
+   !> Is each bridge edge (joint 0) walked back exactly once in the same block?
+   pure logical function bridges_pair(blocks)
+      type(block_system_type), intent(in) :: blocks
+      integer :: i, j, k, first, last, n
+      bridges_pair = .true.
+      do i = 1, blocks%n_blocks
+         first = blocks%vertex_offset(i) + 1
+         last = blocks%vertex_offset(i + 1)
+         if (all(blocks%edge_joint(first:last) > 0)) cycle
+         do k = first, last
+            if (blocks%edge_joint(k) > 0) cycle
+            n = 0
+            do j = first, last
+               if (j == k .or. blocks%edge_joint(j) > 0) cycle
+               if (same(j, next(k)) .and. same(next(j), k)) n = n + 1
+            end do
+            if (n /= 1) bridges_pair = .false.
+            if (n /= 1) return
+         end do
+      end do
+
+   contains
+
+      !> The vertex behind vertex m of block i.
+      pure integer function next(m)
+         integer, intent(in) :: m
+         next = merge(first, m + 1, m == last)
+      end function next
+
+      !> Are two vertices in one place?
+      pure logical function same(a, b)
+         integer, intent(in) :: a, b
+         same = .not. any(abs(blocks%vertices(:, a) - blocks%vertices(:, b)) > 0)
+      end function same
+
+   end function bridges_pair
+
    !> Save or load points that move with blocks.
-   subroutine exchange_points(archive, name, points)
+   subroutine exchange_points(archive, name, nb, points)
       type(archive_type), intent(inout) :: archive
       character(len=*), intent(in) :: name
+      integer, intent(in) :: nb
       type(point_set_type), intent(inout) :: points
-      call archive%item(name//'_n', points%n)
-      call archive%item(name//'_position', points%position)
-      call archive%item(name//'_block', points%block)
-      call archive%item(name//'_number', points%number)   ! older files do not have it
+      integer :: n
+      call archive%item(name//'_n', points%n, 0)
+      n = points%n
+      if (n == 0) return
+      call archive%item(name//'_position', points%position, [2, n], largest_coordinate)
+      call archive%item(name//'_block', points%block, n, 1, nb)
+      call archive%item(name//'_number', points%number, least=1)
+      if (allocated(points%number)) call archive%demand(size(points%number) == n .and. all( &
+         points%number(2:) > points%number(:size(points%number) - 1)), name//'_number')
    end subroutine exchange_points
 
-   !> Save or load bolts.
-   subroutine exchange_bolts(archive, bolts)
+   !> Save or load bolts between blocks, or a block and the fixed outside.
+   subroutine exchange_bolts(archive, nb, bolts)
       type(archive_type), intent(inout) :: archive
+      integer, intent(in) :: nb
       type(bolt_set_type), intent(inout) :: bolts
-      call archive%item('bolt_n', bolts%n)
-      call archive%item('bolt_ends', bolts%ends)
-      call archive%item('bolt_blocks', bolts%blocks)
-      call archive%item('bolt_stiffness', bolts%stiffness)
-      call archive%item('bolt_pretension', bolts%pretension)
-      call archive%item('bolt_strength', bolts%strength)
+      call archive%item('bolt_n', bolts%n, 0)
+      if (bolts%n == 0) return
+      call archive%item('bolt_ends', bolts%ends, [4, bolts%n], largest_coordinate)
+      call archive%item('bolt_blocks', bolts%blocks, [2, bolts%n], 0, nb)
+      call archive%item('bolt_stiffness', bolts%stiffness, bolts%n, positive)
+      call archive%item('bolt_pretension', bolts%pretension, bolts%n)
+      call archive%item('bolt_strength', bolts%strength, bolts%n, 0.0_wp)
    end subroutine exchange_bolts
 
    !> Save or load all numbers of the run: those of the table of options, materials, and tables of points.
@@ -91,6 +167,7 @@ contains
       call exchange_reductions(archive, parameters)
       call exchange_tables(archive, 'fixed_table', parameters%fixed_tables)
       call exchange_tables(archive, 'loading_table', parameters%loading_tables)
+      if (archive%has_loaded()) call check_relations(archive, parameters)
    end subroutine exchange_parameters
 
    !> Name of the system of units.
@@ -99,10 +176,10 @@ contains
       type(parameters_type), intent(inout) :: parameters
       character(len=:), allocatable :: units
       units = trim(parameters%units)
-      call archive%item('units', units)
-      if (archive%saving .or. allocated(archive%error)) return
-      if (all(units /= unit_system_names)) call archive%refuse('units', 'holds an unknown name')
-      if (.not. allocated(archive%error)) parameters%units = units
+      call archive%item('units', units, required=.true.)
+      if (.not. archive%has_loaded()) return
+      call archive%demand(any(units == unit_system_names), 'units')
+      parameters%units = units
    end subroutine exchange_units
 
    !> By what the strength of joint materials is divided.
@@ -114,12 +191,9 @@ contains
       if (archive%saving) reductions = reshape([(parameters%joint_materials(i)%reduction, &
                                                  i=1, size(parameters%joint_materials))], &
                                                [3, size(parameters%joint_materials)])
-      call archive%item('joint_reductions', reductions)
-      if (archive%saving .or. allocated(archive%error)) return
-      if (.not. allocated(reductions)) return
-      if (any(shape(reductions) /= [3, size(parameters%joint_materials)])) &
-         call archive%refuse('joint_reductions', 'has an unexpected shape')
-      if (allocated(archive%error)) return
+      call archive%item('joint_reductions', reductions, [3, size(parameters%joint_materials)])
+      if (.not. archive%has_loaded()) return
+      call archive%demand(all(reductions > 0), 'joint_reductions')
       do i = 1, size(reductions, 2)
          parameters%joint_materials(i)%reduction = reductions(:, i)
       end do
@@ -140,10 +214,11 @@ contains
             end associate
          end do
       end if
-      call archive%item('block_materials', blocks)
-      if (archive%saving .or. .not. allocated(blocks)) return
-      if (size(blocks, 1) /= 13) call archive%refuse('block_materials', 'has an unexpected shape')
-      if (allocated(archive%error)) return
+      call archive%item('block_materials', blocks, [13, -1])
+      if (.not. archive%has_loaded()) return
+      call archive%demand(size(blocks, 2) > 0 .and. all(blocks(1, :) > 0 .and. blocks(3, :) > 0 .and. &
+                                                        blocks(4, :) > -1 .and. blocks(4, :) < 0.5_wp), &
+                          'block_materials')
       allocate (parameters%block_materials(size(blocks, 2)))
       do i = 1, size(blocks, 2)
          associate (m => parameters%block_materials(i))
@@ -165,9 +240,7 @@ contains
       type(time_table_type), allocatable, intent(inout) :: tables(:)
       integer, allocatable :: offset(:)
       real(wp), allocatable :: rows(:, :)
-      type(value_check_type) :: check
       integer :: i
-      check%group = 'parameters'
       if (archive%saving) then
          allocate (offset(size(tables) + 1))
          offset(1) = 0
@@ -180,17 +253,17 @@ contains
             if (allocated(tables(i)%rows)) rows(:, offset(i) + 1:offset(i + 1)) = tables(i)%rows
          end do
       end if
-      call archive%item(name//'_offset', offset)
-      call archive%item(name//'_rows', rows)
-      if (archive%saving .or. .not. (allocated(offset) .and. allocated(rows))) return
-      call check%has_shape(size(rows, 1) == 3, name//'_rows')
-      call check%are_offsets(offset, size(rows, 2), 0, name//'_offset')
-      if (.not. check%passed()) call make_error(archive%error, error_code%input, archive%file%path// &
-                                                ': the checkpoint is damaged: '//check%problem())
-      if (allocated(archive%error)) return
+      call archive%item(name//'_offset', offset, least=0)
+      call archive%item(name//'_rows', rows, [3, -1])
+      if (.not. archive%has_loaded()) return
+      call archive%demand(are_offsets(offset, 0, size(rows, 2)), name//'_offset')
+      if (.not. archive%has_loaded()) return
       allocate (tables(size(offset) - 1))
       do i = 1, size(tables)
          tables(i)%rows = rows(:, offset(i) + 1:offset(i + 1))
+         associate (times => tables(i)%rows(1, :))
+            call archive%demand(all(times(2:) >= times(:size(times) - 1)), name//'_rows')
+         end associate
       end do
    end subroutine exchange_tables
 
