@@ -110,7 +110,7 @@ LINER_TABLES = ["liner_point", "liner_force", "liner_state"]
 CONTACT_TABLES = ["contact_point", "contact_force", "contact_state", "contact_blocks"]
 #: Of each contact, from version 2 of the results on.
 JOINT_TABLES = ["contact_opening", "contact_slip", "contact_length", "contact_normal_stress", "contact_shear_stress"]
-#: The same from version 3 on.
+#: The same; not in the first files of version 2.
 STRENGTH_TABLE = "contact_strength"
 
 

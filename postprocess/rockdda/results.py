@@ -407,7 +407,7 @@ class Results(StageTables):
 
     @property
     def has_strength(self) -> bool:
-        """Do the frames hold how much of their shear strength joints mobilise? Not in files before version 3."""
+        """Do the frames hold how much of their shear strength joints mobilise? Not in the first files of version 2."""
         return self._has_strength
 
     def joint_strengths(self) -> dict[int, JointStrength]:
@@ -420,8 +420,8 @@ class Results(StageTables):
         A joint is where two blocks face each other: `first` < `second`, from 0. Columns: joint (from 0), first, second,
         edge (vertex of the first block where its edge starts), material, x, y, x1, y1, x2, y2 (the part of the joint
         that the point stands for), length, state, opening, slip, normal_stress (tension positive), shear_stress,
-        mobilised (share of the shear strength, as the program has it; 0 where open or without strength; NaN in files
-        before version 3), force_x, force_y (on the first block).
+        mobilised (share of the shear strength, as the program has it; 0 where open or without strength; NaN in a file
+        that does not hold it), force_x, force_y (on the first block).
         Raises InputError for a file without these values.
         """
         return self.joint_columns(frame).to_pandas("a table of joints")

@@ -121,7 +121,7 @@ class Layout(ResultsTest):
         names = ["complete", "created", "exit_reason", "format", "format_version", "planned_time", "program_version"]
         names += ["title", "units"]
         self.assertEqual(sorted(root), names)
-        self.assertEqual((root["format"], root["format_version"]), ("rockdda", 3))
+        self.assertEqual((root["format"], root["format_version"]), ("rockdda", 2))
         self.assertEqual((root["complete"], root["exit_reason"]), (1, "finished"))
         self.assertRegex(root["created"], r"^20\d\d-\d\d-\d\dT\d\d:\d\d:\d\dZ$")
         self.assertIn("rockdda " + root["program_version"] + "\n", self.run_program("--version").out)

@@ -31,7 +31,7 @@ __all__ = [
     "reason_of",
 ]
 
-FORMAT_VERSIONS = (1, 2, 3)
+FORMAT_VERSIONS = (1, 2)
 # A file that is just being written to can be unreadable for a moment: try again for so many seconds.
 PATIENCE = 5.0
 # File systems note the time of a change in steps of 1 to 10 ms.

@@ -7,9 +7,8 @@ module rockdda_io_results_header
    private
    public :: results_header_type, results_rows_type, results_format_version, oldest_format_version, n_tables, n_totals
 
-   !> Version that is written, and the oldest one that can be read: 1 has no stresses, opening and slip of contacts, 2
-   !> not their mobilised strength.
-   integer, parameter :: results_format_version = 3, oldest_format_version = 1
+   !> Version that is written, and the oldest one that can be read: 1 has no stresses, opening and slip of contacts.
+   integer, parameter :: results_format_version = 2, oldest_format_version = 1
    !> Growing tables, and checksums: one for each table, one for the model.
    integer, parameter :: n_tables = 52, n_totals = n_tables + 1
 

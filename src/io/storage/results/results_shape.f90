@@ -253,7 +253,8 @@ contains
          is_there = file%exists('frames/'//trim(of_joints(i)))
          if (version > 1 .or. is_there) n = rows_of(file, check, trim(of_joints(i)), reals, [integer ::])
       end do
-      if (version > 2) n = rows_of(file, check, 'contact_strength', reals, [integer ::])
+      if (file%exists('frames/contact_strength')) &
+         n = rows_of(file, check, 'contact_strength', reals, [integer ::])
       m = rows_of(file, check, 'contact_offset', integers, [integer ::])
       call check%has_shape(m >= 1, 'contact_offset')
       if (.not. check%passed()) return
