@@ -146,6 +146,7 @@ def test_plot_options(folder, capsys):
         (["animate", "wall.h5", "-o", "film.avi"], 2, "film.avi: error: a film ends in .mp4, .gif, .html"),
         (["export", "wall.h5", "-o", "wall.doc"], 2, "wall.doc: error: unknown format 'doc'"),
         (["export", "wall.h5", "--frames", "7"], 2, "wall.h5: error: there are frames 0 to 2, not 7"),
+        (["export", "wall.h5", "-o", "a.vtu", "--table", "blocks"], 2, "a.vtu: error: --table blocks makes a .csv"),
         (["export", "wall.h5", "-o", "a.vtu", "--frames", "0:2"], 2, "rockdda-post: error: .vtu takes one frame"),
         (["convert", "text.h5"], 2, "text.h5: error: is none of DDAML, DXF, GeoJSON"),
         (["convert", "a.dxf", "--layer", "x"], 2, "rockdda-post: error: layer 'x': expected NAME=KIND"),
@@ -189,6 +190,7 @@ def test_export(folder, capsys):
     assert len(list((folder / "wall").glob("*.vtu"))) == 3
     assert run(capsys, "export", "wall.h5", "-o", "h.csv") == (0, "h.csv: 2 steps\n", "")
     assert run(capsys, "export", "wall.h5", "-o", "b.csv", "--table", "blocks", "--frames", "-1")[0] == 0
+    assert run(capsys, "export", "wall.h5", "--table", "blocks") == (0, "wall_blocks.csv: 3 frames\n", "")
     assert len((folder / "b.csv").read_text().splitlines()) == 21
     assert run(capsys, "export", "wall.h5", "-o", "outlines", "--format", "txt", "--frames", "::2")[0] == 0
     assert np.loadtxt(folder / "outlines").shape == (200, 4)

@@ -34,12 +34,14 @@ def export_command(
         ),
     ] = None,
     table: Annotated[
-        str,
+        str | None,
         typer.Option(
             "--table",
-            help="Of a .csv: history, boundaries, blocks, vertices, contacts, joints, joint_points, bolts or liner.",
+            help="As .csv: history (default), boundaries, blocks, vertices, contacts, joints, joint_points, bolts or "
+            "liner.",
+            show_default=False,
         ),
-    ] = "history",
+    ] = None,
     frames: Annotated[
         str | None,
         typer.Option("--frames", help="Such as -1, 0,5,10 or 0:50:10; by default all.", show_default=False),
@@ -72,10 +74,15 @@ def export_command(
 
     results = open_results(file, frames=False)
     kind = {"vtk": "pvd", "text": "txt"}.get(kind.lower(), kind.lower()) if kind else None
+    usual = kind or ("csv" if table else "pvd")
+    ending = f"_{table}.csv" if table and usual == "csv" else f".{usual}"
     if output is not None and output.is_dir():
-        output = output / f"{file.stem}.{kind or 'pvd'}"
-    path = target(output, file, f".{kind or 'pvd'}")
-    form = kind or path.suffix.lstrip(".").lower() or "pvd"
+        output = output / f"{file.stem}{ending}"
+    path = target(output, file, ending)
+    form = kind or path.suffix.lstrip(".").lower() or usual
+    if table and form != "csv":
+        raise InputError(f"--table {table} makes a .csv, not .{form}", path)
+    table = table or "history"
     if form not in ("pvd", "vtkhdf", "vtu", "csv", "txt", "dxf"):
         raise InputError(f"unknown format {form!r}; the formats are: pvd, vtkhdf, vtu, csv, txt, dxf", path)
     if form in ("pvd", "vtkhdf", "vtu") and path.suffix.lower() != f".{form}":
