@@ -272,6 +272,10 @@ contains
                if (i < s) call messages%add(severity%error, '&stage: '//what//": '"//word//"' is there already in "// &
                   what//" of stage '"//stage_name(options%stages, i)//"': a support comes once, and goes once", &
                   at_word(options%stages(s)%origin, word))
+               if (what == 'remove' .and. s <= max(1, stage_with(options%stages, word, installs=.true.))) &
+                  call messages%add(severity%error, "&stage: remove: '"//word//"' is removed in stage '"// &
+                                    stage_name(options%stages, s)//"', before it has been there in a step", &
+                                    at_word(options%stages(s)%origin, word))
                cycle
             end if
             call messages%add(severity%error, &

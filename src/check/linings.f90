@@ -89,7 +89,6 @@ contains
                   call fail("the joint of a lining has a constant stiffness, but '"// &
                             trim(adjustl(liner%joint_material))//"' has maximum_closure", liner%joint_material)
             end if
-            call check_times()
             if (.not. sound(k)) cycle
             if (lower_liner(options%liners, k) == 0) call check_line(k, options, blocks, messages, lines(k)%xy)
             call check_numbers_of_liner(k, options, lines(k)%xy, messages)
@@ -150,17 +149,6 @@ contains
             end if
          end associate
       end function on_problem
-
-      !> What is removed must have been installed.
-      subroutine check_times()
-         character(len=:), allocatable :: name
-         integer :: mine, gone
-         name = title_of_liner(options%liners(k), k)
-         mine = stage_with(options%stages, name, installs=.true.)
-         gone = stage_with(options%stages, name, installs=.false.)
-         if (gone > 0 .and. gone <= max(1, mine)) call fail("'"//name//"' is removed in stage "//to_string(gone)// &
-                                                            ', before it has been there in a step')
-      end subroutine check_times
 
       !> A layer needs the lining below, as long as it is there.
       subroutine check_order()

@@ -619,7 +619,8 @@ class Liners(ProgramTest):
         self.assertNotIn("a layer lies", self.run_program("check", "bad.nml").err)
         groups = f"&liner name = 'a', {line}, thickness = 0.2, young = 3e10 /\n"
         self.boxes("bad", [(0, 0, 1, 1)], groups + "&stage until = 'equilibrium', remove = 'a' /\n")
-        self.assertIn("'a' is removed in stage 1, before", self.run_program("check", "bad.nml").err)
+        told = "bad.nml:7:41: error: &stage: remove: 'a' is removed in stage 'stage 1', before it has been there"
+        self.assertIn(told, self.run_program("check", "bad.nml").err)
 
     def test_numbers_in_another_unit(self):
         """What cannot be in SI is an error that names the unit; ratios that steel and shotcrete do not have are told,
