@@ -193,7 +193,8 @@ class Bars(ProgramTest):
             with self.solve("layers") as file:
                 sag = -1e3 * file["history/measured_displacement"][-1][0][1]
                 self.assertAlmostEqual(sag, expected, delta=0.03 * expected)
-                self.assertEqual(abs(file["history/bolt_dowel"][-1]).max() > 3e4, stiffness != "0")
+                self.assertGreaterEqual(file["history/bolt_dowel"][-1].min(), 0)
+                self.assertEqual(file["history/bolt_dowel"][-1].max() > 3e4, stiffness != "0")
 
     def test_bolts_by_stage(self):
         still = "&stage until = 'equilibrium', tolerance = 1e-8"

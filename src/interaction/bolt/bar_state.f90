@@ -88,7 +88,7 @@ contains
       do c = 1, size(bolt%crossing)
          if (.not. bolt%holds(c)) cycle
          call dowel_response(bolt, bolt%across(c) - bolt%dowel_slip(c), force, shears)
-         if (abs(force) > abs(dowel)) dowel = force
+         dowel = max(dowel, abs(force))
       end do
       stored = bolt%stored
    end subroutine show_forces_of
