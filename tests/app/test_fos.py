@@ -395,6 +395,7 @@ class Loads(FosTest):
         self.assertIn("there is no load 'hush'; did you mean 'push'?", error("--factors", "load.hush = 2"))
         self.assertIn("'frction' is none of friction, cohesion", error("--factors", "frction = 2"))
         self.assertIn("expected a number above 0, found '-1'", error("--factors", "friction = -1"))
+        self.assertIn("friction is given twice", error("--factors", "friction = 1.25, Friction = 1.3"))
         self.assertIn("expected ec7 or NAME = VALUE, found 'ec8'", error("--factors", "ec8"))
         self.assertIn("the model has no &water", error("--factors", "water = 1.2"))
         self.assertIn("not of --search tilt", error("--factors", "ec7", "--search", "tilt"))

@@ -39,7 +39,7 @@ contains
       type(design_factors_type), intent(out) :: factors
       type(error_type), allocatable, intent(out) :: error
       character(len=name_length), allocatable :: one(:)
-      character(len=:), allocatable :: word, name
+      character(len=:), allocatable :: word, name, given
       real(wp) :: value
       integer :: equals, i, k, status
       allocate (factors%load_names(0), factors%loads(0))
@@ -55,6 +55,7 @@ contains
                          'give a factor with --factors "load.NAME = 1.3"')
          return
       end if
+      given = ','
       do k = 1, count_words(text)
          word = word_of(text, k)
          equals = index(word, '=')
@@ -66,6 +67,11 @@ contains
          name = lower_case(trim(adjustl(word(1:equals - 1))))
          call parse_number(trim(adjustl(word(equals + 1:))), value, status)
          if (status /= number_status%ok) value = -1
+         if (index(given, ','//name//',') > 0) then
+            call make_error(error, error_code%input, 'option --factors: '//name//' is given twice')
+            return
+         end if
+         given = given//name//','
          if (.not. value > 0) then
             call make_error(error, error_code%input, 'option --factors: '//name//": expected a number above 0, "// &
                             "found '"//trim(adjustl(word(equals + 1:)))//"'")
