@@ -3,6 +3,7 @@
 module rockdda_app_program
    use rockdda_base_error, only : error_type, error_code
    use rockdda_base_diagnostics, only : diagnostics_type
+   use rockdda_base_version, only : version, build_description
    use rockdda_app_arguments, only : command_line_type, parse_command_line
    use rockdda_app_command_check, only : run_check
    use rockdda_app_command_cut, only : run_cut
@@ -13,9 +14,10 @@ module rockdda_app_program
    use rockdda_app_command_new, only : run_new
    use rockdda_app_command_resume, only : run_resume
    use rockdda_app_command_run, only : run_run
-   use rockdda_app_command_version, only : run_version
-   use rockdda_app_process, only : argument_type, promise_json
-   use rockdda_app_report, only : report_failure
+   use rockdda_app_process, only : argument_type, promise_json, print_line
+   use rockdda_app_report, only : report_failure, begin_json, end_json
+   use rockdda_app_json, only : json_type
+   use rockdda_io_hdf5_adapter, only : hdf5_version
    implicit none
    private
    public :: run_program
@@ -57,5 +59,23 @@ contains
       end if
       if (.not. ok) exit_code = error_code%output
    end subroutine run_program
+
+   !> Print version, compiler, flags, options and libraries; ok is false when printing fails.
+   subroutine run_version(line, ok)
+      type(command_line_type), intent(in) :: line
+      logical, intent(out) :: ok
+      type(json_type) :: json
+      type(diagnostics_type) :: messages
+      type(error_type), allocatable :: none
+      if (.not. line%json) then
+         call print_line(build_description(), ok)
+         return
+      end if
+      call begin_json(json, line, 'done', 0)
+      call json%put('version', version)
+      call json%put('hdf5', hdf5_version())
+      call json%put('build', build_description())
+      call end_json(json, messages, none, ok)
+   end subroutine run_version
 
 end module rockdda_app_program

@@ -5,7 +5,7 @@
 !> they were found. The pairs of blocks are searched in a few parts, one after the other or side by side; what is found
 !> in a pair depends on nothing but the pair.
 module rockdda_contact_search
-   use rockdda_base_kinds, only : wp
+   use rockdda_base_kinds, only : wp, i1, l1
    use rockdda_model_blocks, only : block_system_type
    use rockdda_contact_bonds, only : held_cosine
    use rockdda_contact_table, only : contact_table_type
@@ -13,12 +13,16 @@ module rockdda_contact_search
    use rockdda_contact_history, only : contact_history_type, new_contact_history
    use rockdda_contact_outlines, only : outlines_type
    use rockdda_contact_broad_phase, only : close_pairs_type
-   use rockdda_contact_candidates, only : other_rows_type
+   use rockdda_contact_candidates, only : other_rows_type, candidate_list_type
    use rockdda_contact_search_limits, only : search_limits_type
    use rockdda_contact_narrow_search, only : narrow_search_type
    use rockdda_contact_inheritance, only : hand_on_history, inheritance_work_type
    use rockdda_contact_newborn, only : touch_newborn
-   use rockdda_contact_rows, only : sort_rows, fill_table
+   use rockdda_contact_corners, only : corner_type, corner_station, meet_corners
+   use rockdda_contact_interval_search, only : joint_of
+   use rockdda_contact_interval_law, only : n_points
+   use rockdda_contact_intervals, only : interval_type, place_intervals
+   use rockdda_contact_vertex_weight, only : vertex_weight
    implicit none
    private
    public :: contact_search_type
@@ -71,5 +75,278 @@ contains
                            self%inheritance, table)
       if (allocated(self%newborn)) call touch_newborn(self%newborn, topology, self%outlines, touch, table)
    end subroutine search_contacts
+
+   !> Identities of the rows of the table, in the order (vertex, edge, station): counting sort by vertex, insertion sort
+   !> within. The stations of an interval stay together.
+   pure subroutine sort_rows(lists, nv, start, others, table)
+      type(candidate_list_type), intent(inout) :: lists(:)             !! candidates, each once
+      integer, intent(in) :: nv                                        !! vertices
+      integer, allocatable, intent(inout) :: start(:)  !! (nv + 1) rows of vertex v: start(v)+1 ... start(v+1)
+      type(other_rows_type), allocatable, intent(inout) :: others(:)   !! (>= rows), or of size 0 when there are none
+      type(contact_table_type), intent(inout) :: table
+      integer :: i, c, k, v, part
+      if (.not. allocated(start)) allocate (start(nv + 1))
+      start = 0
+      do part = 1, size(lists)
+         do i = 1, lists(part)%n_intervals
+            associate (interval => lists(part)%intervals(i))
+               start(interval%f + 1) = start(interval%f + 1) + n_points
+            end associate
+         end do
+         do c = 1, lists(part)%n
+            v = lists(part)%rows(c)%vertex
+            start(v + 1) = start(v + 1) + 1
+         end do
+      end do
+      do v = 2, nv + 1
+         start(v) = start(v) + start(v - 1)
+      end do
+      call table%resize(start(nv + 1))
+      call make_room(table%n, sum(lists%n_others), others)
+      table%vertex(1:table%n) = 0
+      do part = 1, size(lists)
+         do i = 1, lists(part)%n_intervals
+            associate (interval => lists(part)%intervals(i))
+               k = start(interval%f) + 1
+               start(interval%f) = start(interval%f) + n_points
+               call insert(interval%f, interval%e, 1, n_points, k, others, table)
+               interval%row = k
+            end associate
+         end do
+      end do
+      do part = 1, size(lists)
+         do c = 1, lists(part)%n
+            associate (row => lists(part)%rows(c))
+               k = start(row%vertex) + 1
+               start(row%vertex) = k
+               call insert(row%vertex, row%edge, row%station, 1, k, others, table)
+               if (row%others > 0) others(k) = lists(part)%others(row%others)
+            end associate
+         end do
+      end do
+      do v = nv + 1, 2, -1
+         start(v) = start(v - 1)
+      end do
+      start(1) = 0
+   end subroutine sort_rows
+
+   !> Room for what n rows refer to, when any of them does.
+   pure subroutine make_room(n, n_others, others)
+      integer, intent(in) :: n, n_others
+      type(other_rows_type), allocatable, intent(inout) :: others(:)
+      if (allocated(others)) then
+         if (merge(n, 0, n_others > 0) <= size(others) .and. (n_others > 0 .eqv. size(others) > 0)) return
+         deallocate (others)
+      end if
+      allocate (others(merge(n + n/4 + 16, 0, n_others > 0)))
+   end subroutine make_room
+
+   !> Insert n rows, of one station or of the stations of an interval, among those of their vertex that are in the table
+   !> already, which end before row k; k becomes the first of them. A place still empty belongs to another vertex.
+   pure subroutine insert(v, e, station, n, k, others, table)
+      integer, intent(in) :: v, e
+      integer, intent(in) :: station                    !! of the first row
+      integer, intent(in) :: n
+      integer, intent(inout) :: k
+      type(other_rows_type), intent(inout) :: others(:)
+      type(contact_table_type), intent(inout) :: table
+      integer :: l
+      table%vertex(k:k + n - 1) = v
+      do while (k > 1)
+         if (table%vertex(k - 1) /= v) exit
+         if (e > table%edge(k - 1)) exit
+         if (e == table%edge(k - 1) .and. station >= table%station(k - 1)) exit
+         k = k - 1
+         table%edge(k + n) = table%edge(k)
+         table%station(k + n) = table%station(k)
+         if (size(others) > 0) others(k + n) = others(k)
+      end do
+      do l = k, k + n - 1
+         table%edge(l) = e
+         table%station(l) = int(station + l - k, i1)
+         if (size(others) > 0) others(l) = other_rows_type()
+      end do
+   end subroutine insert
+
+   !> Partner and geometry of the rows of the table. Are they, by length, those of the last step, in the same order?
+   subroutine fill_table(lists, blocks, topology, outlines, vertices, limits, others, start, previous, table, same_rows)
+      type(candidate_list_type), intent(inout) :: lists(:)   !! rows of the intervals
+      type(block_system_type), intent(in) :: blocks
+      type(contact_topology_type), intent(in) :: topology
+      type(outlines_type), intent(in) :: outlines
+      real(wp), intent(in), contiguous :: vertices(:, :)
+      type(search_limits_type), intent(in) :: limits
+      type(other_rows_type), intent(in) :: others(:)   !! of the rows, or none
+      integer, intent(in) :: start(:)                  !! rows of each vertex (sort_rows)
+      type(contact_table_type), intent(in) :: previous
+      type(contact_table_type), intent(inout) :: table
+      logical, intent(out) :: same_rows
+      integer :: part
+      logical :: may_be_same
+      may_be_same = limits%by_length .and. previous%n == table%n
+      same_rows = may_be_same
+      !$omp parallel do default(none) schedule(dynamic) private(part) if (size(lists) > 1) &
+      !$omp shared(lists, blocks, topology, outlines, vertices, limits, others, start, previous, table, may_be_same) &
+      !$omp reduction(.and.:same_rows)
+      do part = 1, size(lists)
+         ! each thread begins with .true.
+         same_rows = same_rows .and. may_be_same
+         if (lists(part)%n_intervals > 0) then
+            associate (intervals => lists(part)%intervals(1:lists(part)%n_intervals))
+               call find_rows(table%n, table%edge, table%station, intervals)
+               if (same_rows) call compare_rows(table%n, previous%vertex, previous%edge, previous%station, &
+                                                intervals, same_rows)
+               call fill_intervals(intervals, topology%block, table%n, table%block_a, table%block_b, &
+                                   table%joint, table%partner, table%tied)
+               call place_intervals(intervals, size(vertices, 2), vertices, outlines%tangent, table%n, &
+                                    table%point, table%share, table%normal, table%gap, table%length)
+            end associate
+         end if
+         call fill_rows(lists(part), blocks, topology, outlines, vertices, limits, others, start, previous, table, &
+                        same_rows)
+      end do
+      !$omp end parallel do
+   end subroutine fill_table
+
+   !> Where the rows of some intervals are now: others have come before them since they were inserted.
+   pure subroutine find_rows(n, edge, station, intervals)
+      integer, intent(in) :: n                         !! rows
+      integer, intent(in) :: edge(n)
+      integer(i1), intent(in) :: station(n)
+      type(interval_type), intent(inout) :: intervals(:)
+      integer :: i
+      do i = 1, size(intervals)
+         associate (interval => intervals(i))
+            do while (edge(interval%row) /= interval%e .or. station(interval%row) /= 1)
+               interval%row = interval%row + 1
+            end do
+         end associate
+      end do
+   end subroutine find_rows
+
+   !> Are the rows of some intervals those of the last step?
+   pure subroutine compare_rows(n, vertex, edge, station, intervals, same_rows)
+      integer, intent(in) :: n                         !! rows
+      integer, intent(in) :: vertex(n), edge(n)        !! of the last step
+      integer(i1), intent(in) :: station(n)
+      type(interval_type), intent(in) :: intervals(:)
+      logical, intent(inout) :: same_rows
+      integer :: i, k, last
+      do i = 1, size(intervals)
+         k = intervals(i)%row
+         last = k + n_points - 1
+         same_rows = vertex(k) == intervals(i)%f .and. edge(k) == intervals(i)%e .and. station(k) == 1 .and. &
+                     vertex(last) == intervals(i)%f .and. edge(last) == intervals(i)%e .and. &
+                     station(last) == n_points
+         if (.not. same_rows) return
+      end do
+   end subroutine compare_rows
+
+   !> Blocks, joints and ties of the rows of some intervals.
+   pure subroutine fill_intervals(intervals, block, n, block_a, block_b, joint, partner, tied)
+      type(interval_type), intent(in) :: intervals(:)
+      integer, intent(in) :: block(:)                  !! (nv) of each vertex
+      integer, intent(in) :: n                         !! rows
+      integer, intent(inout) :: block_a(n), block_b(n), joint(n), partner(n)
+      logical(l1), intent(inout) :: tied(n)
+      integer :: i, k
+      do i = 1, size(intervals)
+         associate (interval => intervals(i))
+            do k = interval%row, interval%row + n_points - 1
+               block_a(k) = block(interval%f)
+               block_b(k) = block(interval%e)
+               joint(k) = interval%joint
+               partner(k) = 0
+               tied(k) = interval%is_tied
+            end do
+         end associate
+      end do
+   end subroutine fill_intervals
+
+   !> Rows of one part that are no stations of intervals.
+   pure subroutine fill_rows(list, blocks, topology, outlines, vertices, limits, others, start, previous, table, &
+                             same_rows)
+      type(candidate_list_type), intent(in) :: list
+      type(block_system_type), intent(in) :: blocks
+      type(contact_topology_type), intent(in) :: topology
+      type(outlines_type), intent(in) :: outlines
+      real(wp), intent(in), contiguous :: vertices(:, :)
+      type(search_limits_type), intent(in) :: limits
+      type(other_rows_type), intent(in) :: others(:)
+      integer, intent(in) :: start(:)
+      type(contact_table_type), intent(in) :: previous
+      type(contact_table_type), intent(inout) :: table
+      logical, intent(inout) :: same_rows              !! so far
+      type(corner_type) :: corner
+      integer :: c, k, v, e, row
+      do c = 1, list%n
+         v = list%rows(c)%vertex
+         e = list%rows(c)%edge
+         k = start(v) + 1
+         do while (table%edge(k) /= e .or. table%station(k) /= list%rows(c)%station)
+            k = k + 1
+         end do
+         if (same_rows) same_rows = previous%vertex(k) == v .and. previous%edge(k) == e .and. &
+                                    previous%station(k) == table%station(k)
+         table%block_a(k) = topology%block(v)
+         table%block_b(k) = topology%block(e)
+         table%joint(k) = blocks%edge_joint(e)
+         table%share(k) = 0
+         table%partner(k) = 0
+         table%tied(k) = .false.
+         if (table%station(k) == corner_station) then
+            call meet_corners(v, e, vertices, topology, outlines, limits%sine, limits%cosine, limits%radius, corner)
+            table%point(:, k) = corner%point
+            table%share(k) = corner%share
+            table%normal(:, k) = corner%normal
+            table%gap(k) = corner%gap
+            table%length(k) = corner%weight
+            cycle
+         end if
+         if (size(others) > 0) then
+            if (others(k)%partner_vertex > 0) then
+               do row = start(others(k)%partner_vertex) + 1, start(others(k)%partner_vertex + 1)
+                  if (table%edge(row) == others(k)%partner_edge) table%partner(k) = row
+               end do
+            end if
+         end if
+         call set_geometry(v, e, topology%edge_in(v), topology%next(topology%edge_out(v)), size(vertices, 2), &
+                           vertices, outlines%tangent, outlines%length(e), limits%sine, table%normal(:, k), &
+                           table%point(:, k), table%gap(k), table%length(k))
+         if (limits%by_length) table%length(k) = vertex_weight(v, e, table%point(:, k), vertices, topology, outlines, &
+                                                               limits%cosine)
+      end do
+   end subroutine fill_rows
+
+   !> Normal, place, gap and length of a contact. The length is half the overlap of the edge with each edge at the
+   !> vertex that lies face to face with it; zero for a lone vertex.
+   pure subroutine set_geometry(v, e, before, after, nv, vertices, tangent, edge_length, sine, normal, point, gap, &
+                                length)
+      integer, intent(in) :: v, e              !! vertex and edge
+      integer, intent(in) :: before, after     !! the vertices before and after v on its block
+      integer, intent(in) :: nv
+      real(wp), intent(in) :: vertices(2, nv), tangent(2, nv)
+      real(wp), intent(in) :: edge_length
+      real(wp), intent(in) :: sine             !! of the angle tolerance
+      real(wp), intent(out) :: normal(2), point(2), gap, length
+      real(wp) :: t(2), p(2), u(2), s0, s1, overlap
+      integer :: k
+      t = tangent(:, e)
+      normal = [t(2), -t(1)]
+      point = vertices(:, v)
+      p = point - vertices(:, e)
+      gap = dot_product(p, normal)
+      s0 = p(1)*t(1) + p(2)*t(2)
+      length = 0
+      do k = 1, 2
+         u = vertices(:, merge(after, before, k == 1)) - point
+         s1 = u(1)*t(1) + u(2)*t(2)
+         ! out edge runs against the edge, in edge comes along it backwards
+         if ((k == 1 .and. s1 >= 0) .or. (k == 2 .and. s1 <= 0)) cycle
+         if (abs(u(1)*t(2) - u(2)*t(1)) > sine*sqrt(u(1)**2 + u(2)**2)) cycle
+         overlap = min(edge_length, max(s0, s0 + s1)) - max(0.0_wp, min(s0, s0 + s1))
+         length = length + 0.5_wp*max(0.0_wp, overlap)
+      end do
+   end subroutine set_geometry
 
 end module rockdda_contact_search

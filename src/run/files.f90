@@ -1,26 +1,66 @@
 ! SPDX-License-Identifier: MIT
 !> The files of a run: results, log and checkpoint, and what of them is due.
+!>
+!> The log has files, model, messages, every number of the run with the value that it has, steps, and the end.
 module rockdda_run_files
    use rockdda_base_kinds, only : wp
    use rockdda_base_error, only : error_type
    use rockdda_base_diagnostics, only : diagnostics_type
+   use rockdda_base_strings, only : as_utf8, counted, to_string
+   use rockdda_base_version, only : version, build_description
    use rockdda_contact_view, only : contact_view_type
    use rockdda_model_state, only : bolt_nodes_type, liner_nodes_type
+   use rockdda_model_options, only : is_set, run_options_type
+   use rockdda_model_stage_options, only : stage_names, water_of_stages
+   use rockdda_model_resolve, only : length_scale
    use rockdda_stepping_simulation, only : simulation_type
    use rockdda_io_checkpoint, only : checkpoint_facts_type, checkpoint_path
    use rockdda_io_digest, only : digest_length
-   use rockdda_io_log, only : log_path
+   use rockdda_io_log, only : log_path, log_type
    use rockdda_io_results, only : results_type
    use rockdda_io_timestamp, only : utc_now, wall_seconds
-   use rockdda_run_checkpoint_timer, only : checkpoint_timer_type
+   use rockdda_io_results_header, only : results_header_type
    use rockdda_run_checkpointing, only : save_checkpoint, remove_checkpoint
    use rockdda_run_frame_plan, only : frame_plan_type, new_frame_plan
    use rockdda_run_input, only : model_input_type
-   use rockdda_run_log, only : run_log_type
-   use rockdda_run_results_head, only : start_facts, describe_run
+   use rockdda_run_outcome, only : cuts_text, reactions_text, time_error_text, strikes_text
+   use rockdda_run_supports, only : supports_text
+!$ use omp_lib, only : omp_get_max_threads
    implicit none
    private
-   public :: run_files_type
+   public :: checkpoint_timer_type, run_files_type
+
+   !> The first checkpoint of a run comes after this time at the latest [s]. A shorter run writes one, at its end.
+   real(wp), parameter :: first_interval = 0.2_wp
+
+   type :: checkpoint_timer_type
+      real(wp), private :: last = 0           !! wall clock when the run began or its last checkpoint ended [s]
+      logical, private :: is_first = .false.  !! no checkpoint has been written yet
+   contains
+      procedure :: start
+      procedure :: waits_for_first
+      procedure :: restart
+      procedure :: is_due
+   end type checkpoint_timer_type
+
+   !> Approximate number of lines for steps.
+   integer, parameter :: log_lines = 1000
+
+   type, extends(log_type) :: run_log_type
+      integer :: last_step = -1                             !! with a line
+      character(len=:), allocatable, private :: choice      !! of the automatic solver, as logged
+   contains
+      procedure :: begin
+      procedure :: reopen
+      procedure, nopass :: is_line_due
+      procedure :: write_step
+      procedure :: write_outcome
+   end type run_log_type
+
+   !> Longest time between flushes of the results, whatever the options [s].
+   real(wp), parameter :: longest_flush_interval = 2
+   !> Default time between checkpoints [s].
+   real(wp), parameter :: usual_checkpoint_interval = 60
 
    !> Rows of contacts that a frame takes at a time, about.
    integer, parameter :: slab = 262144
@@ -166,5 +206,198 @@ contains
       call self%timer%restart(wall_seconds())
       if (.not. allocated(error)) call self%results%keep_undo(digest, error)
    end subroutine save
+
+   !> Facts of a run that begins, with the header of its results.
+   subroutine start_facts(input, sim, facts)
+      type(model_input_type), intent(in) :: input
+      type(simulation_type), intent(in) :: sim             !! at time 0
+      type(checkpoint_facts_type), intent(inout) :: facts
+      facts%model_file = input%model_file
+      facts%analysis_file = input%analysis_file
+      facts%config_file = input%config_file
+      if (is_set(input%options%threads)) facts%threads = input%options%threads
+      facts%checkpoint_every = usual_checkpoint_interval
+      if (is_set(input%options%checkpoint_every)) facts%checkpoint_every = input%options%checkpoint_every
+      associate (header => facts%header)
+         header%title = as_utf8(input%parameters%title)
+         header%program_version = version
+         header%created = utc_now()
+         header%geometry = input%model_text
+         header%analysis = input%analysis_text
+         header%config = input%config_text
+         header%frames = input%options%write_frames
+         header%contacts = input%options%write_contacts
+         call sim%list_boundaries(header%n_boundaries, header%boundary_edges, header%boundary_kinds)
+         call sim%list_water(header%water_edges, header%water_ends)
+         header%water = sim%parameters%water
+         header%stage_water = water_of_stages(input%parameters%stages)
+      end associate
+      call describe_run(sim, facts%checkpoint_every, facts%header)
+   end subroutine start_facts
+
+   !> What of the header follows from the run, and is not kept in checkpoints.
+   subroutine describe_run(sim, checkpoint_every, header)
+      type(simulation_type), intent(in) :: sim
+      real(wp), intent(in) :: checkpoint_every             !! [s]
+      type(results_header_type), intent(inout) :: header
+      header%flush_interval = min(longest_flush_interval, checkpoint_every)
+      header%single = sim%parameters%single_frames
+      header%units = sim%parameters%units
+      header%n_boundaries = size(sim%parameters%boundaries)
+      call sim%list_bolts(header%n_bolt_nodes, header%bolt_names, header%bolt_first, header%bolt_spacing)
+      call sim%list_liners(header%n_liner_nodes, header%liner_names, header%liner_first, header%liner_section)
+      header%stage_names = stage_names(sim%parameters%stages, sim%parameters%ends_with_stages)
+      allocate (header%stage_resets(size(header%stage_names)), source=0)
+      associate (stages => sim%parameters%stages)
+         header%stage_resets(:size(stages)) = merge(1, 0, stages%reset_displacement)
+      end associate
+   end subroutine describe_run
+
+   !> Open the log, and write its head.
+   subroutine begin(self, path, input, header, output, plan, messages, error)
+      class(run_log_type), intent(inout) :: self
+      character(len=*), intent(in) :: path
+      type(model_input_type), intent(in) :: input
+      type(results_header_type), intent(in) :: header
+      character(len=*), intent(in) :: output              !! path of the results
+      type(frame_plan_type), intent(in) :: plan
+      type(diagnostics_type), intent(in) :: messages
+      type(error_type), allocatable, intent(out) :: error
+      call self%open(path, error)
+      if (.not. allocated(error)) call self%put(build_description(), error)
+      if (.not. allocated(error)) call self%put('title: '//header%title, error)
+      if (.not. allocated(error)) call self%put('created: '//header%created, error)
+      if (.not. allocated(error)) call self%put('geometry or blocks: '//input%model_file, error)
+      if (.not. allocated(error) .and. len(input%analysis_file) > 0) call self%put('analysis: '//input%analysis_file, &
+                                                                                  error)
+      if (.not. allocated(error) .and. len(input%config_file) > 0) call self%put('options: '//input%config_file, error)
+      if (.not. allocated(error)) call self%put('results: '//output, error)
+      if (.not. allocated(error)) call self%put_model(input%blocks, error)
+      if (.not. allocated(error)) call self%put_messages(messages, error)
+      if (.not. allocated(error)) call self%put_parameters(input%parameters, error, &
+                                                          options_in_effect(input, output, plan))
+      if (.not. allocated(error)) call self%put_columns(error)
+      if (.not. allocated(error)) call self%flush(error)
+   end subroutine begin
+
+   !> The options, those that were not given with the value that the run takes instead.
+   function options_in_effect(input, output, plan) result(options)
+      type(model_input_type), intent(in) :: input
+      character(len=*), intent(in) :: output
+      type(frame_plan_type), intent(in) :: plan
+      type(run_options_type) :: options
+      options = input%options
+      options%save_every = plan%every
+      options%output_file = output
+      options%threads = 1
+!$    options%threads = omp_get_max_threads()
+      options%length_scale = length_scale(input%options%length_scale, input%analysis%dialect)
+   end function options_in_effect
+
+   !> Open the log of a run that continues from a checkpoint, at its end.
+   subroutine reopen(self, path, sim, messages, error)
+      class(run_log_type), intent(inout) :: self
+      character(len=*), intent(in) :: path
+      type(simulation_type), intent(in) :: sim
+      type(diagnostics_type), intent(in) :: messages
+      type(error_type), allocatable, intent(out) :: error
+      call self%open(path, error, append=.true.)
+      if (.not. allocated(error)) call self%put('resumed: from step '//to_string(sim%state%step)//' at time '// &
+                                                to_string(sim%state%time, 10)//', '//utc_now(), error)
+      if (.not. allocated(error)) call self%put_messages(messages, error)
+      if (.not. allocated(error)) call self%put_columns(error)
+   end subroutine reopen
+
+   !> Is a line due for the last step? For the first one, for steps with several attempts or a frame, and for so many
+   !> that the log has about `log_lines`.
+   pure logical function is_line_due(sim, has_frame)
+      type(simulation_type), intent(in) :: sim
+      logical, intent(in) :: has_frame
+      integer :: every
+      every = 1
+      if (sim%parameters%n_steps < huge(1)) every = max(1, sim%parameters%n_steps/log_lines)
+      is_line_due = has_frame .or. sim%state%step == 1 .or. mod(sim%state%step, every) == 0 .or. &
+                    sim%record%attempts > 1
+   end function is_line_due
+
+   !> Write the line of a step, and one more when the automatic solver has changed its method.
+   subroutine write_step(self, sim, error)
+      class(run_log_type), intent(inout) :: self
+      type(simulation_type), intent(in) :: sim
+      type(error_type), allocatable, intent(out) :: error
+      call self%put_step(sim%record, sim%parameters, error)
+      if (.not. allocated(error)) call write_choice(self, sim, error)
+      self%last_step = sim%state%step
+   end subroutine write_step
+
+   !> Write a line when the automatic solver has changed its method.
+   subroutine write_choice(self, sim, error)
+      type(run_log_type), intent(inout) :: self
+      type(simulation_type), intent(in) :: sim
+      type(error_type), allocatable, intent(out) :: error
+      character(len=:), allocatable :: name
+      if (.not. allocated(sim%solver%choice)) return
+      name = sim%solver%choice(1:scan(sim%solver%choice//' ', ' :') - 1)
+      if (allocated(self%choice)) then
+         if (self%choice == name) return
+      end if
+      call self%put('# solver from here on: '//sim%solver%choice, error)
+      self%choice = name
+   end subroutine write_choice
+
+   !> Write forces of boundaries, planned time and cut steps.
+   subroutine write_outcome(self, sim, error)
+      class(run_log_type), intent(inout) :: self
+      type(simulation_type), intent(in) :: sim
+      type(error_type), allocatable, intent(out) :: error
+      character(len=:), allocatable :: planned, supports
+      if (size(sim%parameters%boundaries) > 0) call self%put(reactions_text(sim), error)
+      supports = supports_text(sim, '# ')
+      if (.not. allocated(error) .and. len(supports) > 0) call self%put(supports, error)
+      planned = 'none, the stages decide'
+      if (sim%planned_time() > 0) planned = to_string(sim%planned_time(), 10)
+      if (.not. allocated(error)) call self%put('# planned time: '//planned//'. '//cuts_text(sim), error)
+      if (.not. allocated(error) .and. len(time_error_text(sim)) > 0) call self%put('# '//time_error_text(sim), error)
+      if (.not. allocated(error) .and. len(strikes_text(sim)) > 0) call self%put('# '//strikes_text(sim), error)
+      if (.not. allocated(error) .and. sim%parameters%sleeps) &
+         call self%put('# asleep: '//to_string(count(sim%state%asleep))//' of '// &
+                       counted(sim%blocks%n_blocks - sim%blocks%n_segments, 'block')// &
+                       '; the unbalanced force is that of the others', error)
+   end subroutine write_outcome
+
+   !> A new run begins at this time.
+   subroutine start(self, now)
+      class(checkpoint_timer_type), intent(inout) :: self
+      real(wp), intent(in) :: now             !! wall clock [s]
+      self%last = now
+      self%is_first = .true.
+   end subroutine start
+
+   !> Has a new run no checkpoint yet?
+   pure logical function waits_for_first(self)
+      class(checkpoint_timer_type), intent(in) :: self
+      waits_for_first = self%is_first
+   end function waits_for_first
+
+   !> A checkpoint ended at this time.
+   subroutine restart(self, now)
+      class(checkpoint_timer_type), intent(inout) :: self
+      real(wp), intent(in) :: now             !! wall clock [s]
+      self%last = now
+      self%is_first = .false.
+   end subroutine restart
+
+   !> Has the interval passed since the last checkpoint, or a shorter one since the start? A run that is finished writes
+   !> its checkpoint at the close.
+   pure logical function is_due(self, now, interval, is_finished)
+      class(checkpoint_timer_type), intent(in) :: self
+      real(wp), intent(in) :: now             !! wall clock [s]
+      real(wp), intent(in) :: interval        !! [s]
+      logical, intent(in) :: is_finished
+      real(wp) :: wait
+      wait = interval
+      if (self%is_first) wait = min(first_interval, interval)
+      is_due = now - self%last >= wait .and. .not. is_finished
+   end function is_due
 
 end module rockdda_run_files

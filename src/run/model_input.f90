@@ -5,17 +5,20 @@ module rockdda_run_model_input
    use rockdda_base_diagnostics, only : diagnostics_type, severity
    use rockdda_model_options, only : run_options_type
    use rockdda_model_resolve, only : resolve_parameters
+   use rockdda_model_in_situ, only : check_in_situ
    use rockdda_check_plausibility, only : check_plausibility
    use rockdda_linear_factory, only : default_solver
    use rockdda_run_described_materials, only : check_materials, check_laws
-   use rockdda_run_early_check, only : check_without_model
    use rockdda_run_find_files, only : find_named_files
    use rockdda_run_input, only : model_input_type, run_name
-   use rockdda_run_loads, only : place_loads
+   use rockdda_run_loads, only : place_loads, check_load_names
    use rockdda_run_parts, only : make_parts
    use rockdda_run_read_files, only : read_config, read_blocks, read_analysis
    use rockdda_run_request, only : run_request_type, apply_request
+   use rockdda_run_cells, only : check_names
+   use rockdda_run_water_names, only : check_stage_water
    use rockdda_check_options, only : check_options
+   use rockdda_check_boundaries, only : check_boundaries
    implicit none
    private
    public :: model_input_type, run_request_type, read_model
@@ -84,5 +87,23 @@ contains
       options%method = default_solver()
       call messages%add(severity%note, 'solver: '//options%method//' (the default)')
    end subroutine choose_solver
+
+   !> Groups of &boundary and &in_situ, as far as they can be judged without a model, groups of &water that stages name,
+   !> and names of loads.
+   subroutine check_without_model(options, messages)
+      type(run_options_type), intent(in) :: options
+      type(diagnostics_type), intent(inout) :: messages
+      integer :: i
+      if (allocated(options%boundaries)) call check_boundaries(options%boundaries, messages)
+      if (allocated(options%in_situ)) then
+         call check_in_situ(options%in_situ, messages)
+         do i = 1, size(options%in_situ)
+            if (allocated(options%in_situ(i)%region)) call check_names('&in_situ', options%regions, &
+               options%in_situ(i)%region, options%in_situ(i)%origin, messages)
+         end do
+      end if
+      call check_stage_water(options, messages)
+      call check_load_names(options, messages)
+   end subroutine check_without_model
 
 end module rockdda_run_model_input

@@ -38,7 +38,7 @@ module rockdda_run_model_run
    private
    public :: run_type
 
-   !> Up to so many blocks the first checkpoint waits (rockdda_run_checkpoint_timer): it takes longer than a step.
+   !> Up to so many blocks the first checkpoint waits (checkpoint_timer_type): it takes longer than a step.
    integer, parameter :: few_blocks = 200
    !> Bytes that take longer to write than a thread takes to start.
    integer(i8), parameter :: much = 1048576_i8

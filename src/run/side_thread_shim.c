@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* A thread that does one piece of work beside the caller. Used by rockdda_run_background_flush. */
+/* A thread that does one piece of work beside the caller. Used by rockdda_run_step_loop. */
 #define _GNU_SOURCE
 #include <pthread.h>
 #include <signal.h>

@@ -51,14 +51,9 @@ OTHERS = {
     ("option_reader.f90", "units"),
     ("option_reader.f90", "table"),
     ("option_reader.f90", "water"),
-    ("parameter_text.f90", "units"),
-    ("parameter_text.f90", "stress"),
+    ("log.f90", "units"),
+    ("log.f90", "stress"),
     ("checkpoint_model.f90", "units"),
-    ("region_outline.f90", "region"),
-    ("region_outline.f90", "name"),
-    ("region_outline.f90", "box"),
-    ("region_outline.f90", "circle"),
-    ("region_outline.f90", "polygon"),
 }
 
 
@@ -236,9 +231,8 @@ class OptionsTable(ProgramTest):
         names = {name for group in json.loads(self.printed("--json"))["$defs"].values() for name in group["properties"]}
         names.discard("length")  # a dimension
         sources = [path for folder in ("model", "io/options") for path in (ROOT / "src" / folder).glob("*.f90")]
-        sources += [ROOT / "src/io/text/parameter_text.f90", ROOT / "src/io/text/log.f90"]
-        folder = ROOT / "src/io/storage/checkpoint"
-        sources += [folder / f"{name}.f90" for name in ("checkpoint_model", "parameter_exchange")]
+        sources += [ROOT / "src/io/text/log.f90"]
+        sources += [ROOT / "src/io/storage/checkpoint/checkpoint_model.f90"]
         found = []
         for path in sources:
             # joint statistics have groups and names of their own

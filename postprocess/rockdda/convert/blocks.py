@@ -15,7 +15,7 @@ from .geometry import Geometry, Point, Ring
 from .regions import close_chains
 from .report import Report
 
-FEW_DIGITS = 1e-5  # of the size of the smaller block: files may have six digits, as src/io/text/overlap_check.f90 says
+FEW_DIGITS = 1e-5  # of the size of the smaller block: files may have six digits, as src/io/text/block_check.f90 says
 MOST_NAMED = 10  # pairs of blocks that overlap
 
 

@@ -3,7 +3,7 @@
 !>
 !> The foot of the vertex lies on the edge, both edges at the vertex lie on the outer side of the edge's line, and the
 !> gap is within reach. So moving the vertex onto the edge gives no overlap (Shi 1988, Fig. 3.3), within the angle
-!> tolerance. A vertex behind an edge must have come through it (rockdda_contact_penetration): a vertex that only
+!> tolerance. A vertex behind an edge must have come through it (`is_entered`): a vertex that only
 !> touches a block from another side does not. Concave vertices touch nothing; at a concave end of an edge the foot may
 !> lie a little beyond.
 !>
@@ -12,6 +12,18 @@
 !>
 !> The searches of a pair have up to 17 arguments: the innermost loops of a step read arrays of constant shape, and what
 !> belongs to the model, the last step and the threads stays apart, so that each thread writes its own list alone.
+!>
+!> A vertex v that touches a block on one side f lies behind the line of its other edges e as well:
+!>
+!>                  \        /
+!>      ---------- v \  B   /      v is at depth |gap| behind e, but it has not come through e: a spring born
+!>        A        /  f    /       there would throw the blocks apart
+!>                     \__/
+!>                      e
+!>
+!> It has entered through e when it lies in the block, no other edge that its corner can pass is nearer, it is not at
+!> another corner of the block, and it is not deeper than a circle that fits into the block. A contact that was closed
+!> at the end of the last step has entered, however deep its spring has been compressed since.
 module rockdda_contact_vertex_search
    use rockdda_base_kinds, only : wp
    use rockdda_contact_table, only : contact_table_type, contact_state
@@ -22,12 +34,20 @@ module rockdda_contact_vertex_search
    use rockdda_contact_bonds, only : faces
    use rockdda_contact_candidates, only : candidate_type, candidate_list_type
    use rockdda_contact_corner_search, only : search_corners
-   use rockdda_contact_penetration, only : is_entered
    use rockdda_contact_exposure, only : exposure_type
    use rockdda_model_kinks, only : crushed
+   use rockdda_geometry_polygons, only : point_in_polygon
    implicit none
    private
    public :: search_pair, search_near, collect_pair, try_vertex, is_beyond
+
+   !> A vertex that is less deep than this share of the edge's length need not lie in the block: its neighbour may hide
+   !> the edge there by the compression of its own spring.
+   real(wp), parameter :: shallow = 1.0e-4_wp
+   !> The inner point that is tested in place of the vertex lies this share of the edge's length further inside.
+   real(wp), parameter :: inwards = 1.0e-6_wp
+   !> A vertex nearer to another corner than this share of its depth is at that corner.
+   real(wp), parameter :: at_corner = 0.5_wp
 
 contains
 
@@ -345,5 +365,61 @@ contains
       end do
       are_paired = .false.
    end function are_paired
+
+   !> Has vertex v entered the block of edge e through e?
+   pure logical function is_entered(v, e, gap, s, topology, outlines, vertices, sine, was_closed)
+      integer, intent(in) :: v, e
+      real(wp), intent(in) :: gap          !! of the vertex, < 0 [length]
+      real(wp), intent(in) :: s            !! distance of its foot from the start of the edge [length]
+      type(contact_topology_type), intent(in) :: topology
+      type(outlines_type), intent(in) :: outlines
+      real(wp), intent(in), contiguous :: vertices(:, :)   !! (2, nv) now
+      real(wp), intent(in) :: sine         !! of the angle tolerance
+      logical, intent(in) :: was_closed    !! the contact was closed at the end of the last step
+      real(wp) :: point(2), r(2), t(2), in_v(2), out_v(2), gap_k, foot, length
+      integer :: k, last
+      is_entered = .false.
+      length = outlines%length(e)
+      if (gap < -shallow*length) then
+         t = outlines%tangent(:, e)
+         point = vertices(:, v) + inwards*((0.5_wp*length - s)*t - length*outward(t))
+         if (.not. is_inside(point, e, vertices, topology)) return
+      end if
+      is_entered = .true.
+      if (was_closed) return
+      is_entered = .false.
+      if (gap < -topology%inradius(topology%block(e))) return
+      in_v = outlines%tangent(:, topology%edge_in(v))
+      out_v = outlines%tangent(:, topology%edge_out(v))
+      last = topology%next(e)
+      k = last
+      do while (k /= e)
+         r = vertices(:, v) - vertices(:, k)
+         if (k /= last) then
+            if (r(1)**2 + r(2)**2 < (at_corner*gap)**2) return
+         end if
+         if (topology%is_edge(k)) then
+            t = outlines%tangent(:, k)
+            gap_k = r(1)*t(2) - r(2)*t(1)
+            foot = r(1)*t(1) + r(2)*t(2)
+            if (abs(gap_k) < -gap .and. foot >= 0 .and. foot <= outlines%length(k)) then
+               if (is_outside(in_v, out_v, outward(t), sine)) return
+            end if
+         end if
+         k = topology%next(k)
+      end do
+      is_entered = .true.
+   end function is_entered
+
+   !> Does a point lie in the block that owns edge e?
+   pure logical function is_inside(point, e, vertices, topology)
+      real(wp), intent(in), contiguous :: vertices(:, :)   !! (2, nv)
+      real(wp), intent(in) :: point(2)
+      integer, intent(in) :: e
+      type(contact_topology_type), intent(in) :: topology
+      integer :: block
+      block = topology%block(e)
+      is_inside = point_in_polygon(point, vertices(:, topology%first(block):topology%first(block + 1) - 1))
+   end function is_inside
 
 end module rockdda_contact_vertex_search

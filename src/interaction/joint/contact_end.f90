@@ -5,7 +5,7 @@ module rockdda_interaction_contact_end
    use rockdda_base_parallel, only : parallel_contacts, n_pieces
    use rockdda_model_state, only : energy
    use rockdda_contact_interval_law, only : end_gaps
-   use rockdda_contact_table, only : contact_table_type, contact_state, is_of_interval
+   use rockdda_contact_table, only : contact_table_type, contact_state, is_of_interval, other_row
    use rockdda_interaction_attempt, only : attempt_type
    use rockdda_interaction_balance, only : energy_balance_type
    use rockdda_interaction_contact_law, only : contact_law_type, dilated_gap
@@ -13,9 +13,8 @@ module rockdda_interaction_contact_end
    use rockdda_interaction_contact_stiffness, only : joint_stiffness_type
    use rockdda_interaction_context, only : step_context_type
    use rockdda_interaction_intervals, only : find_extremes, interval_response_type, respond, bond_after
-   use rockdda_interaction_interval_forces, only : interval_forces, drag_force
    use rockdda_interaction_joint_end, only : joint_end_type
-   use rockdda_interaction_joint_law, only : joint_settings_type, joint_type, opening_gap, spring_energy
+   use rockdda_interaction_joint_law, only : joint_settings_type, joint_type, opening_gap, spring_energy, spring_force
    use rockdda_interaction_open_close, only : open_close_type
    use rockdda_interaction_ties, only : break_ties
    use rockdda_interaction_trial_states, only : piece_of_rows, widest_piece
@@ -345,5 +344,59 @@ contains
          end associate
       end do
    end subroutine commit_rows
+
+   !> Forces of the springs of an interval: (rows, at the start of the step and where they act in it), and their
+   !> energies at the start.
+   pure subroutine interval_forces(trial, law, table, c, forces, energy)
+      type(open_close_type), intent(in) :: trial
+      type(contact_law_type), intent(in) :: law
+      type(contact_table_type), intent(in) :: table
+      integer, intent(in) :: c                    !! first row
+      real(wp), intent(out) :: forces(2, 2)
+      real(wp), intent(out) :: energy(2)
+      type(interval_response_type) :: interval
+      real(wp) :: where_acts(2), bond(2)
+      integer :: i
+      bond = table%bond_end(c:c + 1)
+      call respond(law, table, c, logical(table%bonded(c) .and. table%bonded(c + 1)), &
+                   table%gap(c:c + 1), 0.0_wp, bond, interval)
+      forces(:, 1) = interval%force
+      energy = interval%energy
+      do i = 1, 2
+         where_acts(i) = acting_gap(trial, table, c + i - 1)
+      end do
+      if (trial%partly_used(c)) then
+         forces(:, 2) = trial%push_used(c:c + 1) - (trial%own_used(c:c + 1)*where_acts + &
+                                                    trial%cross_used(c)*where_acts([2, 1]))
+      else
+         forces(:, 2) = spring_force(table%k_n(c:c + 1), where_acts)
+      end if
+   end subroutine interval_forces
+
+   !> Gap at which the spring of a contact acts in the step, by that at its end.
+   pure real(wp) function acting_gap(trial, table, c) result(gap)
+      type(open_close_type), intent(in) :: trial
+      type(contact_table_type), intent(in) :: table
+      integer, intent(in) :: c
+      real(wp) :: opens, late
+      opens = 0
+      late = 0
+      if (allocated(trial%extra)) opens = trial%extra(c)%opens
+      if (allocated(trial%extra)) late = trial%extra(c)%late
+      gap = table%gap(c) + trial%level(trial%start(c))*((trial%gap(c) - table%gap(c)) + opens) + late
+   end function acting_gap
+
+   !> Force of the dashpot of a row of an interval.
+   pure real(wp) function drag_force(trial, table, c) result(force)
+      type(open_close_type), intent(in) :: trial
+      type(contact_table_type), intent(in) :: table
+      integer, intent(in) :: c
+      integer :: d
+      force = trial%extra(c)%normal_drag*(acting_gap(trial, table, c) - trial%extra(c)%drag_gap)
+      if (.not. trial%partly_used(c)) return
+      d = other_row(table, c)
+      force = (trial%own_used(c)/table%k_n(c))*force + trial%extra(c)%normal_drag*(trial%cross_used(c)/table%k_n(c))* &
+              (acting_gap(trial, table, d) - trial%extra(d)%drag_gap)
+   end function drag_force
 
 end module rockdda_interaction_contact_end

@@ -11,19 +11,22 @@ module rockdda_run_factor_search
    use rockdda_base_error, only : error_type, error_code, make_error
    use rockdda_base_kinds, only : wp
    use rockdda_base_strings, only : to_string
+   use rockdda_base_suggest, only : did_you_mean
    use rockdda_model_options, only : is_set
    use rockdda_model_parameters, only : parameters_type
+   use rockdda_model_units, only : unit_system_type, unit_system
+   use rockdda_model_analysis_input, only : joint_material_type
+   use rockdda_model_material_names, only : number_of_material
    use rockdda_stepping_simulation, only : simulation_type
+   use rockdda_stepping_verdict, only : typical_size
    use rockdda_run_input, only : model_input_type
    use rockdda_run_model_run, only : run_type
    use rockdda_run_search_journal, only : search_journal_type, search_digest
-   use rockdda_run_search_notes, only : describe_motion, describe_shear, no_factor
-   use rockdda_run_search_options, only : search_kind, search_options_type, usual_max_steps
+   use rockdda_run_search_options, only : search_kind, search_options_type, usual_max_steps, search_names
    use rockdda_run_search_path, only : search_path_type, search_state_type, search_end, new_search_path
    use rockdda_run_design_factors, only : design_factors_type, read_factors
    use rockdda_run_given_loads, only : loads_of, choose_loads, end_tables
    use rockdda_run_open_joints, only : joint_lengths
-   use rockdda_run_search_check, only : choose_joints, check_combination, check_values
    use rockdda_run_searched, only : searched_type
    use rockdda_run_settled_run, only : find_settled_state, settled_text
    use rockdda_run_settled_state, only : add_trial_stage
@@ -31,6 +34,9 @@ module rockdda_run_factor_search
    implicit none
    private
    public :: factor_search_type
+
+   !> A stable trial that moves a block by more than this share of a typical block's size has moved something.
+   real(wp), parameter :: most_motion = 0.05_wp
 
    type :: factor_search_type
       type(search_options_type) :: options
@@ -240,5 +246,178 @@ contains
       class(factor_search_type), intent(in) :: self
       if (self%journal%is_kept) call self%journal%remove()
    end subroutine clean_up
+
+   !> A warning when a stable trial came to rest only after motion, beyond any deformation: a mechanism may have moved
+   !> and stopped below the factor, so that verdicts need not be monotonic. Else empty.
+   function describe_motion(trials, settled, path) result(text)
+      type(trial_type), intent(in) :: trials(:)      !! those on the way, in order
+      type(simulation_type), intent(in) :: settled
+      type(search_path_type), intent(in) :: path
+      character(len=:), allocatable :: text
+      integer :: i, first
+      type(unit_system_type) :: system
+      text = ''
+      system = unit_system(settled%parameters%units)
+      first = 0
+      do i = 1, size(trials)
+         if (.not. trials(i)%stable) cycle
+         if (.not. trials(i)%displacement > most_motion*typical_size(settled)) cycle
+         if (first > 0) then
+            if (abs(path%sign*trials(i)%value - path%start) >= abs(path%sign*trials(first)%value - path%start)) cycle
+         end if
+         first = i
+      end do
+      if (first == 0) return
+      text = 'the trial of '//to_string(trials(first)%value, 6)//' came to rest only after a motion of '// &
+             system%shown(trials(first)%displacement, 'length', 3)// &
+             ': something may have failed below the factor and stopped; '// &
+             'look at it with --to '//to_string(trials(first)%value, 6)//' and a model in which it cannot stop'
+   end function describe_motion
+
+   !> A warning when a lining bears more shear in a stable trial than its tensile strength: N and M limit its sections,
+   !> shear does not, and the factor rests on it. Else empty.
+   pure function describe_shear(trials) result(text)
+      type(trial_type), intent(in) :: trials(:)
+      character(len=:), allocatable :: text
+      real(wp) :: shear
+      shear = maxval([0.0_wp, trials%shear], mask=[.false., trials%stable])
+      text = ''
+      if (.not. shear > 1) return
+      text = 'a lining without tensile strength bears shear'
+      if (shear <= huge(shear)) text = 'a lining has a mean shear stress of up to '//to_string(shear, 3)// &
+                                       ' times its tensile strength'
+      text = text//' where the model stands: N and M limit its sections, shear does not; the factor rests on what '// &
+             'it may not bear'
+   end function describe_shear
+
+   !> Why there is no factor, and what to do.
+   function no_factor(options, state, trials) result(text)
+      type(search_options_type), intent(in) :: options
+      type(search_state_type), intent(in) :: state
+      type(trial_type), intent(in) :: trials(:)       !! those on the way, in order
+      character(len=:), allocatable :: text
+      real(wp) :: value
+      value = trials(size(trials))%value
+      if (options%kind == search_kind%load .and. state%outcome == search_end%never_stable) then
+         text = 'fails under '//to_string(value, 3)//' times the loads: nothing carries them'
+         if (is_set(options%from)) text = 'not stable under '//to_string(value, 6)// &
+                                          ' times the loads, the lower end of the search: begin lower with --from'
+         return
+      end if
+      if (state%outcome == search_end%never_stable) then
+         text = 'not stable at '//to_string(value, 6)//', the lower end of the search of the '
+      else
+         text = 'stable at '//to_string(value, 6)//', the upper end of the search of the '
+      end if
+      select case (options%kind)
+      case (search_kind%tilt); text = text//'tilt'
+      case (search_kind%push); text = text//'push'
+      case default; text = text//trim(search_names(options%kind))
+      end select
+      if (state%outcome == search_end%never_stable) then
+         text = text//': begin lower with --from, or make the model stable there'
+      else
+         text = text//': look further with --to, or check that something can fail (joints, cohesion, supports)'
+      end if
+   end function no_factor
+
+   !> Which joint materials the search reduces.
+   subroutine choose_joints(options, materials, chosen, error)
+      type(search_options_type), intent(in) :: options
+      type(joint_material_type), intent(in) :: materials(:)
+      logical, allocatable, intent(out) :: chosen(:)      !! per material
+      type(error_type), allocatable, intent(out) :: error
+      character(len=80), allocatable :: names(:)
+      character(len=:), allocatable :: rest, word
+      integer :: comma, i, m
+      allocate (chosen(size(materials)), source=len_trim(options%joints) == 0)
+      if (len_trim(options%joints) == 0) return
+      if (options%kind /= search_kind%strength) then
+         call make_error(error, error_code%input, 'option --joints: only a search of the strength changes joints')
+         return
+      end if
+      allocate (names(size(materials)))
+      do i = 1, size(materials)
+         names(i) = ''
+         if (allocated(materials(i)%name)) names(i) = materials(i)%name
+      end do
+      rest = options%joints//','
+      do while (len(rest) > 0)
+         comma = index(rest, ',')
+         word = trim(adjustl(rest(1:comma - 1)))
+         rest = rest(comma + 1:)
+         m = number_of_material(word, materials)
+         if (m >= 1 .and. m <= size(materials)) then
+            chosen(m) = .true.
+            cycle
+         end if
+         call make_error(error, error_code%input, "option --joints: there is no joint material '"//word//"'"// &
+                            did_you_mean(word, names))
+         return
+      end do
+   end subroutine choose_joints
+
+   !> Options that belong to another search.
+   subroutine check_combination(options, error)
+      type(search_options_type), intent(in) :: options
+      type(error_type), allocatable, intent(out) :: error
+      if (.not. options%has_factors()) then
+         if (len_trim(options%loads) > 0 .and. options%kind /= search_kind%load) call make_error(error, &
+            error_code%input, 'option --loads: only --search load and --factors ec7 multiply loads')
+      else if (options%kind /= search_kind%strength) then
+         call make_error(error, error_code%input, 'option --factors: the reserve of a design is one of strength, '// &
+                         'not of --search '//trim(search_names(options%kind)))
+      else if (is_set(options%from) .or. is_set(options%to)) then
+         call make_error(error, error_code%input, 'options --from, --to: with --factors the search begins at 1')
+      end if
+   end subroutine check_combination
+
+   !> Values that the search cannot have.
+   subroutine check_values(options, tolerance, error)
+      type(search_options_type), intent(in) :: options
+      real(wp), intent(in) :: tolerance
+      type(error_type), allocatable, intent(out) :: error
+      character(len=:), allocatable :: name
+      logical :: has_both
+      real(wp) :: least
+      associate (o => options)
+         name = trim(search_names(o%kind))
+         has_both = is_set(o%from) .and. is_set(o%to)
+         if (has_both) then
+            least = tolerance
+            if (o%kind == search_kind%load) least = tolerance*max(abs(o%from), abs(o%to))
+            if (.not. abs(o%to - o%from) > least) then
+               call make_error(error, error_code%input, 'options --from, --to: must be further apart than the '// &
+                               'tolerance, '//to_string(least))
+               return
+            end if
+         end if
+         select case (o%kind)
+         case (search_kind%strength, search_kind%gravity)
+            if (is_set(o%from) .and. .not. o%from > 0) call make_error(error, error_code%input, &
+               'option --from: a search of the '//name//' needs a value above 0')
+            if (is_set(o%to) .and. .not. o%to > 0) call make_error(error, error_code%input, &
+               'option --to: a search of the '//name//' needs a value above 0')
+            if (has_both .and. .not. o%to > o%from) call make_error(error, error_code%input, &
+               'options --from, --to: the model has to be stable at --from and fail at --to, which must be larger')
+         case (search_kind%tilt)
+            if ((is_set(o%from) .and. abs(o%from) > 90) .or. (is_set(o%to) .and. abs(o%to) > 90)) call make_error( &
+               error, error_code%input, 'options --from, --to: a tilt is an angle from -90 to 90 degrees')
+            if (has_both .and. .not. allocated(error)) call check_way()
+         case (search_kind%push, search_kind%load)
+            if (has_both) call check_way()
+         end select
+      end associate
+
+   contains
+
+      !> A value between 0 and --from is as stable: the search goes away from 0, or to the other side of it.
+      subroutine check_way()
+         if (abs(options%to) < abs(options%from) .and. options%to*options%from >= 0) call make_error(error, &
+            error_code%input, 'options --from, --to: the model has to be stable at --from and fail at --to, which '// &
+            'must be further from 0, or on its other side')
+      end subroutine check_way
+
+   end subroutine check_values
 
 end module rockdda_run_factor_search

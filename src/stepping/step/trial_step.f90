@@ -5,6 +5,9 @@
 !> step, and only reads them: what it finds of the start of the step, and of blocks asleep, is in the attempt. The
 !> accepted motion is applied in rockdda_stepping_acceptance. A step that fails or is interrupted gives back the last
 !> motion and the memory of the solver.
+!>
+!> Contacts that meet by the law of impact stay open: the equilibrium (rockdda_stepping_newton) is found anew until it
+!> shows no more such contacts.
 module rockdda_stepping_trial_step
    use rockdda_base_kinds, only : wp
    use rockdda_base_error, only : error_type, add_context
@@ -22,10 +25,17 @@ module rockdda_stepping_trial_step
    use rockdda_stepping_control, only : step_control_type, cut_for_displacement, cut_reason, n_cut_reasons
    use rockdda_stepping_failure, only : most_listed, attempt_end, judge_motion, report_failure
    use rockdda_stepping_sleep, only : wake_disturbed
-   use rockdda_stepping_smooth_motion, only : smooth_motion_type, newton_report_type, conditions_type
+   use rockdda_stepping_impact, only : impact_type
+   use rockdda_stepping_newton, only : newton_type, newton_report_type, conditions_type
    implicit none
    private
    public :: trial_step_type, trial_report_type
+
+   type, extends(newton_type) :: smooth_motion_type
+      type(impact_type) :: impact               !! of the attempt
+   contains
+      procedure :: find_smooth_motion
+   end type smooth_motion_type
 
    !> In steps in which no block turns by more [rad] forces need not be turned from mid-step to where they act: a
    !> pendulum gains less than 1e-5 of its energy in a second.
@@ -374,5 +384,44 @@ contains
          dt = max(parameters%dt_min, parameters%cut_factor*dt)
       end if
    end subroutine shorten_step
+
+   !> Find the motion x and the states of all links at the end of a step, `find_equilibrium`; in dynamic steps again and
+   !> again until it is settled which contacts meet by the law of impact. Rounds and iterations are those of all.
+   subroutine find_smooth_motion(self, is_dynamic, first_conditions, context, attempt, families, equations, solver, &
+                                 times, report, error)
+      class(smooth_motion_type), intent(inout) :: self
+      logical, intent(in) :: is_dynamic
+      type(conditions_type), intent(in) :: first_conditions
+      type(step_context_type), intent(in) :: context
+      type(attempt_type), intent(inout) :: attempt
+      type(families_type), intent(inout) :: families
+      type(equations_type), intent(inout) :: equations
+      class(linear_solver_type), intent(inout) :: solver
+      type(phase_times_type), intent(inout) :: times
+      type(newton_report_type), intent(out) :: report
+      type(error_type), allocatable, intent(out) :: error
+      type(conditions_type) :: conditions
+      integer :: iterations, rounds
+      logical :: is_settled
+      conditions = first_conditions
+      iterations = 0
+      rounds = 0
+      associate (contacts => families%contacts)
+         call self%impact%begin(contacts%table%n)
+         do
+            call self%find_equilibrium(conditions, context, attempt, families, equations, solver, times, report, error)
+            iterations = iterations + report%iterations
+            rounds = rounds + report%rounds
+            report%iterations = iterations
+            report%rounds = rounds
+            if (allocated(error) .or. report%outcome /= attempt_end%converged .or. .not. is_dynamic) return
+            call self%impact%mark(context, attempt, contacts%table, contacts%trial, contacts%laws, equations%x, &
+                                  is_settled)
+            if (is_settled) return
+            conditions%may_predict = .false.
+            conditions%is_like_last = .false.
+         end do
+      end associate
+   end subroutine find_smooth_motion
 
 end module rockdda_stepping_trial_step
