@@ -16,7 +16,6 @@ from .callers import stack_level
 from .columns import Columns
 from .errors import InputError
 from .fields import FIELD_TEXTS, OLD_FIELDS
-from .liners import share_of_strength
 
 if TYPE_CHECKING:
     import pandas
@@ -321,12 +320,10 @@ class Frame:
         else:
             place, force, state = np.zeros((0, 2)), np.zeros((0, 3)), np.zeros(0, dtype=np.int64)
         columns = {"liner": liner, "name": np.array(names, dtype=object)[liner], "x": place[:, 0], "y": place[:, 1]}
-        thickness, compression, tension = self.results.liner_section[liner, :3].T
-        pairs = np.concatenate([force[:, None, :2], self.liner_sections], axis=1)
-        section = (column[:, None] for column in (state > 1, thickness, compression, tension))
-        use = np.fmax.reduce(share_of_strength(pairs[..., 0], pairs[..., 1], *section), axis=1)
-        has_back = bool(names) and "frames/liner_back" in self.results
-        opening, slip = (self._row("liner_back") if has_back else np.full((len(state), 2), np.nan)).T
+        has = {name: bool(names) and f"frames/{name}" in self.results for name in ("liner_back", "liner_use")}
+        opening, slip = (self._row("liner_back") if has["liner_back"] else np.full((len(state), 2), np.nan)).T
+        use = self._row("liner_use") if has["liner_use"] else np.full(len(state), np.nan)
+        use = np.where(use < 0, np.nan, np.where(use > 1e300, np.inf, use))
         columns |= dict(zip("NMQ", force.T, strict=True))
         return Columns(columns | {"opening": opening, "slip": slip, "use": use, "state": state})
 

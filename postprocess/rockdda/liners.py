@@ -1,15 +1,14 @@
 # SPDX-License-Identifier: MIT
-"""Sections of linings: what they bear of axial force and moment together, and how much of it acts."""
+"""Sections of linings: what they bear of axial force and moment together."""
 
 from __future__ import annotations
 
 import numpy as np
 import numpy.typing as npt
 
-__all__ = ["crack_limit", "cracked_limit", "plastic_limit", "share_of_strength", "sound_limit"]
+__all__ = ["crack_limit", "cracked_limit", "plastic_limit", "sound_limit"]
 
 FloatArray = npt.NDArray[np.float64]
-SMALL = 1e-3  # of the largest axial force that a section bears: smaller forces do not break a cracked section
 
 
 def sound_limit(thickness: float, compression: float, tension: float) -> tuple[FloatArray, FloatArray]:
@@ -50,28 +49,3 @@ def plastic_limit(thickness: float, compression: float) -> tuple[FloatArray, Flo
         return np.zeros(0), np.zeros(0)
     n = compression * np.linspace(0, thickness, 41)
     return n, 0.5 * n * (thickness - n / compression)
-
-
-def share_of_strength(
-    force: npt.ArrayLike, moment: npt.ArrayLike, is_cracked: npt.ArrayLike,
-    thickness: npt.ArrayLike, compression: npt.ArrayLike, tension: npt.ArrayLike,
-) -> FloatArray:  # fmt: skip
-    """Share of the limit that axial force (tension positive) and moment use, if both grow alike; all of one shape.
-
-    The limit of a sound section is the wider one of `sound_limit` and `cracked_limit`, that of a cracked one
-    `cracked_limit`: above 1 it crushes. Infinite where a cracked section is pulled or its force lies beyond its edge
-    (forces below a thousandth of the strength count as none); not a number where it has no strength.
-    """
-    n, m = -np.asarray(force, dtype=float), np.abs(np.asarray(moment, dtype=float))
-    t, fc, ft = (np.asarray(value, dtype=float) for value in (thickness, compression, tension))
-    with np.errstate(divide="ignore", invalid="ignore"):
-        pulled, pressed = 6 * m / t**2 - n / t, 6 * m / t**2 + n / t  # stresses at both edges of a sound section
-        depth = 3 * (0.5 * t - m / n)  # of the part of a cracked section that is pressed
-        open_stress = np.where((n > 0) & (depth > 0), np.where(depth < t, 2 * n / depth, pressed), np.inf)
-        cracked = np.where(np.isfinite(fc), open_stress / fc, np.nan)
-        sound = np.fmax(np.where(np.isfinite(fc), pressed / fc, np.nan), np.where(np.isfinite(ft), pulled / ft, np.nan))
-        share = np.where(np.asarray(is_cracked), cracked, np.fmin(sound, cracked))
-        # without tensile strength it does not crack
-        share = np.where(np.isfinite(ft) | np.asarray(is_cracked), share, sound)
-        nothing = np.maximum(np.abs(n), m / t) <= SMALL * np.where(np.isfinite(fc), fc, ft) * t
-    return np.where(nothing & np.isinf(share), 0.0, np.maximum(share, 0.0))

@@ -22,7 +22,6 @@ from rockdda.cli import main
 from rockdda.film.model_data import read_model
 from rockdda.film.page import film_page
 from rockdda.film.viewer import Viewer
-from rockdda.liners import cracked_limit, share_of_strength, sound_limit
 from rockdda.plot.style import Units
 
 SHOTCRETE = {"compressive_strength": 30e6, "tensile_strength": 5e6}
@@ -43,25 +42,6 @@ def beam(tmp_path_factory):
     with pytest.warns(rockdda.InputWarning, match="lies beside no rock"):
         yield model.run(output=tmp_path_factory.mktemp("beam") / "beam.h5")
     plt.close("all")
-
-
-def test_share_of_a_section():
-    """On both limits it is 1, at half of their forces one half; unlimited and pulled sections."""
-    section = (0.3, 30.0, 3.0)
-    for limit, cracked in ((sound_limit, False), (cracked_limit, True)):
-        n, m = (values[1:] for values in limit(*section))  # without the point that has no force
-        np.testing.assert_allclose(share_of_strength(-n, m, cracked, *section), 1, rtol=1e-12)
-        np.testing.assert_allclose(share_of_strength(-n / 2, -m / 2, cracked, *section), 0.5, rtol=1e-12)
-    # pure tension of half the strength; at first crushing of the cracked section a sound one has cracked
-    assert share_of_strength(0.45, 0, False, *section) == pytest.approx(0.5)
-    n, m = (values[20] for values in cracked_limit(*section))
-    assert share_of_strength(-n, m, False, *section) == pytest.approx(1)
-    assert np.isinf(share_of_strength(0.1, 0, True, *section))
-    assert np.isinf(share_of_strength(-1.0, 0.16, True, *section))  # beyond the edge
-    assert share_of_strength(1e-4, 0, True, *section) == 0
-    assert np.isnan(share_of_strength(-1, 0.1, False, 0.3, np.inf, np.inf))
-    assert share_of_strength(-1, 0, False, 0.3, np.inf, 3.0) == 0  # it cannot crack, and never crushes
-    assert share_of_strength(0, 0.045, False, 0.3, 30.0, np.inf) == pytest.approx(0.1)
 
 
 def test_pieces_follow_the_line(beam):

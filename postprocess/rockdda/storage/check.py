@@ -128,6 +128,8 @@ def _check(file: h5py.File) -> None:
             _table(file, "frames/liner_back", "f8", n, 2)
         if "frames/liner_section" in file:
             _table(file, "frames/liner_section", "f8", n, 6)
+        if "frames/liner_use" in file:
+            _table(file, "frames/liner_use", "f8", n)
         _table(file, "frames/liner_state", "i4", n)
     _table(file, "frames/contact_point", "f8", 2)
     _table(file, "frames/contact_force", "f8", 2)

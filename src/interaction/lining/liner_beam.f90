@@ -26,11 +26,14 @@ module rockdda_interaction_liner_beam
    implicit none
    private
    public :: liner_section_type, beam_type, beam_state_type, beam_response_type, new_beam, respond_beam, accept_beam, &
-      deformation_of, section_forces, section_response, section_energy, forces_at, n_sections
+      deformation_of, section_forces, section_response, section_energy, forces_at, n_sections, &
+      share_of_strength
 
    integer, parameter :: n_sections = 3
    !> Shares of the stiffness beyond the compressive strength, and of cracked concrete in tension.
    real(wp), parameter :: hardening = 1.0e-4_wp, bridging = 1.0e-6_wp
+   !> Forces below this share of the compressive strength do not break a cracked section.
+   real(wp), parameter :: no_force = 1.0e-3_wp
    !> Forces agree to this share.
    real(wp), parameter :: agreement = 1.0e-12_wp
    integer, parameter :: most_steps = 60
@@ -296,6 +299,41 @@ contains
       integer, intent(in) :: k
       weight_of = beam%length*merge(4.0_wp, 1.0_wp, k == 2)/6
    end function weight_of
+
+   !> Share of the limit that axial force (tension positive) and moment use, if both grow alike; below 0: no strength.
+   !>
+   !> The limit of a sound section is the wider one of its first crack or crushing and of the crushing of the cracked
+   !> section, that of a cracked one the latter: above 1 it crushes. Huge where a cracked section is pulled or its force
+   !> lies beyond its edge; forces that a cracked section need not bear (`no_force` of its strength) count as none.
+   elemental real(wp) function share_of_strength(section, is_cracked, force, moment) result(share)
+      type(liner_section_type), intent(in) :: section
+      logical, intent(in) :: is_cracked
+      real(wp), intent(in) :: force, moment
+      real(wp) :: n, m, bend, depth, sound
+      logical :: crushes, cracks
+      crushes = section%compression < 0.5_wp*huge(1.0_wp)
+      cracks = section%tension < 0.5_wp*huge(1.0_wp)
+      share = -1
+      if (.not. (crushes .or. (cracks .and. .not. is_cracked))) return
+      associate (t => section%thickness, fc => section%compression, ft => section%tension)
+         n = -force
+         m = abs(moment)
+         bend = 6*m/t**2
+         sound = 0
+         if (crushes) sound = (bend + n/t)/fc
+         if (cracks .and. ft > 0) sound = max(sound, (bend - n/t)/ft)
+         if (cracks .and. .not. ft > 0 .and. bend > n/t) sound = huge(sound)
+         share = max(0.0_wp, sound)
+         if (.not. (crushes .and. (cracks .or. is_cracked))) return
+         depth = 0
+         if (n > 0) depth = 3*(0.5_wp*t - m/n)      ! that is pressed
+         share = huge(share)
+         if (depth > 0) share = 2*n/depth/fc
+         if (depth >= t) share = (bend + n/t)/fc
+         if (.not. is_cracked) share = min(share, max(0.0_wp, sound))
+         if (share >= huge(share) .and. max(abs(n), m/t) <= no_force*fc*t) share = 0
+      end associate
+   end function share_of_strength
 
    !> Strain and curvature of an elastic section.
    pure function elastic_strain(section, forces) result(strain)

@@ -21,11 +21,12 @@ module rockdda_interaction_liner_nodes
    use rockdda_interaction_contact_law, only : contact_law_type
    use rockdda_interaction_context, only : step_context_type
    use rockdda_interaction_liner, only : liner_type, node_state, installed_centroids, on_segment, turned, acts, respond
-   use rockdda_interaction_liner_beam, only : beam_state_type, beam_response_type, respond_beam, n_sections
+   use rockdda_interaction_liner_beam, only : beam_state_type, beam_response_type, respond_beam, n_sections, &
+      share_of_strength
    use rockdda_interaction_liner_ties, only : tie_type, tie_response_type, tie_state
    implicit none
    private
-   public :: show_nodes_of
+   public :: show_nodes_of, shares_of_nodes
 
    !> A line that turns by more has a corner, with forces of its own on both sides: cosine of 30 degrees.
    real(wp), parameter :: corner = 0.866_wp
@@ -226,6 +227,24 @@ contains
       end subroutine add_load
 
    end subroutine show_nodes_of
+
+   !> Largest share of the strength that N and M take together, at each node and in the sections beside it: at the end of
+   !> the beam before, at the start and in the middle of the one behind. Below 0: there is no strength.
+   pure function shares_of_nodes(liner, force, section, state) result(use)
+      type(liner_type), intent(in) :: liner
+      real(wp), intent(in) :: force(:, :), section(:, :)   !! as shown
+      integer, intent(in) :: state(:)
+      real(wp) :: use(size(state)), before(2)
+      integer :: i, n
+      n = size(state)
+      do i = 1, n
+         before = section(5:6, 1 + modulo(i - 2, n))
+         if (i == 1 .and. .not. liner%layout%closed) before = 0
+         use(i) = maxval(share_of_strength(liner%section, state(i) > node_state%sound, &
+                                           [force(1, i), before(1), section([1, 3], i)], &
+                                           [force(2, i), before(2), section([2, 4], i)]))
+      end do
+   end function shares_of_nodes
 
    !> The tie that stands for the other half of a stretch; 0: there is none.
    pure integer function pair_of(ties, i) result(other)

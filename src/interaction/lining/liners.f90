@@ -23,7 +23,7 @@ module rockdda_interaction_liners
    use rockdda_interaction_liner_links, only : join_liner, begin_liner, place_liner, add_to_links_of, predict_liner, &
       forces_of_links, measure_placement_of, judge_liner
    use rockdda_interaction_liner_beam, only : beam_response_type, forces_at, n_sections, respond_beam
-   use rockdda_interaction_liner_nodes, only : show_nodes_of
+   use rockdda_interaction_liner_nodes, only : shares_of_nodes, show_nodes_of
    use rockdda_interaction_liner_placing, only : draw_liner, append_segments, install_liner, harden
    use rockdda_interaction_liner_state, only : finish_liner, commit_liner, add_forces_of, exchange_liner
    implicit none
@@ -197,7 +197,7 @@ contains
       type(liner_nodes_type), intent(out) :: nodes
       integer :: first, k, last
       allocate (nodes%place(2, self%n_nodes()), nodes%force(3, self%n_nodes()), nodes%back(2, self%n_nodes()), &
-                nodes%section(6, self%n_nodes()), nodes%state(self%n_nodes()))
+                nodes%section(6, self%n_nodes()), nodes%use(self%n_nodes()), nodes%state(self%n_nodes()))
       last = 0
       do k = 1, n_liners(self)
          first = last + 1
@@ -205,6 +205,8 @@ contains
          call show_nodes_of(self%laws, context, self%liners, k, nodes%place(:, first:last), &
                             nodes%force(:, first:last), nodes%back(:, first:last), &
                             nodes%section(:, first:last), nodes%state(first:last))
+         nodes%use(first:last) = shares_of_nodes(self%liners(k), nodes%force(:, first:last), &
+                                                 nodes%section(:, first:last), nodes%state(first:last))
       end do
    end subroutine show_nodes
 

@@ -39,15 +39,16 @@ module rockdda_io_results
    !> Places in the list of tables.
    integer, parameter :: s_step = 1, s_time = 2, s_dt = 3, s_iterations = 4, s_attempts = 5, s_solver = 6, &
                          s_contacts = 7, s_displacement = 8, s_energy = 9, s_measured_displacement = 10, &
-                         s_measured_stress = 11, s_measured_rotation = 12, s_fixed_force = 13, s_boundary_force = 14, &
-                         s_unbalanced = 15, s_stage = 16, s_relaxation = 17, s_time_error = 18, s_bolt_largest = 19, &
-                         s_bolt_head = 20, s_bolt_dowel = 21, s_bolt_energy = 22, s_frame_step = 23, &
-                         s_frame_time = 24, s_vertices = 25, s_centroid = 26, s_rotation = 27, s_stress = 28, &
-                         s_velocity = 29, s_bolt_ends = 30, s_bolt_force = 31, s_bolt_node = 32, s_bolt_slip = 33, &
-                         s_bolt_state = 34, s_bolt_use = 35, s_active = 36, s_liner_point = 37, s_liner_force = 38, &
-                         s_liner_back = 39, s_liner_section = 40, s_liner_state = 41, s_offset = 42, s_point = 43, &
-                         s_force = 44, s_state = 45, s_blocks = 46, s_opening = 47, s_slip = 48, s_length = 49, &
-                         s_normal_stress = 50, s_shear_stress = 51, s_strength = 52, &
+                         s_measured_stress = 11, s_measured_rotation = 12, s_fixed_force = 13, &
+                         s_boundary_force = 14, s_unbalanced = 15, s_stage = 16, s_relaxation = 17, &
+                         s_time_error = 18, s_bolt_largest = 19, s_bolt_head = 20, s_bolt_dowel = 21, &
+                         s_bolt_energy = 22, s_frame_step = 23, s_frame_time = 24, s_vertices = 25, s_centroid = 26, &
+                         s_rotation = 27, s_stress = 28, s_velocity = 29, s_bolt_ends = 30, s_bolt_force = 31, &
+                         s_bolt_node = 32, s_bolt_slip = 33, s_bolt_state = 34, s_bolt_use = 35, s_active = 36, &
+                         s_liner_point = 37, s_liner_force = 38, s_liner_back = 39, s_liner_section = 40, &
+                         s_liner_use = 41, s_liner_state = 42, s_offset = 43, s_point = 44, s_force = 45, &
+                         s_state = 46, s_blocks = 47, s_opening = 48, s_slip = 49, s_length = 50, &
+                         s_normal_stress = 51, s_shear_stress = 52, s_strength = 53, &
                          n_series = n_tables
 
    type :: results_type
@@ -199,6 +200,7 @@ contains
       call self%series(s_liner_force)%init('frames/liner_force', reals, [3, n_nodes], small, n, only_filled=.true.)
       call self%series(s_liner_back)%init('frames/liner_back', reals, [2, n_nodes], small, n, only_filled=.true.)
       call self%series(s_liner_section)%init('frames/liner_section', reals, [6, n_nodes], small, n, only_filled=.true.)
+      call self%series(s_liner_use)%init('frames/liner_use', reals, [n_nodes], small, n, only_filled=.true.)
       call self%series(s_liner_state)%init('frames/liner_state', integers, [n_nodes], n_expected=n, only_filled=.true.)
       call self%series(s_offset)%init('frames/contact_offset', integers, single, n_expected=n)
       call self%series(s_point)%init('frames/contact_point', reals, [2], n_expected=nc)
@@ -298,6 +300,7 @@ contains
             call s(s_liner_force)%add(reshape(liner_nodes%force, [size(liner_nodes%force)]), 1)
             call s(s_liner_back)%add(reshape(liner_nodes%back, [size(liner_nodes%back)]), 1)
             call s(s_liner_section)%add(reshape(liner_nodes%section, [size(liner_nodes%section)]), 1)
+            call s(s_liner_use)%add(liner_nodes%use, 1)
             call s(s_liner_state)%add(liner_nodes%state, 1)
          end if
          self%so_far%frames = self%so_far%frames + 1

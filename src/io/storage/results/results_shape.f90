@@ -242,6 +242,7 @@ contains
          n = rows_of(file, check, 'liner_force', reals, [3, n_nodes])
          if (file%exists('frames/liner_back')) n = rows_of(file, check, 'liner_back', reals, [2, n_nodes])
          if (file%exists('frames/liner_section')) n = rows_of(file, check, 'liner_section', reals, [6, n_nodes])
+         if (file%exists('frames/liner_use')) n = rows_of(file, check, 'liner_use', reals, [n_nodes])
          n = rows_of(file, check, 'liner_state', integers, [n_nodes])
       end if
       n = rows_of(file, check, 'contact_point', reals, [2])

@@ -65,6 +65,7 @@ module rockdda_io_results_units
       entry_type('frames/liner_force', 'force/length, force, force/length'), &
       entry_type('frames/liner_back', 'length'), &
       entry_type('frames/liner_section', 'force/length, force, force/length, force, force/length, force'), &
+      entry_type('frames/liner_use'), &
       entry_type('frames/contact_point', 'length'), &
       entry_type('frames/contact_force', 'force'), &
       entry_type('frames/contact_opening', 'length'), &
