@@ -58,9 +58,6 @@ contains
       if (allocated(options%boundaries)) then
          do i = 1, size(options%boundaries)
             call check('boundary', options%boundaries(i)%name, options%boundaries(i)%origin)
-            if (.not. (allocated(options%boundaries(i)%name) .and. allocated(options%boundaries(i)%kind))) cycle
-            if (options%boundaries(i)%kind /= 'traction') call messages%add(severity%error, '&boundary: name '// &
-               "belongs to kind 'traction', a load", options%boundaries(i)%origin)
          end do
       end if
 

@@ -405,7 +405,7 @@ class Loads(FosTest):
         self.block(LEVEL, more="&loading_point at = 2,1.1, points = 1, force = 1,0 /\n")
         self.assertIn("give points or at, not both", error())
         self.block(LEVEL, more="&boundary name = 'a', along = 0,0, 6,0, kind = 'fixed' /\n")
-        self.assertIn("name belongs to kind 'traction'", error())
+        self.assertIn("no load of the model has a name", error("--search", "load"))
 
 
 class Designs(FosTest):

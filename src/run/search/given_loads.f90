@@ -48,7 +48,7 @@ contains
          call add(self%lines(i)%name)
       end do
       do i = 1, size(self%boundaries)
-         call add(self%boundaries(i)%name)
+         if (self%boundaries(i)%kind == 'traction') call add(self%boundaries(i)%name)
       end do
 
    contains
