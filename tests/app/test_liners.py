@@ -143,7 +143,7 @@ class Liners(ProgramTest):
                     self.near(abs(force[end, 1]), weight * span**2 / 12, 0.03)
                     self.near(abs(force[end, 2]), weight * span / 2, 0.01)
 
-    def ground(self, name, liner, stages, stress="-5e6, -10e6", n=64, rings=24):
+    def ground(self, name, liner, stages, stress="-5e6, -10e6", n=64, rings=24, line="outline = 'hole'"):
         """L1: a hole of 5 m in tied cells; the edge of the ground is 100 m away."""
         radii = [5 * 20 ** (k / rings) for k in range(rings + 1)]
 
@@ -154,30 +154,34 @@ class Liners(ProgramTest):
         lines += [(*at(r, k), *at(r, k + 1)) for r in radii[:-1] for k in range(n)]
         lines += [(*at(a, k), *at(b, k)) for k in range(n) for a, b in itertools.pairwise(radii)]
         groups = f"&boundary along = {circle(100, n)}, kind = 'fixed' /\n&region name = 'hole', circle = 0, 0, 5 /\n"
-        groups += f"&liner name = 'shell', along = {circle(5, 480)}, thickness = 0.3, young = 30e9 {liner} /\n"
+        groups += f"&liner name = 'shell', {line}, thickness = 0.3, young = 30e9 {liner} /\n"
         joint, more = "tie = .true.", f", stress = {stress}, 0"
         self.make(name, lines, n, groups + stages, young=1e10, poisson=0.25, joint=joint, more=more)
 
     AT_ONCE = "&stage until = 'equilibrium', excavate = 'hole', install = 'shell' /\n"
 
     def test_lined_hole(self):
-        """L1 with full bond and full slip, at once and at half the release."""
+        """L1 with full bond and full slip, at once and at half the release. The hole is a polygon, its edges are
+        chords of the lining: along them the moment was a third too small, that at a node 25 to 90 % off."""
         half = "&stage until = 'equilibrium', excavate = 'hole', relax = 0.5 /\n"
         half += "&stage until = 'equilibrium', install = 'shell', relax = 1 /\n"
         bond, slip = (-10.8138e6, -3.4268e6, 0.024401e6), (-7.1203e6, -7.1203e6, 0.026348e6)
-        for liner, stages, (spring, crown, moment), share in [
-            ("", self.AT_ONCE, bond, 1),
-            (", joint_material = 'smooth'", self.AT_ONCE, slip, 1),
+        fine = f"along = {circle(5, 480)}"
+        for liner, stages, (spring, crown, moment), share, more in [
+            ("", self.AT_ONCE, bond, 1, {}),
+            ("", self.AT_ONCE, bond, 1, {"n": 96}),
+            (", joint_material = 'smooth'", self.AT_ONCE, slip, 1, {}),
             # without a stiffness of its own: its softness takes 1 % off N
             (
                 ", joint_material = 'slick' /\n&joint_material number = 3, name = 'slick', friction = 0",
                 self.AT_ONCE,
                 slip,
                 1,
+                {"line": fine},
             ),
-            ("", half, bond, 0.5),
+            ("", half, bond, 0.5, {"line": fine}),
         ]:
-            self.ground("hole", liner, stages)
+            self.ground("hole", liner, stages, **more)
             with self.solve("hole") as file:
                 force, place = file["frames/liner_force"][-1], file["frames/liner_point"][0]
                 side, top = place[:, 0].argmax(), place[:, 1].argmax()

@@ -26,6 +26,13 @@ module rockdda_model_liner_layout
    !> A line that turns by more is no curve there, but has a corner: cosine of 30 degrees.
    real(wp), parameter :: corner = 0.866_wp
 
+   !> Chords of a curve are no longer than their neighbours by this factor; it leaves them by at most this share of the
+   !> thickness; its parts turn by this angle. Points at which a line turns by less than `straight` are none of it.
+   real(wp), parameter :: alike = 1.5_wp
+   real(wp), parameter :: most_beside = 0.25_wp
+   real(wp), parameter :: part = 0.0087_wp
+   real(wp), parameter :: straight = 1.0e-3_wp
+
    !> Blocks along less of the line than this share of the largest distance lie below the segment of the next one.
    real(wp), parameter :: sliver = 0.25_wp
    !> Share of the next block that a segment at a corner takes.
@@ -71,7 +78,7 @@ contains
       lower = liner_number(liners(1:k - 1), trim(adjustl(liners(k)%on)))
    end function lower_liner
 
-   !> The line of a lining: x y of its points; that of the lining on which it lies.
+   !> The line of a lining: x y of its points, rounded; that of the lining on which it lies.
    pure recursive function line_of_liner(liners, k, blocks, regions) result(line)
       type(liner_type), intent(in) :: liners(:)
       integer, intent(in) :: k
@@ -81,13 +88,84 @@ contains
       if (lower_liner(liners, k) > 0) then
          line = line_of_liner(liners, lower_liner(liners, k), blocks, regions)
       else if (allocated(liners(k)%along)) then
-         line = liners(k)%along
+         line = rounded(liners(k)%along, liners(k)%thickness)
       else if (is_given(liners(k)%outline)) then
-         line = outer_line(blocks, blocks_of_region(blocks, regions, liners(k)%outline))
+         line = rounded(outer_line(blocks, blocks_of_region(blocks, regions, liners(k)%outline)), liners(k)%thickness)
       else
          allocate (line(0))
       end if
    end function line_of_liner
+
+   !> A line with arcs where its points lie on a curve, which a chain of chords bends like a polygon: by N/24 s^2/R, a
+   !> quarter of the moment in a round hole of 64 edges. Two points in a row that turn alike, with alike distances around
+   !> them, are points of a curve, which continues to a corner or an end.
+   pure function rounded(line, thickness) result(curve)
+      real(wp), intent(in) :: line(:)        !! x y of its points [length]
+      real(wp), intent(in) :: thickness      !! [length]
+      real(wp), allocatable :: curve(:)
+      real(wp), allocatable :: v(:, :), s(:), chord(:, :), length(:), bend(:)
+      real(wp) :: bow, t, turn
+      logical, allocatable :: ends(:)
+      integer :: before, i, k, m, n
+      logical :: closed
+      curve = line
+      call measure(line, v, s, closed)
+      if (closed) v = v(:, :size(v, 2) - 1)
+      m = size(v, 2)
+      v = v(:, pack([(k, k=1, m)], [((.not. closed .and. (k == 1 .or. k == m)) .or. abs(turn_at(k)) > straight, k=1, m)]))
+      m = size(v, 2)
+      n = m - merge(0, 1, closed)            ! chords, from the points of their number
+      if (n < 3) return
+      chord = v(:, [(1 + mod(k, m), k=1, n)]) - v(:, :n)
+      length = norm2(chord, 1)
+      allocate (bend(m), source=0.0_wp)
+      allocate (ends(m), source=.false.)
+      do k = 1, m
+         ends(k) = .not. closed .and. (k == 1 .or. k == m)
+         if (ends(k)) cycle
+         before = 1 + modulo(k - 2, m)
+         ends(k) = turns(chord(:, before), chord(:, k))
+         if (ends(k) .or. max(length(before), length(k)) > alike*min(length(before), length(k))) cycle
+         turn = turn_at(k)
+         bend(k) = 4*sin(0.5_wp*turn)/(length(before) + length(k))
+      end do
+      curve = v(:, 1)
+      do k = 1, n
+         bow = 0.125_wp*length(k)**2*bend_of(k, 1 + mod(k, m))
+         if (abs(bow) > most_beside*thickness) bow = 0
+         m = max(1, ceiling(8*abs(bow)/(length(k)*part)))
+         do i = 1, m
+            t = real(i, wp)/m
+            curve = [curve, v(:, k) + t*chord(:, k) + 4*bow*t*(1 - t)*[chord(2, k), -chord(1, k)]/length(k)]
+         end do
+         m = size(v, 2)
+      end do
+
+   contains
+
+      !> Angle by which the line turns at a point, positive to the left.
+      pure real(wp) function turn_at(k)
+         integer, intent(in) :: k
+         real(wp) :: a(2), b(2)
+         a = v(:, k) - v(:, 1 + modulo(k - 2, size(v, 2)))
+         b = v(:, 1 + modulo(k, size(v, 2))) - v(:, k)
+         turn_at = atan2(a(1)*b(2) - a(2)*b(1), dot_product(a, b))
+      end function turn_at
+
+      !> Curvature between two points; 0: they lie on no curve.
+      pure real(wp) function bend_of(a, b)
+         integer, intent(in) :: a, b
+         bend_of = 0
+         if (bend(a)*bend(b) > 0) then
+            bend_of = 0.5_wp*(bend(a) + bend(b))
+         else if (ends(b)) then
+            if (bend(a)*bend(1 + modulo(a - 2, size(bend))) > 0) bend_of = bend(a)
+         else if (ends(a)) then
+            if (bend(b)*bend(1 + modulo(b, size(bend))) > 0) bend_of = bend(b)
+         end if
+      end function bend_of
+
+   end function rounded
 
    !> Why a line cannot be divided: it has no length, no finite one, or would have too many nodes. Empty: it can.
    pure function layout_problem(line, thickness, element) result(problem)
@@ -251,7 +329,8 @@ contains
          integer, intent(inout) :: n               !! of both
          real(wp), allocatable :: cells(:), parts(:)
          integer :: i, j, k, n_parts
-         i = last_below(a + 0.01_wp*largest, joints)
+         ! where a smooth line begins one block may follow another, too
+         i = last_below(a + merge(-0.01_wp, 0.01_wp, smooth)*largest, joints)
          j = last_below(b - 0.01_wp*largest, joints)
          allocate (cells, source=joints(i + 1:j))
          if (size(cells) > 1) cells = pack(cells, [.true., cells(2:) - cells(:size(cells) - 1) > sliver*largest])
