@@ -16,7 +16,6 @@ from pathlib import Path as _Path
 from typing import TYPE_CHECKING as _TYPE_CHECKING
 from typing import Any as _Any
 
-from . import _old_names
 from .outputs import OUTPUTS as _OUTPUTS
 
 if _TYPE_CHECKING:
@@ -124,15 +123,13 @@ def _draw_search(found: _Any, kind: str, **options: _Any) -> _Any:
 
 
 def __getattr__(name: str) -> _Any:
-    """A public name, a module, or a module under its former name, when it is first used."""
+    """A public name or a module, when it is first used."""
     if name in _HOMES:
         value = getattr(_importlib.import_module(f".{_HOMES[name]}", __name__), name)
         globals()[name] = value
         return value
     if name in _MODULES:
         return _importlib.import_module(f".{name}", __name__)
-    if name in _old_names.OLD_NAMES:
-        return _old_names.replacement(name)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 
@@ -142,4 +139,3 @@ def __dir__() -> list[str]:
 
 _OUTPUTS.update(plot=_plot, animate=_animate, to_vtk=_to_vtk, search=_draw_search)
 _OUTPUTS.update(slider=_slider, to_xarray=_to_xarray, to_geopandas=_to_geopandas)
-_old_names.install()

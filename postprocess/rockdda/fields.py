@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-__all__ = ["FIELD_TEXTS", "JOINT_FIELDS", "OLD_FIELDS", "JointField"]
+__all__ = ["FIELD_TEXTS", "JOINT_FIELDS", "JointField"]
 
 
 @dataclass(frozen=True)
@@ -36,8 +36,6 @@ FIELD_TEXTS = {
     "material": ("block material", "number, from 1"),
     "block": ("block", "number, from 1"),
 }
-#: Present names of fields by the former ones.
-OLD_FIELDS = {"stress": "stress_min", "velocity": "speed"}
 JOINT_FIELDS = {
     "normal_stress": JointField("normal stress of joints", "stress"),
     "shear_stress": JointField("shear stress of joints", "stress"),

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,10 +11,9 @@ from typing import TYPE_CHECKING, Any, Protocol, overload
 import numpy as np
 import numpy.typing as npt
 
-from .callers import stack_level
 from .columns import Columns
 from .errors import InputError
-from .fields import FIELD_TEXTS, OLD_FIELDS
+from .fields import FIELD_TEXTS
 
 if TYPE_CHECKING:
     import pandas
@@ -26,7 +24,6 @@ __all__ = [
     "FIELDS",
     "JOINT_TABLES",
     "NODE_TABLES",
-    "OLD_FIELDS",
     "STRENGTH_TABLE",
     "Contacts",
     "Field",
@@ -431,25 +428,11 @@ def _fields() -> dict[str, Field]:
     return {name: Field(name, *texts, computed[name]) for name, texts in FIELD_TEXTS.items()}
 
 
-class _Fields(dict[str, Field]):
-    """Fields by name; an old name is looked up under the present one."""
-
-    def __missing__(self, name: str) -> Field:
-        if name in OLD_FIELDS:
-            return self[field_name(name)]
-        raise KeyError(name)
-
-
-FIELDS: dict[str, Field] = _Fields(_fields())
+FIELDS = _fields()
 
 
 def field_name(name: str) -> str:
-    """The present name of a field; a former one gives a DeprecationWarning, an unknown one an InputError."""
-    if name in FIELDS:
-        return name
-    if name not in OLD_FIELDS:
+    """The name; an unknown one gives an InputError."""
+    if name not in FIELDS:
         raise InputError(f"there is no field {name!r}; the fields are: {', '.join(FIELDS)}")
-    present = OLD_FIELDS[name]
-    message = f"the field {name!r} is now {present!r} ({FIELDS[present].label})"
-    warnings.warn(message, DeprecationWarning, stacklevel=stack_level())
-    return present
+    return name

@@ -1,8 +1,7 @@
 # SPDX-License-Identifier: MIT
-"""Modules of the package import in one direction, and old names of modules still work."""
+"""Modules of the package import in one direction."""
 
 import ast
-import importlib
 import subprocess
 import sys
 from graphlib import CycleError, TopologicalSorter
@@ -11,7 +10,6 @@ from pathlib import Path
 import pytest
 import rockdda
 from places import INPUTS
-from rockdda._old_names import OLD_NAMES
 from rockdda.analysis.compare import compare
 from rockdda.convert import convert
 from rockdda.export import to_csv
@@ -29,7 +27,7 @@ ORDER = (
     "joints", "rings", "start", "stages", "results", "units", "deck", "places", "labelled", "cutting", "simulation",
     "reading", "model",
     "critical", "networks", "records", "plot", "film", "convert", "export", "analysis", "study", "certainty", "report",
-    "cli", "_old_names", "__init__", "__main__",
+    "cli", "__init__", "__main__",
 )  # fmt: skip
 
 
@@ -119,27 +117,6 @@ def test_upward_imports_and_circles_are_found():
 def test_the_page_shows_the_order():
     (line,) = (line for line in PAGE.read_text(encoding="utf-8").splitlines() if line.startswith("`errors` →"))
     assert [name.strip(" `") for name in line.split("→")] == [name for name in ORDER if not name.startswith("_")]
-
-
-@pytest.mark.parametrize("old", OLD_NAMES)
-def test_old_names_warn_and_give_the_new_module(old):
-    new = importlib.import_module(f"rockdda.{OLD_NAMES[old]}")
-    sys.modules.pop(f"rockdda.{old}", None)
-    with pytest.warns(DeprecationWarning, match=rf"rockdda\.{old} is now rockdda\.{OLD_NAMES[old]}$") as warned:
-        assert importlib.import_module(f"rockdda.{old}") is new
-    assert sum(" is now rockdda." in str(warning.message) for warning in warned) == 1
-    assert new.__spec__.name == f"rockdda.{OLD_NAMES[old]}"
-
-
-def test_the_warning_names_the_line_that_uses_the_old_name(tmp_path):
-    script = tmp_path / "old.py"
-    script.write_text("import rockdda\nrockdda.running.run\nimport rockdda.voussoir\nfrom rockdda.view import Viewer\n")
-    done = subprocess.run(
-        [sys.executable, "-W", "always::DeprecationWarning:__main__", script],
-        env={"PYTHONPATH": str(PACKAGE.parent)}, capture_output=True, text=True, check=True,
-    )  # fmt: skip
-    shown = [line for line in done.stderr.splitlines() if "DeprecationWarning" in line]
-    assert [line.split(":")[1] for line in shown] == ["2", "3", "4"], done.stderr
 
 
 def test_unknown_attributes_are_errors():

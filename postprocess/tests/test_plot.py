@@ -379,25 +379,6 @@ def test_interactive_mode_that_begins_with_the_first_figure_stays(wall):
         matplotlib.interactive(before)
 
 
-@pytest.mark.parametrize(("old", "new"), [("stress", "stress_min"), ("velocity", "speed")])
-def test_former_names_of_fields_warn_and_work(wall, tmp_path, old, new):
-    message = f"the field '{old}' is now '{new}'"
-    frame = wall.frames[-1]
-    with pytest.warns(DeprecationWarning, match=message) as warned:
-        np.testing.assert_array_equal(frame.field(old), frame.field(new))
-    assert {warning.filename for warning in warned if message in str(warning.message)} == {__file__}
-    with pytest.warns(DeprecationWarning, match=message):
-        assert rockdda.FIELDS[old] is rockdda.FIELDS[new]
-    for draw in (wall.plot, lambda field: pictures.profile(wall, field), lambda f: pictures.small_multiples([wall], f)):
-        with pytest.warns(DeprecationWarning, match=message) as warned:
-            draw(old)
-        assert sum(message in str(warning.message) for warning in warned) == 1
-    with pytest.warns(DeprecationWarning, match=message):
-        page = wall.animate(tmp_path / "wall.html", field=old, fields=[]).read_text()
-    assert f'"name":"{new}"' in page
-    assert f'"name":"{old}"' not in page
-
-
 def test_unknown_fields_are_named_with_the_known_ones(wall):
     for draw in (wall.plot, wall.frames[-1].field, lambda field: pictures.profile(wall, field)):
         with pytest.raises(rockdda.InputError, match="there is no field 'strain'; the fields are: displacement, "):

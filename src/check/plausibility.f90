@@ -1,12 +1,13 @@
 ! SPDX-License-Identifier: MIT
-!> Warnings of values that are allowed but implausible: inconsistent units, no load, no support.
+!> Warnings of values that are allowed but implausible: inconsistent units, no load, no support, joints without damping
+!> in a model whose base moves, and damping of blocks that lets nothing move.
 !>
 !> Each rule gives one warning at most, with the value that was read and the reason. Only materials that blocks and
 !> edges use are checked. The limits allow other units (feet, millimetres), centrifuges and soft rock; they are listed
 !> in docs/notes/checks.md.
 module rockdda_check_plausibility
    use rockdda_base_kinds, only : wp, pi
-   use rockdda_base_strings, only : counted, to_string
+   use rockdda_base_strings, only : counted, to_string, is_given
    use rockdda_base_diagnostics, only : diagnostics_type, origin_type, severity
    use rockdda_model_analysis_input, only : time_table_type
    use rockdda_geometry_polygons, only : polygon_properties
@@ -14,13 +15,16 @@ module rockdda_check_plausibility
    use rockdda_model_in_situ, only : initial_stress_type, find_initial_stress
    use rockdda_model_options, only : run_options_type, is_set
    use rockdda_check_base_motion, only : warn_of_harmonics
-   use rockdda_check_damping, only : check_damping, check_mass_damping
    use rockdda_check_unlikely, only : check_ground
    use rockdda_model_parameters, only : parameters_type
+   use rockdda_model_stage_options, only : has_base_motion
    use rockdda_check_units, only : check_units
    implicit none
    private
    public :: check_plausibility
+
+   !> Steps in which damping may take the velocity of a block.
+   real(wp), parameter :: least_steps = 3.0_wp
 
    !> Friction angles above 0 and up to this are probably radians [deg].
    real(wp), parameter :: largest_radian = 1.6_wp
@@ -496,5 +500,49 @@ contains
                                         '; give dt_max, at most '//parameters%shown(longest, 'time', 3), from_options, &
                                         place)
    end subroutine check_step
+
+   !> Check that joints have damping where the base moves: their springs vibrate, and blocks slip by some percent more
+   !> or less than friction lets them, which shorter steps make no better.
+   subroutine check_damping(parameters, used, messages)
+      type(parameters_type), intent(in) :: parameters
+      logical, intent(in) :: used(:)                      !! joint materials of the edges
+      type(diagnostics_type), intent(inout) :: messages
+      type(origin_type) :: origin
+      character(len=:), allocatable :: names
+      integer :: k, n
+      if (parameters%sliding_damping > 0 .or. .not. has_base_motion(parameters%base, parameters%quakes)) return
+      names = ''
+      n = 0
+      do k = 1, size(used)
+         associate (joint => parameters%joint_materials(k))
+            if (.not. used(k) .or. joint%damping_ratio > 0 .or. joint%tie) cycle
+            n = n + 1
+            if (n == 1) origin = joint%origin
+            if (n > 1) names = names//', '
+            names = names//to_string(k)
+            if (is_given(joint%name)) names = names//" ('"//trim(joint%name)//"')"
+         end associate
+      end do
+      if (n == 0) return
+      names = 'joint material'//trim(merge(' ', 's', n == 1))//' '//names//' '//trim(merge('has ', 'have', n == 1))
+      call messages%add(severity%warning, 'the base moves, and '//names//' no damping_ratio: their springs '// &
+                        'vibrate, and blocks slip by some percent more or less than friction lets them, which '// &
+                        'shorter steps make no better; give damping_ratio = 0.5, for example', origin)
+   end subroutine check_damping
+
+   !> Check that damping in proportion to mass leaves blocks their velocity for some steps.
+   subroutine check_mass_damping(parameters, origin, messages)
+      type(parameters_type), intent(in) :: parameters
+      type(origin_type), intent(in) :: origin             !! of its value
+      type(diagnostics_type), intent(inout) :: messages
+      if (.not. parameters%mass_damping*parameters%dt_max*least_steps > 1) return
+      associate (alpha => parameters%mass_damping)
+         call messages%add(severity%warning, 'mass_proportional takes the velocity of blocks within '// &
+            parameters%shown(1/alpha, 'time', 3)//', '//to_string(1/(alpha*parameters%dt_max), 2)// &
+            ' of the longest step: they fall no faster than '// &
+            parameters%shown(parameters%acceleration_of_gravity()/alpha, 'length/time', 3)//' and stand still '// &
+            'where they should slide. Critical damping of an oscillation of frequency f is 4 pi f', origin)
+      end associate
+   end subroutine check_mass_damping
 
 end module rockdda_check_plausibility

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from ..errors import InputError, OutputError
-from ..fields import FIELD_TEXTS, JOINT_FIELDS, OLD_FIELDS
+from ..fields import FIELD_TEXTS, JOINT_FIELDS
 
 if TYPE_CHECKING:
     from ..results import Results
@@ -30,21 +30,12 @@ ResultsFile = Annotated[Path, typer.Argument(metavar="OUT.h5", help="Results fil
 Output = Annotated[Path | None, typer.Option("-o", "--output", help="File to write.", show_default=False)]
 
 
-def _present_field(name: str) -> str:
-    """The present name of a field, with a note where a former one was given."""
-    present = OLD_FIELDS.get(name, name)
-    if present != name:
-        typer.echo(f"note: the field {name!r} is now {present!r} ({FIELD_TEXTS[present][0]})", err=True)
-    return present
-
-
 FieldName = Annotated[
     str,
     typer.Option(
         "--field",
         help=f"Field shown by the colours: {', '.join(FIELD_TEXTS)}.",
         autocompletion=lambda: list(FIELD_TEXTS),
-        callback=_present_field,
     ),
 ]
 PlotFieldName = Annotated[
@@ -54,7 +45,6 @@ PlotFieldName = Annotated[
         help=f"Field shown by the colours: {', '.join(FIELD_TEXTS)}; of joints: "
         f"{', '.join(JOINT_FIELDS)}; of bolts: force, use; of linings: N, M, Q.",
         autocompletion=lambda: [*FIELD_TEXTS, *JOINT_FIELDS],
-        callback=_present_field,
     ),
 ]
 FrameNumber = Annotated[int, typer.Option("--frame", help="Number of the frame; negative: from the end.")]
