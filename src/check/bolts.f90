@@ -7,8 +7,8 @@ module rockdda_check_bolts
    use rockdda_base_strings, only : counted, is_given, to_string
    use rockdda_geometry_polygons, only : distance_to_outline, point_in_polygon
    use rockdda_model_blocks, only : block_system_type
-   use rockdda_model_bolt_layout, only : bolt_line_type, bolt_lines, trace_bolt, rock_at, stage_with, title_of_bolt, &
-      most_bolts
+   use rockdda_model_bolt_layout, only : bolt_line_type, bolt_lines, trace_bolt, hold_ends, rock_at, stage_with, &
+      title_of_bolt, most_bolts
    use rockdda_model_liner_layout, only : liner_number, title_of_liner
    use rockdda_model_bolt_numbers, only : bolt_numbers_type, numbers_of_bolt, bolt_problem
    use rockdda_model_geometry_input, only : is_spring
@@ -160,7 +160,8 @@ contains
          reach = 1.0e-6_wp*length
          numbers = numbers_of_bolt(bolt, length)
          call trace_bolt(line%head, line%toe, blocks, rock, block, from, to)
-         if (size(block) == 0) then
+         if (.not. numbers%grouted) call hold_ends(line%head, line%toe, blocks, rock, block, from, to)
+         if (all(block == 0)) then
             call messages%add(merge(severity%error, severity%warning, numbers%grouted), &
                text('lies outside the rock'), &
                               bolt%origin)
@@ -171,14 +172,11 @@ contains
                bolt%origin)
          if (numbers%grouted .and. all(from >= numbers%free(1) .and. to <= numbers%free(2))) &
             call messages%add(severity%error, text('has no grout in the rock'), bolt%origin)
-         if (from(1) > reach .or. to(size(to)) < length - reach) then
-            if (numbers%grouted) then
-               call messages%add(severity%warning, text('lies outside the rock in part'), bolt%origin)
-            else
-               call messages%add(severity%warning, &
-                  text('lies outside the rock in part: an end there is a fixed point'), &
-                                 bolt%origin)
-            end if
+         if (any(block == 0)) then
+            call messages%add(severity%warning, text('lies outside the rock in part: an end there is a fixed point'), &
+                              bolt%origin)
+         else if (from(1) > reach .or. to(size(to)) < length - reach) then
+            call messages%add(severity%warning, text('lies outside the rock in part'), bolt%origin)
          end if
          if (all(block == block(1))) call messages%add(severity%warning, text('crosses no joint'), bolt%origin)
          if (.not. is_at_face(line%head)) call messages%add(severity%warning, &

@@ -65,6 +65,16 @@ class Bars(ProgramTest):
                 for computed, expected in zip(force, forces, strict=True):
                     self.assertAlmostEqual(computed, expected, delta=1e-6 * expected)
 
+    def test_ends_on_the_faces_of_blocks_hold(self):
+        """Bolts through the air from the top of one block to the bottom of another were fixed to nothing."""
+        self.hang("mid", 0.0)
+        text = (self.path("mid.nml")).read_text(encoding="utf-8")
+        self.write("mid.nml", text.replace(", 0, to", ", 1, to").replace(", 3.5, area", ", 3, area"))
+        with self.solve("mid") as file:
+            for force in file["history/bolt_force"][-1]:
+                self.assertAlmostEqual(force, 100 / 3, delta=1e-6 * 100 / 3)
+        self.assertNotIn("outside", self.run_program("check", "mid.nml").err)
+
     def test_a_bolt_that_yields_or_breaks_leaves_the_rest_to_the_others(self):
         weak = ", yield_force = 20, rupture_strain = {} "
         for rupture, forces, state in [(1, (30, 20, 50), 3), (1e-8, (40, 0, 60), 4)]:

@@ -9,7 +9,7 @@
 module rockdda_interaction_bar_bolt
    use rockdda_base_kinds, only : wp
    use rockdda_model_blocks, only : block_system_type
-   use rockdda_model_bolt_layout, only : trace_bolt
+   use rockdda_model_bolt_layout, only : trace_bolt, hold_ends
    use rockdda_model_bolt_numbers, only : bolt_numbers_type
    use rockdda_interaction_affine_motion, only : affine_motion
    use rockdda_interaction_bar, only : bar_type, bar_state_type, bar_response_type, new_bar, respond, condense, &
@@ -117,29 +117,12 @@ contains
       type(bolt_type), intent(inout) :: bolt
       real(wp), allocatable :: from(:), to(:)
       integer, allocatable :: block(:)
-      real(wp) :: length, near
+      real(wp) :: length
       integer :: b, c, j, l
       logical, allocatable :: is_used(:)
       length = norm2(toe - head)
-      near = 1.0e-6_wp*length
       call trace_bolt(head, toe, blocks, rock, block, from, to)
-      if (.not. numbers%grouted) then
-         if (size(block) == 0) then
-            block = [0]
-            from = [0.0_wp]
-            to = [length]
-         end if
-         if (from(1) > near) then
-            block = [0, block]
-            from = [0.0_wp, from]
-            to = [0.0_wp, to]
-         end if
-         if (to(size(to)) < length - near) then
-            block = [block, 0]
-            from = [from, length]
-            to = [to, length]
-         end if
-      end if
+      if (.not. numbers%grouted) call hold_ends(head, toe, blocks, rock, block, from, to)
       bolt%spacing = numbers%spacing
       bolt%pretension = numbers%pretension
       bolt%dowel_stiffness = numbers%shear_stiffness

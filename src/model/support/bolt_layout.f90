@@ -4,7 +4,7 @@ module rockdda_model_bolt_layout
    use rockdda_base_kinds, only : wp
    use rockdda_base_sorting, only : sorted_order
    use rockdda_base_strings, only : is_given, to_string
-   use rockdda_geometry_polygons, only : point_in_polygon
+   use rockdda_geometry_polygons, only : distance_to_outline, point_in_polygon
    use rockdda_geometry_segments, only : line_intersection
    use rockdda_model_blocks, only : block_system_type
    use rockdda_model_geometry_input, only : bolt_type, is_spring
@@ -12,7 +12,7 @@ module rockdda_model_bolt_layout
    use rockdda_model_regions, only : blocks_of_region, count_words, word_of, same_name
    implicit none
    private
-   public :: bolt_line_type, bolt_lines, trace_bolt, rock_at, stage_with, title_of_bolt, most_bolts, outer_line
+   public :: bolt_line_type, bolt_lines, trace_bolt, hold_ends, rock_at, stage_with, title_of_bolt, most_bolts, outer_line
 
    !> Bolts of one pattern, at most: more are a slip of the spacing.
    integer, parameter :: most_bolts = 2000
@@ -296,6 +296,47 @@ contains
       end function lies_beside
 
    end subroutine trace_bolt
+
+   !> Parts of a bolt that its ends alone hold: an end in no block gets a part without length, of the block that it
+   !> touches, or 0: the fixed outside.
+   pure subroutine hold_ends(head, toe, blocks, rock, block, from, to)
+      real(wp), intent(in) :: head(2), toe(2)     !! [length]
+      type(block_system_type), intent(in) :: blocks
+      logical, intent(in) :: rock(:)              !! (blocks) that are there
+      integer, allocatable, intent(inout) :: block(:)
+      real(wp), allocatable, intent(inout) :: from(:), to(:)
+      real(wp) :: length, near
+      logical :: is_free(2)
+      length = norm2(toe - head)
+      near = 1.0e-6_wp*length
+      is_free = .true.
+      if (size(block) > 0) is_free = [from(1) > near, to(size(to)) < length - near]
+      if (is_free(1)) then
+         block = [touched(head), block]
+         from = [0.0_wp, from]
+         to = [0.0_wp, to]
+      end if
+      if (is_free(2)) then
+         block = [block, touched(toe)]
+         from = [from, length]
+         to = [to, length]
+      end if
+
+   contains
+
+      !> The first block whose outline a point touches.
+      pure integer function touched(point)
+         real(wp), intent(in) :: point(2)
+         do touched = 1, blocks%n_blocks
+            if (.not. rock(touched)) cycle
+            if (distance_to_outline(point, blocks%vertices(:, blocks%vertex_offset(touched) + 1: &
+                                                           blocks%vertex_offset(touched + 1))) <= &
+                max(near, blocks%edge_node_distance)) return
+         end do
+         touched = 0
+      end function touched
+
+   end subroutine hold_ends
 
    !> Blocks that are there once a stage has begun; stage 0: at the start.
    pure function rock_at(blocks, regions, stages, stage) result(rock)
