@@ -75,6 +75,28 @@ class Bars(ProgramTest):
                 self.assertAlmostEqual(force, 100 / 3, delta=1e-6 * 100 / 3)
         self.assertNotIn("outside", self.run_program("check", "mid.nml").err)
 
+    def test_excavated_rock_takes_its_part_of_a_bolt(self):
+        """A bolt of 10 m with k/EA = 1/m^2, tensioned by 70 kN: P (1 - 1/cosh 5) in its middle. Rock is taken out of
+        its middle, the bolt bridged the gap; two parts of 3 m are left, with P (1 - 1/cosh 1.5)."""
+        grout = "kind = 'grouted', grout_stiffness = 1e8, grout_strength = 1e6, element = 0.1"
+        stages = "&stage until = 'equilibrium' /\n&stage until = 'equilibrium', excavate = 'mid' /\n"
+        for kind, before, after in ((grout, 69056.8, 40243.5), ("kind = 'end_anchored'", 7e4, 0)):
+            groups = f"&region name = 'mid', box = -2, -2, 2, 2 /\n&bolt name = 't', from = -5, 0, to = 5, 0, {kind}, "
+            groups += "area = 5e-4, young = 2e11, pretension = 7e4 /\n" + FIXED.format(-6, -1, 6, -1) + stages
+            self.make("cut", [(-6.0, -1.0, -2.0, 1.0), (-2.0, -1.0, 2.0, 1.0), (2.0, -1.0, 6.0, 1.0)], groups)
+            with self.solve("cut", "--strict") as file:
+                stage, force = file["history/stage"][()], file["history/bolt_force"][:, 0]
+                # rigid rock; elements of a tenth of the length in which the force falls
+                self.assertAlmostEqual(force[stage == 0][-1], before, delta=1e-3 * 7e4)
+                self.assertAlmostEqual(force[-1], after, delta=2e-3 * 7e4)
+                place, state = file["frames/bolt_node"][-1, :, 0], file["frames/bolt_state"][-1]
+                inside = abs(place) < 1.999 if after else place < 9
+                self.assertEqual(set(state[inside].tolist()), {0})
+                self.assertTrue((file["frames/bolt_force"][-1][inside] == 0).all())
+                self.assertEqual(set(state[~inside].tolist()), {1} if after else set())
+                energy = file["history/energy"][-1]
+                self.assertLess(abs(energy[-1]), 1e-9 * abs(energy).max())
+
     def test_a_bolt_that_yields_or_breaks_leaves_the_rest_to_the_others(self):
         weak = ", yield_force = 20, rupture_strain = {} "
         for rupture, forces, state in [(1, (30, 20, 50), 3), (1e-8, (40, 0, 60), 4)]:

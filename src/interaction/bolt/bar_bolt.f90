@@ -23,7 +23,7 @@ module rockdda_interaction_bar_bolt
 
    public :: bolt_type, draw_bolt, install, forget_step, measure_bolt, measure_between, find_directions, direction, &
       is_joint, separation, find_points, find_forces, is_straight, continue_forces, chain_forces, dowel_response, &
-      energy_of, place_at
+      energy_of, place_at, is_lost
 
    !> Forces at the motion of the last round, and their derivatives.
    type :: tangent_type
@@ -221,8 +221,24 @@ contains
          bolt%holds(c) = bolt%there(bolt%crossing(c)) .and. bolt%there(bolt%crossing(c) + 1)
       end do
       bolt%state%held = is_held(bolt, active)
+      if (bolt%is_there) bolt%state%broken = bolt%state%broken .or. is_lost(bolt)
       call measure_origin(bolt)
    end subroutine find_acting
+
+   !> Elements in blocks that are gone: what excavates the rock takes them out.
+   pure function is_lost(bolt)
+      type(bolt_type), intent(in) :: bolt
+      logical :: is_lost(bolt%bar%n - 1)
+      real(wp) :: near
+      integer :: j
+      near = 1.0e-6_wp*bolt%bar%place(bolt%bar%n)
+      is_lost = .false.
+      do j = 2, size(bolt%block), 2
+         if (bolt%there(j)) cycle
+         where (bolt%bar%place(2:) > bolt%distance(j - 1) + near .and. &
+                bolt%bar%place(:bolt%bar%n - 1) < bolt%distance(j) - near) is_lost = .true.
+      end do
+   end function is_lost
 
    !> Distances of neighbours when the bolt was installed.
    pure subroutine measure_origin(bolt)

@@ -6,7 +6,7 @@ module rockdda_interaction_bar_state
    use rockdda_model_blocks, only : largest_coordinate
    use rockdda_interaction_bar, only : bar_state_type, respond, accept, copy_state, node_forces
    use rockdda_interaction_bar_bolt, only : bolt_type, find_points, find_forces, dowel_response, energy_of, &
-      place_at
+      place_at, is_lost
    implicit none
    private
    public :: node_state, show_nodes_of, show_forces_of, finish_bolt, exchange_bolt
@@ -32,6 +32,7 @@ contains
       real(wp), intent(out) :: place(:, :)                    !! (2, nodes) [length]
       real(wp), intent(out) :: force(:), slip(:), use(:)      !! (nodes)
       integer, intent(out) :: state(:)                        !! (nodes) node_state%...
+      logical :: lost(bolt%bar%n - 1)
       integer :: e, i, t
       do i = 1, bolt%bar%n
          place(:, i) = place_at(bolt, bolt%bar%place(i))
@@ -43,6 +44,7 @@ contains
       if (size(bolt%acting) == 0) return
       force = node_forces(bolt%bar, bolt%response)
       state = node_state%elastic
+      lost = is_lost(bolt)
       associate (response => bolt%response)
          do t = 1, size(bolt%bar%node)
             if (bolt%bar%element(t) == 0 .or. .not. bolt%state%held(t)) cycle
@@ -55,7 +57,8 @@ contains
             e = min(i, bolt%bar%n - 1)
             use(i) = min(1.0_wp, max(use(i), maxval(abs(response%f(max(1, i - 1):e))/bolt%bar%yield(max(1, i - 1):e))))
             if (abs(response%f(e)) >= at_limit*bolt%bar%yield(e)) state(i) = node_state%yielding
-            if (.not. bolt%state%broken(e)) cycle
+            if (all(lost(max(1, i - 1):e))) state(i) = node_state%absent
+            if (lost(e) .or. .not. bolt%state%broken(e)) cycle
             state(i) = node_state%ruptured
             use(i) = 1
          end do
