@@ -98,7 +98,7 @@ FACES = {
     "io": "file_content model_folder recognise",
     "run": "checkpointing find_files hdf5_lock input labelled_text model_input model_run outcome output_choice parts "
     "read_files request step_loop stop_request supports thread_choice",
-    "run/search": "factor_search mechanism search_group search_options search_results trial",
+    "run/search": "factor_search mechanism search_options search_results support_uses trial",
 }
 # The figure begins here and shows calls of procedures in these folders.
 ROOT_CALL = ("simulation_type", "advance")

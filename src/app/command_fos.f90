@@ -18,7 +18,7 @@ module rockdda_app_command_fos
    use rockdda_run_thread_choice, only : thread_choice_type
    use rockdda_run_mechanism, only : kind_of
    use rockdda_run_search_options, only : search_kind, search_names, search_options_type
-   use rockdda_run_search_group, only : failing_trial
+   use rockdda_run_support_uses, only : support_use_type, name_of_support, n_bolts_of, state_word
    use rockdda_run_trial, only : search_observer_type, trial_type
    use rockdda_app_arguments, only : command_line_type
    use rockdda_app_command_run, only : find_run_files
@@ -169,7 +169,7 @@ contains
       character(len=*), parameter :: nl = new_line('a')
       type(trial_type) :: failing
       character(len=:), allocatable :: text
-      failing = failing_trial(search)
+      failing = search%limit_trial(stable=.false.)
       if (line%json) then
          call print_json(search, failing, ok)
          return
@@ -177,7 +177,7 @@ contains
       text = joints_text(search)
       if (search%options%has_factors()) text = text//'factors: '//search%factors%to_text()//nl
       if (search%has_factor()) then
-         text = text//mechanism_text(search, failing)//nl
+         text = text//mechanism_text(search, failing)//nl//supports_text(search, failing)
          if (len(output) > 0) text = text//'results of the failing trial: '//output//nl
          text = text//factor_text(search)
       end if
@@ -201,10 +201,12 @@ contains
       character(len=*), parameter :: nl = new_line('a')
       character(len=6) :: percent
       real(wp) :: length(size(search%searched%joints)), open(size(search%searched%joints))
+      type(trial_type) :: stable
       integer, allocatable :: blocks(:)
       integer :: i
       length = search%joint_length()
-      open = search%open_at_limit()
+      stable = search%limit_trial(stable=.true.)
+      open = stable%open
       text = ''
       if (search%options%kind == search_kind%load) then
          text = 'loads multiplied: '
@@ -281,6 +283,78 @@ contains
          end do
       end associate
    end function mechanism_text
+
+   !> What each bolt and lining bears in the last stable and in the failing trial; each behind it a line end.
+   function supports_text(search, failing) result(text)
+      type(factor_search_type), intent(in) :: search
+      type(trial_type), intent(in) :: failing
+      character(len=:), allocatable :: text
+      character(len=*), parameter :: nl = new_line('a')
+      type(trial_type) :: stable
+      integer :: k, n
+      text = ''
+      stable = search%limit_trial(stable=.true.)
+      n = size(failing%supports)
+      if (n == 0 .or. size(stable%supports) /= n) return
+      text = 'supports where it stands, and where it fails:'//nl
+      do k = 1, min(n, most_listed)
+         text = text//'  '//name_of_support(search%settled, k)//': '//shown(stable%supports(k))//'; '// &
+                shown(failing%supports(k))//nl
+      end do
+      if (n > most_listed) text = text//'  ... ('//to_string(n)//'; --json has all)'//nl
+
+   contains
+
+      !> Force, share of the strength, state.
+      function shown(one)
+         type(support_use_type), intent(in) :: one
+         character(len=:), allocatable :: shown
+         logical :: is_lining
+         is_lining = k > n_bolts_of(search%settled)
+         shown = search%settled%parameters%shown(one%force, trim(merge('force/length', 'force       ', is_lining)), 3)
+         if (one%use > 0 .and. one%use < 0.5_wp*huge(1.0_wp)) shown = shown//', '//to_string(100*one%use, 3)//' %'
+         shown = shown//', '//state_word(one%state, is_lining)
+      end function shown
+
+   end function supports_text
+
+   !> The same as JSON.
+   subroutine put_supports(search, failing, json)
+      type(factor_search_type), intent(in) :: search
+      type(trial_type), intent(in) :: failing
+      type(json_type), intent(inout) :: json
+      type(trial_type) :: stable
+      integer :: k
+      stable = search%limit_trial(stable=.true.)
+      call json%open('[', 'supports')
+      do k = 1, size(failing%supports)
+         call json%open('{', '')
+         call json%put('name', name_of_support(search%settled, k))
+         call json%put('kind', trim(merge('lining', 'bolt  ', k > n_bolts_of(search%settled))))
+         if (k <= size(stable%supports)) call put('stable', stable%supports(k))
+         call put('failing', failing%supports(k))
+         call json%close('}')
+      end do
+      call json%close(']')
+
+   contains
+
+      !> Force, share of the strength, state.
+      subroutine put(name, one)
+         character(len=*), intent(in) :: name
+         type(support_use_type), intent(in) :: one
+         call json%open('{', name)
+         call json%put('force', one%force)
+         if (one%use > 0) then
+            call json%put('use', one%use)
+         else
+            call json%put_null('use')
+         end if
+         call json%put('state', state_word(one%state, k > n_bolts_of(search%settled)))
+         call json%close('}')
+      end subroutine put
+
+   end subroutine put_supports
 
    !> Blocks of the model that move.
    pure function moving_blocks(search, failing) result(blocks)
@@ -381,10 +455,12 @@ contains
       logical, intent(out) :: ok
       type(json_type) :: json
       real(wp) :: length(size(search%searched%joints)), open(size(search%searched%joints))
+      type(trial_type) :: stable
       integer, allocatable :: blocks(:)
       integer :: i
       length = search%joint_length()
-      open = search%open_at_limit()
+      stable = search%limit_trial(stable=.true.)
+      open = stable%open
       call json%open('{', '')
       if (search%has_factor()) then
          call json%put('factor', middle(search))
@@ -433,6 +509,7 @@ contains
          end associate
       end do
       call json%close(']')
+      if (search%has_factor() .and. size(failing%supports) > 0) call put_supports(search, failing, json)
       call json%open('{', 'mechanism')
       call json%open('[', 'blocks')
       if (search%has_factor()) then

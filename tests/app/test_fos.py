@@ -119,6 +119,35 @@ class Values(FosTest):
         )
         self.assertEqual(len(result["trials"]), 7)
 
+    def test_bolts_that_take_their_force_too_late_are_named(self):
+        """A tendon from the block up the slope: stiff it yields before the block has moved; slack and soft it would
+        hold the block after some decimetres, which the verdict does not wait for."""
+        c, s = math.cos(math.radians(30)), math.sin(math.radians(30))
+        ends = [(x * c - y * s, x * s + y * c) for x, y in ((3, 1.5), (5.8, 0.5))]
+        along, across, weight, force = 2.8 / math.hypot(2.8, 1), 1 / math.hypot(2.8, 1), 2 * 2400 * 9.81, 15e3
+        tangent = math.tan(math.radians(35))
+        for area, slack in ((5e-4, False), (1.5e-7, True)):
+            bolt = (
+                f"&bolt name = 'tendon', kind = 'end_anchored', from = {ends[0][0]}, {ends[0][1]}, to = {ends[1][0]}, "
+                f"{ends[1][1]}, area = {area}, young = 200e9, yield_force = {force} /\n"
+            )
+            self.block(slope(30), friction=35, more=bolt)
+            outcome = self.run_program("fos", "block.nml")
+            result = self.search("block.nml")
+            held = 0 if slack else force
+            truth = (weight * c + held * across) * tangent / (weight * s - held * along)
+            self.assert_between(result, truth)
+            (tendon,) = result["supports"]
+            self.assertEqual((tendon["name"], tendon["kind"]), ("tendon", "bolt"))
+            self.assertEqual(tendon["stable"]["state"], "elastic")
+            if slack:
+                self.assertLess(tendon["failing"]["use"], 0.05)
+                self.assertRegex(outcome.err, r"warning: bolt 'tendon' carries \d[^ ]* % of its strength in the")
+            else:
+                self.assertAlmostEqual(tendon["failing"]["use"], 1, places=4)
+                self.assertNotIn("carries", outcome.err)
+                self.assertIn("; 15 kN, 100 %, ", outcome.out)
+
     def test_strength_with_cohesion(self):
         # c = 10 kPa on 2 m, weight 2 m2 x 2400 x 9.81
         weight = 2 * 2400 * 9.81

@@ -30,6 +30,7 @@ module rockdda_run_factor_search
    use rockdda_run_searched, only : searched_type
    use rockdda_run_settled_run, only : find_settled_state, settled_text
    use rockdda_run_settled_state, only : add_trial_stage
+   use rockdda_run_support_uses, only : name_of_support
    use rockdda_run_trial, only : trial_type, search_observer_type, compute_trial
    implicit none
    private
@@ -59,7 +60,7 @@ module rockdda_run_factor_search
       procedure :: has_factor
       procedure :: stands
       procedure :: joint_length
-      procedure :: open_at_limit
+      procedure :: limit_trial
       procedure, private :: compute_some
       procedure, private :: look_ahead
       procedure, private :: take_loads
@@ -148,6 +149,8 @@ contains
       if (len(note) > 0) call observer%warn(note)
       note = describe_shear(self%trials)
       if (len(note) > 0) call observer%warn(note)
+      note = describe_unused(self%limit_trial(stable=.false.), self%settled)
+      if (len(note) > 0) call observer%warn(note)
       if (self%state%outcome == search_end%found) return
       ! a design without a finite reserve stands
       if (self%state%outcome == search_end%never_fails .and. self%options%has_factors()) return
@@ -173,17 +176,19 @@ contains
       length = joint_lengths(self%settled)
    end function joint_length
 
-   !> Share of them that is open in the last stable trial before the factor.
-   pure function open_at_limit(self) result(share)
+   !> The stable or the failing trial nearest to the factor; without supports where there is none.
+   pure type(trial_type) function limit_trial(self, stable) result(trial)
       class(factor_search_type), intent(in) :: self
-      real(wp) :: share(size(self%searched%joints))
+      logical, intent(in) :: stable
       integer :: i
-      share = 0
+      allocate (trial%open(size(self%searched%joints)), source=0.0_wp)
+      allocate (trial%supports(0))
       do i = 1, size(self%trials)
-         if (self%trials(i)%stable .and. .not. abs(self%trials(i)%value - self%state%stable) > 0) &
-            share = self%trials(i)%open
+         if ((self%trials(i)%stable .eqv. stable) .and. &
+             .not. abs(self%trials(i)%value - merge(self%state%stable, self%state%failing, stable)) > 0) &
+            trial = self%trials(i)
       end do
-   end function open_at_limit
+   end function limit_trial
 
    !> Compute the next trial, and as many of those that may follow it as there are jobs.
    subroutine compute_some(self, observer, error)
@@ -273,6 +278,28 @@ contains
              ': something may have failed below the factor and stopped; '// &
              'look at it with --to '//to_string(trials(first)%value, 6)//' and a model in which it cannot stop'
    end function describe_motion
+
+   !> A warning when elastic bolts could hold what fails: they take their force as blocks move, and the verdict looks at
+   !> motions of some thousandths of a block. Else empty.
+   function describe_unused(failing, settled) result(text)
+      type(trial_type), intent(in) :: failing
+      type(simulation_type), intent(in) :: settled
+      character(len=:), allocatable :: text
+      text = ''
+      if (failing%unused == 0) return
+      associate (one => failing%supports(failing%unused))
+         text = "bolt '"//name_of_support(settled, failing%unused)//"' carries "
+         if (one%use > 0) then
+            text = text//to_string(100*one%use, 2)//' % of its strength'
+         else
+            text = text//settled%parameters%shown(one%force, 'force', 3)//' without a limit'
+         end if
+         text = text//' in the trial of '//to_string(failing%value, 6)//', which fails after a motion of '// &
+                settled%parameters%shown(failing%displacement, 'length', 2)// &
+                ': further motion would let it hold the blocks, and the factor does not count on that; give it its '// &
+                'pretension, or look at that motion in a run with reduced strength'
+      end associate
+   end function describe_unused
 
    !> A warning when a lining bears more shear in a stable trial than its tensile strength: N and M limit its sections,
    !> shear does not, and the factor rests on it. Else empty.

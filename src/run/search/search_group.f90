@@ -11,19 +11,9 @@ module rockdda_run_search_group
    use rockdda_run_trial, only : trial_type
    implicit none
    private
-   public :: failing_trial, write_search
+   public :: write_search
 
 contains
-
-   !> The trial that shows the mechanism: the failing one nearest to the factor.
-   pure type(trial_type) function failing_trial(search) result(trial)
-      type(factor_search_type), intent(in) :: search
-      integer :: i
-      do i = 1, size(search%trials)
-         if (abs(search%trials(i)%value - search%state%failing) <= 0 .and. .not. search%trials(i)%stable) &
-            trial = search%trials(i)
-      end do
-   end function failing_trial
 
    !> Write the group `search`.
    subroutine write_search(search, trial, path, error)

@@ -13,7 +13,7 @@ module rockdda_run_search_results
    use rockdda_run_input, only : model_input_type
    use rockdda_run_request, only : run_request_type
    use rockdda_run_model_run, only : run_type
-   use rockdda_run_search_group, only : failing_trial, write_search
+   use rockdda_run_search_group, only : write_search
    use rockdda_run_trial, only : trial_type, search_observer_type, begin_trial, compute_trial
    implicit none
    private
@@ -38,7 +38,7 @@ contains
       type(model_input_type) :: shown
       type(trial_type) :: trial, again
       interrupted = .false.
-      trial = failing_trial(search)
+      trial = search%limit_trial(stable=.false.)
       allocate (run)
       call begin_trial(search%settled, search%searched, trial%value, trial%beginning, run%sim, error)
       if (allocated(error)) return

@@ -33,6 +33,7 @@ module rockdda_run_trial
    use rockdda_run_search_options, only : search_options_type, search_kind
    use rockdda_run_searched, only : searched_type
    use rockdda_run_settled_state, only : copy_simulation
+   use rockdda_run_support_uses, only : support_use_type, find_uses, find_unused
    use rockdda_stepping_stage_watch, only : progress_type
    use rockdda_stepping_verdict, only : verdict_type, verdict, typical_size, usual_share
    use rockdda_contact_table, only : contact_state
@@ -96,6 +97,8 @@ module rockdda_run_trial
       real(wp) :: seconds = 0              !! on the wall clock
       type(mechanism_type) :: mechanism    !! of a failing trial
       real(wp), allocatable :: open(:)     !! (joint materials) share of their joints that is open at the end
+      type(support_use_type), allocatable :: supports(:)   !! springs, bolts, linings at the end
+      integer :: unused = 0                !! a bolt that could hold what fails, alone or with others; 0: none could
    end type trial_type
 
    !> What the caller of a search sees of it, and its way to stop it. The defaults do nothing.
@@ -186,6 +189,8 @@ contains
       if (.not. (interrupted .or. allocated(error))) then
          trial%open = open_shares(run%sim, joint_lengths(settled))
          trial%shear = shear_of_linings(run%sim)
+         call find_uses(run%sim, trial%supports)
+         if (trial%pull > 0) trial%unused = find_unused(run%sim, trial%supports, inertia_work(run%sim))
       end if
       trial%seconds = wall_seconds() - start
       if (allocated(error)) call add_context(error, 'the trial of '//to_string(value, 6)//' has no verdict')
@@ -273,14 +278,12 @@ contains
       real(wp) :: work, moved, change, turned(2)
       integer :: i
       limit = 0
-      work = 0
+      work = inertia_work(sim)
       moved = 0
       change = 0
       associate (d => sim%equations%x, weight => sim%families%loads%weight, state => sim%state)
          do i = 1, sim%blocks%n_blocks
             if (.not. state%active(i)) cycle
-            work = work + state%mass(i)*(dot_product(state%acceleration(1:2, i), d(1:2, i)) + &
-                                         radius_of_inertia(state, i)**2*state%acceleration(3, i)*d(3, i))
             moved = moved + state%area(i)*(norm2(d(1:2, i)) + radius_of_inertia(state, i)*abs(d(3, i)))
             select case (searched%kind)
             case (search_kind%tilt)
@@ -302,6 +305,20 @@ contains
       end select
       pull = work/max(moved, tiny(1.0_wp))
    end subroutine find_limit
+
+   !> Work of inertia in the last step.
+   pure real(wp) function inertia_work(sim) result(work)
+      type(simulation_type), intent(in) :: sim
+      integer :: i
+      work = 0
+      associate (d => sim%equations%x, state => sim%state)
+         do i = 1, sim%blocks%n_blocks
+            if (state%active(i)) work = work + state%mass(i)* &
+               (dot_product(state%acceleration(1:2, i), d(1:2, i)) + &
+                radius_of_inertia(state, i)**2*state%acceleration(3, i)*d(3, i))
+         end do
+      end associate
+   end function inertia_work
 
    !> Work of the shear forces of searched joints that slide in the last step.
    pure real(wp) function friction_work(sim, joints) result(work)

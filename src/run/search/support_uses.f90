@@ -1,0 +1,163 @@
+! SPDX-License-Identifier: MIT
+!> How far each bolt and lining is mobilised at the end of a trial, and whether bolts could hold what fails.
+module rockdda_run_support_uses
+   use rockdda_base_kinds, only : wp
+   use rockdda_base_strings, only : to_string
+   use rockdda_interaction_kinematics, only : displacement_at
+   use rockdda_model_state, only : bolt_nodes_type, liner_nodes_type
+   use rockdda_stepping_simulation, only : simulation_type
+   implicit none
+   private
+   public :: support_use_type, find_uses, name_of_support, n_bolts_of, state_word, find_unused
+
+   !> One bolt or lining.
+   type :: support_use_type
+      real(wp) :: force = 0     !! largest axial force without sign, of a lining per metre [force]
+      real(wp) :: use = 0       !! largest share of a strength; not above 0: none is known
+      integer :: state = 0      !! furthest state of its nodes; 0: it is not there
+   end type support_use_type
+
+contains
+
+   !> All springs, bolts and linings, in this order.
+   subroutine find_uses(sim, uses)
+      type(simulation_type), intent(in) :: sim
+      type(support_use_type), allocatable, intent(out) :: uses(:)
+      type(bolt_nodes_type) :: bolts
+      type(liner_nodes_type) :: liners
+      integer :: k, n, last
+      n = sim%blocks%bolts%n
+      allocate (uses(n_bolts_of(sim) + size(sim%families%liners%liners)))
+      if (size(uses) == 0) return
+      call sim%show_bolts(bolts)
+      do k = 1, n
+         uses(k) = support_use_type(abs(bolts%force(k)), 0.0_wp, 1)
+         associate (strength => sim%blocks%bolts%strength(k))
+            if (strength > 0) uses(k)%use = abs(bolts%force(k))/strength
+            if (strength > 0 .and. .not. uses(k)%use < 1) uses(k)%state = 3
+         end associate
+      end do
+      last = n
+      do k = 1, n_bolts_of(sim) - n
+         associate (bar => sim%families%bars%bolts(k)%bar)
+            uses(n + k) = of_nodes(abs(bolts%force(last + 1:last + bar%n)), bolts%use(last + 1:last + bar%n), &
+                                   bolts%state(last + 1:last + bar%n))
+            last = last + bar%n
+         end associate
+      end do
+      if (sim%families%liners%n_nodes() == 0) return
+      call sim%show_liners(liners)
+      n = n_bolts_of(sim)
+      last = 0
+      do k = 1, size(uses) - n
+         associate (m => sim%families%liners%liners(k)%layout%n)
+            uses(n + k) = of_nodes(abs(liners%force(1, last + 1:last + m)), liners%use(last + 1:last + m), &
+                                   liners%state(last + 1:last + m))
+            last = last + m
+         end associate
+      end do
+   end subroutine find_uses
+
+   !> The furthest that nodes have come.
+   pure type(support_use_type) function of_nodes(force, use, state) result(one)
+      real(wp), intent(in) :: force(:), use(:)
+      integer, intent(in) :: state(:)
+      if (size(state) == 0) return
+      one = support_use_type(maxval(force), maxval(use), maxval(state))
+   end function of_nodes
+
+   !> Springs and bolts.
+   pure integer function n_bolts_of(sim) result(n)
+      type(simulation_type), intent(in) :: sim
+      n = sim%blocks%bolts%n
+      if (sim%families%bars%n_nodes() > 0) n = n + size(sim%families%bars%bolts)
+   end function n_bolts_of
+
+   !> Name of one of them.
+   pure function name_of_support(sim, k) result(name)
+      type(simulation_type), intent(in) :: sim
+      integer, intent(in) :: k
+      character(len=:), allocatable :: name
+      associate (n_springs => sim%blocks%bolts%n, n_bolts => n_bolts_of(sim))
+         if (k > n_bolts) then
+            name = sim%families%liners%liners(k - n_bolts)%name
+         else if (k > n_springs) then
+            name = sim%families%bars%bolts(k - n_springs)%name
+         else
+            name = 'spring '//to_string(k)
+         end if
+      end associate
+   end function name_of_support
+
+   !> What a bolt, or a lining, is.
+   pure function state_word(state, is_lining) result(word)
+      integer, intent(in) :: state
+      logical, intent(in) :: is_lining
+      character(len=:), allocatable :: word
+      character(len=8), parameter :: of_bolt(0:4) = ['absent  ', 'elastic ', 'slipping', 'yielding', 'ruptured']
+      character(len=8), parameter :: of_lining(0:3) = ['absent  ', 'sound   ', 'cracked ', 'crushed ']
+      if (is_lining) then
+         word = trim(of_lining(state))
+      else
+         word = trim(of_bolt(state))
+      end if
+   end function state_word
+
+   !> Could elastic bolts hold what the last step, a static one, has moved? They do no less work there than inertia has
+   !> done, `work`, if they bear their strength. Then the bolt whose strength would do most of it beyond its force; else
+   !> 0.
+   pure integer function find_unused(sim, uses, work) result(most)
+      type(simulation_type), intent(in) :: sim
+      type(support_use_type), intent(in) :: uses(:)
+      real(wp), intent(in) :: work                   !! [energy]
+      real(wp) :: unused(n_bolts_of(sim)), stretch, motion(2), before(2)
+      integer :: j, k, n
+      unused = 0
+      n = sim%blocks%bolts%n
+      do k = 1, size(unused)
+         if (uses(k)%state /= 1 .or. .not. uses(k)%force > 0) cycle
+         if (k <= n) then
+            associate (ends => sim%state%bolt_ends(:, k), b => sim%blocks%bolts%blocks(:, k))
+               stretch = max(0.0_wp, dot_product(motion_of(b(2), ends(3:4)) - motion_of(b(1), ends(1:2)), &
+                                                 ends(3:4) - ends(1:2))/norm2(ends(3:4) - ends(1:2)))
+            end associate
+         else
+            stretch = 0
+            associate (bolt => sim%families%bars%bolts(k - n))
+               do j = 1, size(bolt%acting)
+                  motion = motion_of(bolt%block(bolt%acting(j)), bolt%place(:, bolt%acting(j)))
+                  if (j > 1) stretch = stretch + max(0.0_wp, dot_product(motion - before, along(bolt%place)))
+                  before = motion
+               end do
+               stretch = stretch/bolt%spacing
+            end associate
+         end if
+         unused(k) = huge(1.0_wp)
+         if (uses(k)%use > 0) unused(k) = uses(k)%force*(1/uses(k)%use - 1)
+         unused(k) = min(unused(k), sqrt(huge(1.0_wp)))*stretch
+      end do
+      most = 0
+      if (size(unused) > 0 .and. sum(unused) >= work) most = maxloc(unused, 1)
+
+   contains
+
+      !> Of a point with its block in the step; the outside stays.
+      pure function motion_of(block, point) result(u)
+         integer, intent(in) :: block
+         real(wp), intent(in) :: point(2)
+         real(wp) :: u(2)
+         u = 0
+         if (block > 0) u = displacement_at(sim%equations%x(:, block), point, sim%state%centroid(:, block))
+      end function motion_of
+
+      !> Direction from head to toe.
+      pure function along(place) result(direction)
+         real(wp), intent(in) :: place(:, :)
+         real(wp) :: direction(2)
+         direction = place(:, size(place, 2)) - place(:, 1)
+         direction = direction/norm2(direction)
+      end function along
+
+   end function find_unused
+
+end module rockdda_run_support_uses
