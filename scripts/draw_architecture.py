@@ -92,7 +92,7 @@ FACES = {
     "stepping": "simulation",
     "io/options": "namelist_file option_documents options_writer statistics_file statistics_names",
     "io/storage/file": "digest hdf5_adapter hdf5_driver",
-    "io/storage/results": "results results_header results_info results_units",
+    "io/storage/results": "results results_header results_info results_tables",
     "io/storage/checkpoint": "archive checkpoint checkpoint_info checkpoint_model "
     "checkpoint_state",
     "io": "file_content model_folder recognise",

@@ -202,7 +202,6 @@ contains
       character(len=6) :: percent
       real(wp) :: length(size(search%searched%joints)), open(size(search%searched%joints))
       type(trial_type) :: stable
-      integer, allocatable :: blocks(:)
       integer :: i
       length = search%joint_length()
       stable = search%limit_trial(stable=.true.)

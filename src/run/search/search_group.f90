@@ -4,7 +4,7 @@ module rockdda_run_search_group
    use rockdda_base_error, only : error_type
    use rockdda_base_kinds, only : wp
    use rockdda_io_hdf5_adapter, only : hdf5_file_type
-   use rockdda_io_results_units, only : write_units
+   use rockdda_io_results_tables, only : write_units
    use rockdda_run_factor_search, only : factor_search_type
    use rockdda_run_mechanism, only : kind_of
    use rockdda_run_search_options, only : search_names

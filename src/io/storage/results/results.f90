@@ -21,7 +21,7 @@ module rockdda_io_results
    use rockdda_io_results_header, only : results_header_type, results_rows_type, results_format_version, n_tables, &
       n_totals
    use rockdda_io_results_model, only : write_run
-   use rockdda_io_results_units, only : write_units
+   use rockdda_io_results_tables, only : tables, per, n_sizes, kind_of_row, row_shape, write_units
    use rockdda_io_series, only : series_type
    implicit none
    private
@@ -36,26 +36,14 @@ module rockdda_io_results
    !> the disk is full, shall not have reserved much.
    integer, parameter :: most_expected = 256
 
-   !> Places in the list of tables.
-   integer, parameter :: s_step = 1, s_time = 2, s_dt = 3, s_iterations = 4, s_attempts = 5, s_solver = 6, &
-                         s_contacts = 7, s_displacement = 8, s_energy = 9, s_measured_displacement = 10, &
-                         s_measured_stress = 11, s_measured_rotation = 12, s_fixed_force = 13, &
-                         s_boundary_force = 14, s_unbalanced = 15, s_stage = 16, s_relaxation = 17, &
-                         s_time_error = 18, s_bolt_largest = 19, s_bolt_head = 20, s_bolt_dowel = 21, &
-                         s_bolt_energy = 22, s_frame_step = 23, s_frame_time = 24, s_vertices = 25, s_centroid = 26, &
-                         s_rotation = 27, s_stress = 28, s_velocity = 29, s_bolt_ends = 30, s_bolt_force = 31, &
-                         s_bolt_node = 32, s_bolt_slip = 33, s_bolt_state = 34, s_bolt_use = 35, s_active = 36, &
-                         s_liner_point = 37, s_liner_force = 38, s_liner_back = 39, s_liner_section = 40, &
-                         s_liner_use = 41, s_liner_state = 42, s_offset = 43, s_point = 44, s_force = 45, &
-                         s_state = 46, s_blocks = 47, s_opening = 48, s_slip = 49, s_length = 50, &
-                         s_normal_stress = 51, s_shear_stress = 52, s_strength = 53, &
-                         n_series = n_tables
-
    type :: results_type
       integer(i8) :: long_table = 16777216_i8    !! bytes of one table that wait for a flush at most
       type(hdf5_file_type), private :: file
       type(output_lock_type), private :: lock
-      type(series_type), private :: series(n_series)
+      type(series_type), private :: series(n_tables)
+      integer, private :: sizes(n_sizes) = 0     !! of the model, at -per%...
+      integer, private :: present = 0            !! table that was found last
+      integer(i8), private :: waiting = 0        !! bytes of rows in memory
       logical, private :: frames = .true., contacts = .true.
       logical, private :: is_long = .false.      !! the tables of contacts of a frame do not wait for a flush
       type(results_rows_type), private :: so_far !! rows in the file and waiting
@@ -78,6 +66,8 @@ module rockdda_io_results
       procedure :: keep_undo
       procedure :: has_failed
       procedure :: close => close_results
+      generic, private :: put => put_reals, put_integers
+      procedure, private :: put_reals, put_integers, find
       procedure, private :: add_tables, write_long_tables
    end type results_type
 
@@ -99,18 +89,19 @@ contains
       self%flush_interval = header%flush_interval
       self%so_far = results_rows_type()
       self%failed = .false.
+      self%waiting = 0
       call self%lock%create(path, force, error)
       if (allocated(error)) return
       call self%add_tables(blocks, header)
       call self%file%create(part_path(path), error, in_commits=.true., name=path)
       if (.not. allocated(error)) call write_run(self%file, header, blocks, state, error)
       if (.not. allocated(error)) call total_of_model(self%file, self%so_far%totals(n_totals), error)
-      do i = 1, n_series
+      do i = 1, n_tables
          if (.not. allocated(error)) call self%series(i)%create(self%file, error)
       end do
       if (.not. allocated(error)) call self%file%set_attribute('history/energy', 'columns', energy_names, error)
       if (.not. allocated(error)) call write_units(self%file, header%units, error)
-      call self%series(s_offset)%add([0], 1)
+      call self%put('frames/contact_offset', [0])
       if (allocated(error)) call self%discard()
    end subroutine create
 
@@ -136,120 +127,105 @@ contains
       call self%lock%discard()
    end subroutine discard
 
-   !> Add names and row shapes of all growing tables. Places and times have 64 bits with any precision: far from the
-   !> origin of coordinates 32 bits would round displacements away.
+   !> Make all growing tables ready for rows.
    subroutine add_tables(self, blocks, header)
       class(results_type), intent(inout) :: self
       type(block_system_type), intent(in) :: blocks
       type(results_header_type), intent(in) :: header
-      integer :: nb, nv, nm, nf, n_bolts, n_nodes, n_with_nodes
-      integer(i8) :: n, nc
-      logical :: small
-      integer, parameter :: single(0) = [integer ::]
-      logical, parameter :: reals = .true., integers = .false.
-      nb = blocks%n_blocks
-      nv = blocks%n_vertices()
-      nm = blocks%measured%n
-      nf = blocks%fixed%n
-      n_bolts = blocks%bolts%n
-      n_nodes = header%n_bolt_nodes
-      n_with_nodes = 0
-      if (n_nodes > 0) n_with_nodes = size(header%bolt_spacing)
-      small = header%single
-      n = min(header%n_frames_expected, most_expected)
-      nc = usual_contacts*nb*n
-      call self%series(s_step)%init('history/step', integers, single)
-      call self%series(s_time)%init('history/time', reals, single)
-      call self%series(s_dt)%init('history/dt', reals, single)
-      call self%series(s_iterations)%init('history/open_close_iterations', integers, single)
-      call self%series(s_attempts)%init('history/attempts', integers, single)
-      call self%series(s_solver)%init('history/solver_iterations', integers, single)
-      call self%series(s_contacts)%init('history/contacts', integers, [3])
-      call self%series(s_displacement)%init('history/max_displacement', reals, single)
-      call self%series(s_energy)%init('history/energy', reals, [n_energies])
-      call self%series(s_measured_displacement)%init('history/measured_displacement', reals, [2, nm])
-      call self%series(s_measured_stress)%init('history/measured_stress', reals, [3, nm])
-      call self%series(s_measured_rotation)%init('history/measured_rotation', reals, [nm])
-      call self%series(s_fixed_force)%init('history/fixed_force', reals, [2, nf])
-      call self%series(s_boundary_force)%init('history/boundary_force', reals, [2, header%n_boundaries])
-      call self%series(s_unbalanced)%init('history/unbalanced', reals, single)
-      call self%series(s_stage)%init('history/stage', integers, single)
-      call self%series(s_relaxation)%init('history/relaxation', reals, single)
-      call self%series(s_time_error)%init('history/time_error', reals, single)
-      call self%series(s_bolt_largest)%init('history/bolt_force', reals, [n_with_nodes], only_filled=.true.)
-      call self%series(s_bolt_head)%init('history/bolt_head_force', reals, [n_with_nodes], only_filled=.true.)
-      call self%series(s_bolt_dowel)%init('history/bolt_dowel', reals, [n_with_nodes], only_filled=.true.)
-      call self%series(s_bolt_energy)%init('history/bolt_energy', reals, [merge(4, 0, n_with_nodes > 0)], &
-                                           only_filled=.true.)
-      call self%series(s_frame_step)%init('frames/step', integers, single, n_expected=n)
-      call self%series(s_frame_time)%init('frames/time', reals, single, n_expected=n)
-      call self%series(s_vertices)%init('frames/vertices', reals, [2, nv], n_expected=n)
-      call self%series(s_centroid)%init('frames/centroid', reals, [2, nb], n_expected=n)
-      call self%series(s_rotation)%init('frames/rotation', reals, [nb], small, n)
-      call self%series(s_stress)%init('frames/stress', reals, [3, nb], small, n)
-      call self%series(s_velocity)%init('frames/velocity', reals, [6, nb], small, n)
-      call self%series(s_bolt_ends)%init('frames/bolt_ends', reals, [2, 2, n_bolts], n_expected=n)
-      call self%series(s_bolt_force)%init('frames/bolt_force', reals, [max(n_bolts, n_nodes)], small, n)
-      call self%series(s_bolt_node)%init('frames/bolt_node', reals, [2, n_nodes], n_expected=n, only_filled=.true.)
-      call self%series(s_bolt_slip)%init('frames/bolt_slip', reals, [n_nodes], small, n, only_filled=.true.)
-      call self%series(s_bolt_use)%init('frames/bolt_use', reals, [n_nodes], small, n, only_filled=.true.)
-      call self%series(s_bolt_state)%init('frames/bolt_state', integers, [n_nodes], n_expected=n, only_filled=.true.)
-      call self%series(s_active)%init('frames/active', integers, [nb], n_expected=n)
-      n_nodes = header%n_liner_nodes
-      call self%series(s_liner_point)%init('frames/liner_point', reals, [2, n_nodes], n_expected=n, only_filled=.true.)
-      call self%series(s_liner_force)%init('frames/liner_force', reals, [3, n_nodes], small, n, only_filled=.true.)
-      call self%series(s_liner_back)%init('frames/liner_back', reals, [2, n_nodes], small, n, only_filled=.true.)
-      call self%series(s_liner_section)%init('frames/liner_section', reals, [6, n_nodes], small, n, only_filled=.true.)
-      call self%series(s_liner_use)%init('frames/liner_use', reals, [n_nodes], small, n, only_filled=.true.)
-      call self%series(s_liner_state)%init('frames/liner_state', integers, [n_nodes], n_expected=n, only_filled=.true.)
-      call self%series(s_offset)%init('frames/contact_offset', integers, single, n_expected=n)
-      call self%series(s_point)%init('frames/contact_point', reals, [2], n_expected=nc)
-      call self%series(s_force)%init('frames/contact_force', reals, [2], small, nc)
-      call self%series(s_state)%init('frames/contact_state', integers, single, n_expected=nc)
-      call self%series(s_blocks)%init('frames/contact_blocks', integers, [2], n_expected=nc)
-      call self%series(s_opening)%init('frames/contact_opening', reals, single, small, nc)
-      call self%series(s_slip)%init('frames/contact_slip', reals, single, small, nc)
-      call self%series(s_length)%init('frames/contact_length', reals, single, small, nc)
-      call self%series(s_normal_stress)%init('frames/contact_normal_stress', reals, single, small, nc)
-      call self%series(s_shear_stress)%init('frames/contact_shear_stress', reals, single, small, nc)
-      call self%series(s_strength)%init('frames/contact_strength', reals, single, small, nc)
+      integer :: i, n_bars
+      integer(i8) :: n_expected(3)                !! rows of each kind; 0: few, or not known
+      n_bars = 0
+      if (header%n_bolt_nodes > 0) n_bars = size(header%bolt_spacing)
+      self%sizes(-per%block) = blocks%n_blocks
+      self%sizes(-per%vertex) = blocks%n_vertices()
+      self%sizes(-per%fixed) = blocks%fixed%n
+      self%sizes(-per%measured) = blocks%measured%n
+      self%sizes(-per%boundary) = header%n_boundaries
+      self%sizes(-per%bolt) = blocks%bolts%n
+      self%sizes(-per%bar) = n_bars
+      self%sizes(-per%bar_energy) = merge(4, 0, n_bars > 0)
+      self%sizes(-per%node) = header%n_bolt_nodes
+      self%sizes(-per%bolt_force) = max(blocks%bolts%n, header%n_bolt_nodes)
+      self%sizes(-per%liner_node) = header%n_liner_nodes
+      n_expected = 0
+      n_expected(kind_of_row%frame) = min(header%n_frames_expected, most_expected)
+      n_expected(kind_of_row%contact) = usual_contacts*blocks%n_blocks*n_expected(kind_of_row%frame)
+      do i = 1, n_tables
+         associate (t => tables(i))
+            call self%series(i)%init(trim(t%name), t%is_real, row_shape(t, self%sizes), &
+                                     header%single .and. .not. t%is_double, n_expected(t%of), t%only_filled)
+         end associate
+      end do
    end subroutine add_tables
+
+   !> The table of a name; those that follow one another are found at once.
+   integer function find(self, name) result(i)
+      class(results_type), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      integer :: k
+      i = self%present
+      do k = 1, n_tables
+         i = merge(1, i + 1, i == n_tables)
+         if (self%series(i)%name == name) exit
+      end do
+      self%present = i
+   end function find
+
+   !> Append rows of reals to a table: one, or as many as the values are of tables of contacts.
+   subroutine put_reals(self, name, values)
+      class(results_type), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      real(wp), intent(in) :: values(:)
+      associate (table => self%series(self%find(name)))
+         self%waiting = self%waiting + size(values)*merge(4, 8, table%is_single)
+         call table%add(values, merge(1, size(values)/max(1, table%row_size), table%row_size == 0))
+      end associate
+   end subroutine put_reals
+
+   !> Append rows of integers.
+   subroutine put_integers(self, name, values)
+      class(results_type), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      integer, intent(in) :: values(:)
+      associate (table => self%series(self%find(name)))
+         self%waiting = self%waiting + size(values)*4
+         call table%add(values, merge(1, size(values)/max(1, table%row_size), table%row_size == 0))
+      end associate
+   end subroutine put_integers
 
    !> Append the row of an accepted step to the history.
    subroutine append_history(self, record)
       class(results_type), intent(inout) :: self
       type(step_record_type), intent(in) :: record
       integer :: nm, nf, n_boundaries
-      nm = self%series(s_measured_rotation)%row_size
-      nf = self%series(s_fixed_force)%row_size/2
-      n_boundaries = self%series(s_boundary_force)%row_size/2
+      nm = self%sizes(-per%measured)
+      nf = self%sizes(-per%fixed)
+      n_boundaries = self%sizes(-per%boundary)
       self%so_far%steps = self%so_far%steps + 1
-      associate (s => self%series)
-         call s(s_step)%add([record%step], 1)
-         call s(s_time)%add([record%time], 1)
-         call s(s_dt)%add([record%dt], 1)
-         call s(s_iterations)%add([record%open_close_iterations], 1)
-         call s(s_attempts)%add([record%attempts], 1)
-         call s(s_solver)%add([record%solver_iterations], 1)
-         call s(s_contacts)%add(record%contacts, 1)
-         call s(s_displacement)%add([record%max_displacement], 1)
-         call s(s_energy)%add(record%energy, 1)
-         call s(s_measured_displacement)%add(reshape(record%measured_displacement(:, 1:nm), [2*nm]), 1)
-         call s(s_measured_stress)%add(reshape(record%measured_stress(:, 1:nm), [3*nm]), 1)
-         call s(s_measured_rotation)%add(record%measured_rotation(1:nm), 1)
-         call s(s_fixed_force)%add(reshape(record%fixed_force(:, 1:nf), [2*nf]), 1)
-         call s(s_boundary_force)%add(reshape(record%boundary_force(:, 1:n_boundaries), [2*n_boundaries]), 1)
-         call s(s_unbalanced)%add([record%unbalanced], 1)
-         call s(s_stage)%add([record%stage], 1)
-         call s(s_relaxation)%add([record%relaxation], 1)
-         call s(s_time_error)%add([record%time_error], 1)
-         if (.not. s(s_bolt_energy)%is_absent) then
-            call s(s_bolt_largest)%add(record%bolt_force, 1)
-            call s(s_bolt_head)%add(record%bolt_head_force, 1)
-            call s(s_bolt_dowel)%add(record%bolt_dowel, 1)
-            call s(s_bolt_energy)%add(record%bolt_energy, 1)
-         end if
-      end associate
+      call self%put('history/step', [record%step])
+      call self%put('history/time', [record%time])
+      call self%put('history/dt', [record%dt])
+      call self%put('history/open_close_iterations', [record%open_close_iterations])
+      call self%put('history/attempts', [record%attempts])
+      call self%put('history/solver_iterations', [record%solver_iterations])
+      call self%put('history/contacts', record%contacts)
+      call self%put('history/max_displacement', [record%max_displacement])
+      call self%put('history/energy', record%energy)
+      call self%put('history/measured_displacement', reshape(record%measured_displacement(:, 1:nm), [2*nm]))
+      call self%put('history/measured_stress', reshape(record%measured_stress(:, 1:nm), [3*nm]))
+      call self%put('history/measured_rotation', record%measured_rotation(1:nm))
+      call self%put('history/fixed_force', reshape(record%fixed_force(:, 1:nf), [2*nf]))
+      call self%put('history/boundary_force', reshape(record%boundary_force(:, 1:n_boundaries), [2*n_boundaries]))
+      call self%put('history/unbalanced', [record%unbalanced])
+      call self%put('history/stage', [record%stage])
+      call self%put('history/relaxation', [record%relaxation])
+      call self%put('history/time_error', [record%time_error])
+      if (self%sizes(-per%bar) > 0) then
+         call self%put('history/bolt_force', record%bolt_force)
+         call self%put('history/bolt_head_force', record%bolt_head_force)
+         call self%put('history/bolt_dowel', record%bolt_dowel)
+         call self%put('history/bolt_energy', record%bolt_energy)
+      end if
    end subroutine append_history
 
    !> One frame: the blocks after a step (or at the start). The contacts of that step follow (`append_contacts`), all of
@@ -270,43 +246,41 @@ contains
                          ': too many contact rows; save fewer frames or set contacts = .false. in &output')
          return
       end if
-      nb = self%series(s_rotation)%row_size
-      nv = self%series(s_vertices)%row_size/2
-      n_bolts = self%series(s_bolt_ends)%row_size/4
-      associate (s => self%series)
-         call s(s_frame_step)%add([state%step], 1)
-         call s(s_frame_time)%add([state%time], 1)
-         call s(s_vertices)%add(reshape(state%vertices(:, 1:nv) + spread(state%datum, 2, nv), [2*nv]), 1)
-         call s(s_centroid)%add(reshape(state%centroid(:, 1:nb) + spread(state%datum, 2, nb), [2*nb]), 1)
-         call s(s_rotation)%add(state%rotation(1:nb), 1)
-         call s(s_stress)%add(reshape(state%stress(:, 1:nb), [3*nb]), 1)
-         call s(s_velocity)%add(reshape(state%velocity(:, 1:nb), [6*nb]), 1)
-         if (n_bolts > 0) then
-            call s(s_bolt_ends)%add(reshape(state%bolt_ends(:, 1:n_bolts) + &
-                                            spread([state%datum, state%datum], 2, n_bolts), [4*n_bolts]), 1)
-         else
-            call s(s_bolt_ends)%add([real(wp) ::], 1)
-         end if
-         call s(s_bolt_force)%add(bolt_force(1:s(s_bolt_force)%row_size), 1)
-         if (present(nodes) .and. .not. s(s_bolt_node)%is_absent) then
-            call s(s_bolt_node)%add(reshape(nodes%place, [size(nodes%place)]), 1)
-            call s(s_bolt_slip)%add(nodes%slip, 1)
-            call s(s_bolt_state)%add(nodes%state, 1)
-            call s(s_bolt_use)%add(nodes%use, 1)
-         end if
-         call s(s_active)%add(merge(1, 0, state%active(1:nb)), 1)
-         if (present(liner_nodes) .and. .not. s(s_liner_point)%is_absent) then
-            call s(s_liner_point)%add(reshape(liner_nodes%place, [size(liner_nodes%place)]), 1)
-            call s(s_liner_force)%add(reshape(liner_nodes%force, [size(liner_nodes%force)]), 1)
-            call s(s_liner_back)%add(reshape(liner_nodes%back, [size(liner_nodes%back)]), 1)
-            call s(s_liner_section)%add(reshape(liner_nodes%section, [size(liner_nodes%section)]), 1)
-            call s(s_liner_use)%add(liner_nodes%use, 1)
-            call s(s_liner_state)%add(liner_nodes%state, 1)
-         end if
-         self%so_far%frames = self%so_far%frames + 1
-         self%so_far%contacts = self%so_far%contacts + n
-         call s(s_offset)%add([self%so_far%contacts], 1)
-      end associate
+      nb = self%sizes(-per%block)
+      nv = self%sizes(-per%vertex)
+      n_bolts = self%sizes(-per%bolt)
+      call self%put('frames/step', [state%step])
+      call self%put('frames/time', [state%time])
+      call self%put('frames/vertices', reshape(state%vertices(:, 1:nv) + spread(state%datum, 2, nv), [2*nv]))
+      call self%put('frames/centroid', reshape(state%centroid(:, 1:nb) + spread(state%datum, 2, nb), [2*nb]))
+      call self%put('frames/rotation', state%rotation(1:nb))
+      call self%put('frames/stress', reshape(state%stress(:, 1:nb), [3*nb]))
+      call self%put('frames/velocity', reshape(state%velocity(:, 1:nb), [6*nb]))
+      if (n_bolts > 0) then
+         call self%put('frames/bolt_ends', reshape(state%bolt_ends(:, 1:n_bolts) + &
+                                         spread([state%datum, state%datum], 2, n_bolts), [4*n_bolts]))
+      else
+         call self%put('frames/bolt_ends', [real(wp) ::])
+      end if
+      call self%put('frames/bolt_force', bolt_force(1:self%sizes(-per%bolt_force)))
+      if (present(nodes) .and. self%sizes(-per%node) > 0) then
+         call self%put('frames/bolt_node', reshape(nodes%place, [size(nodes%place)]))
+         call self%put('frames/bolt_slip', nodes%slip)
+         call self%put('frames/bolt_state', nodes%state)
+         call self%put('frames/bolt_use', nodes%use)
+      end if
+      call self%put('frames/active', merge(1, 0, state%active(1:nb)))
+      if (present(liner_nodes) .and. self%sizes(-per%liner_node) > 0) then
+         call self%put('frames/liner_point', reshape(liner_nodes%place, [size(liner_nodes%place)]))
+         call self%put('frames/liner_force', reshape(liner_nodes%force, [size(liner_nodes%force)]))
+         call self%put('frames/liner_back', reshape(liner_nodes%back, [size(liner_nodes%back)]))
+         call self%put('frames/liner_section', reshape(liner_nodes%section, [size(liner_nodes%section)]))
+         call self%put('frames/liner_use', liner_nodes%use)
+         call self%put('frames/liner_state', liner_nodes%state)
+      end if
+      self%so_far%frames = self%so_far%frames + 1
+      self%so_far%contacts = self%so_far%contacts + n
+      call self%put('frames/contact_offset', [self%so_far%contacts])
       call self%write_long_tables(self%long_table, error)
       self%is_long = 8_i8*n > self%long_table
    end subroutine append_frame
@@ -326,18 +300,16 @@ contains
       do k = 1, n
          point(:, k) = contacts%point(:, k) + datum
       end do
-      associate (s => self%series)
-         call s(s_point)%add(reshape(point, [2*n]), n)
-         call s(s_force)%add(reshape(contacts%force, [2*n]), n)
-         call s(s_state)%add(contacts%state, n)
-         call s(s_blocks)%add(reshape(contacts%blocks - 1, [2*n]), n)
-         call s(s_opening)%add(contacts%opening, n)
-         call s(s_slip)%add(contacts%slip, n)
-         call s(s_length)%add(contacts%length, n)
-         call s(s_normal_stress)%add(stress(1, 1:n), n)
-         call s(s_shear_stress)%add(stress(2, 1:n), n)
-         call s(s_strength)%add(stress(3, 1:n), n)
-      end associate
+      call self%put('frames/contact_point', reshape(point, [2*n]))
+      call self%put('frames/contact_force', reshape(contacts%force, [2*n]))
+      call self%put('frames/contact_state', contacts%state)
+      call self%put('frames/contact_blocks', reshape(contacts%blocks - 1, [2*n]))
+      call self%put('frames/contact_opening', contacts%opening)
+      call self%put('frames/contact_slip', contacts%slip)
+      call self%put('frames/contact_length', contacts%length)
+      call self%put('frames/contact_normal_stress', stress(1, 1:n))
+      call self%put('frames/contact_shear_stress', stress(2, 1:n))
+      call self%put('frames/contact_strength', stress(3, 1:n))
       call self%write_long_tables(merge(0_i8, self%long_table, self%is_long), error)
    end subroutine append_contacts
 
@@ -345,7 +317,7 @@ contains
    pure type(results_rows_type) function rows(self)
       class(results_type), intent(in) :: self
       rows = self%so_far
-      rows%totals(1:n_series) = self%series%total
+      rows%totals(1:n_tables) = self%series%total
    end function rows
 
    !> Has a write failed? Then nothing more is written.
@@ -362,9 +334,10 @@ contains
       if (self%failed) return
       call system_clock(self%last_flush)
       call self%lock%check(error)
-      do i = 1, n_series
+      do i = 1, n_tables
          if (.not. allocated(error)) call self%series(i)%write(self%file, error)
       end do
+      self%waiting = 0
       if (.not. allocated(error)) call self%file%flush(error)
       self%failed = allocated(error)
    end subroutine flush
@@ -390,7 +363,7 @@ contains
       integer(int64) :: now, rate
       call system_clock(now, rate)
       is_flush_due = real(now - self%last_flush, wp) >= self%flush_interval*real(rate, wp) .or. &
-                     self%waiting_bytes() > largest_buffer
+                     self%waiting > largest_buffer
    end function is_flush_due
 
    !> Hand the rows of tables of which many wait to the file, which commits them at the next flush.
@@ -399,9 +372,13 @@ contains
       integer(i8), intent(in) :: most            !! bytes of a table that may wait
       type(error_type), allocatable, intent(out) :: error
       integer :: i
-      do i = 1, n_series
+      do i = 1, n_tables
          if (self%failed) return
-         if (self%series(i)%waiting_bytes() > most) call self%series(i)%write(self%file, error)
+         associate (bytes => self%series(i)%waiting_bytes())
+            if (bytes <= most) cycle
+            call self%series(i)%write(self%file, error)
+            self%waiting = self%waiting - bytes
+         end associate
          self%failed = allocated(error)
       end do
    end subroutine write_long_tables
@@ -409,11 +386,7 @@ contains
    !> Bytes waiting in memory.
    pure integer(i8) function waiting_bytes(self)
       class(results_type), intent(in) :: self
-      integer :: i
-      waiting_bytes = 0
-      do i = 1, n_series
-         waiting_bytes = waiting_bytes + self%series(i)%waiting_bytes()
-      end do
+      waiting_bytes = self%waiting
    end function waiting_bytes
 
    !> Write the waiting rows and the reason for the end of the run, close the file and release its lock.
@@ -464,6 +437,7 @@ contains
       self%flush_interval = header%flush_interval
       self%so_far = rows
       self%failed = .false.
+      self%waiting = 0
       if (get_path_kind(path) == path_kind%missing) then
          call make_error(error, error_code%input, path//': the results of this checkpoint are missing')
          return
@@ -488,11 +462,17 @@ contains
    !> Rows of all tables.
    pure function lengths(rows)
       type(results_rows_type), intent(in) :: rows
-      integer(i8) :: lengths(n_series)
-      lengths(:s_bolt_energy) = rows%steps
-      lengths(s_bolt_energy + 1:) = rows%frames
-      lengths(s_offset) = rows%frames + 1
-      lengths(s_point:) = rows%contacts
+      integer(i8) :: lengths(n_tables)
+      integer :: i
+      do i = 1, n_tables
+         select case (tables(i)%of)
+         case (kind_of_row%step); lengths(i) = rows%steps
+         case (kind_of_row%frame); lengths(i) = rows%frames
+         case default; lengths(i) = rows%contacts
+         end select
+         ! where the contacts of the next frame begin
+         if (tables(i)%name == 'frames/contact_offset') lengths(i) = rows%frames + 1
+      end do
    end function lengths
 
 end module rockdda_io_results

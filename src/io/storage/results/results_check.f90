@@ -16,6 +16,7 @@ module rockdda_io_results_check
    use rockdda_io_results_water, only : add_water_total
    use rockdda_io_results_header, only : results_header_type, results_rows_type, results_format_version, &
       n_tables, n_totals
+   use rockdda_io_results_tables, only : tables
    use rockdda_io_series, only : series_type
    implicit none
    private
@@ -214,7 +215,7 @@ contains
       do i = 2, n_tables
          ! after a kill during a flush some tables are longer than others
          if (series(i)%is_absent .or. series(i - 1)%is_absent) cycle
-         if (reason == 'running' .or. group_of(series(i)%name) /= group_of(series(i - 1)%name)) cycle
+         if (reason == 'running' .or. tables(i)%of /= tables(i - 1)%of) cycle
          if (beyond(i) /= beyond(i - 1)) then
             call not_as_written(file%path, 'the numbers of rows', error)
             call mark_as_damaged(file%path, error)
@@ -235,14 +236,6 @@ contains
                                       'checkpoint; they differ in step '//to_string(record%step))
 
    end subroutine check_reaches
-
-   !> Tables that grow together.
-   pure integer function group_of(name)
-      character(len=*), intent(in) :: name
-      group_of = 2
-      if (index(name, 'history/') == 1) group_of = 1
-      if (index(name, 'frames/contact_') == 1 .and. name /= 'frames/contact_offset') group_of = 3
-   end function group_of
 
    !> Compare model and all rows up to the checkpoint with their checksums.
    subroutine check_content(file, rows, length, series, error)

@@ -6,8 +6,9 @@
 module rockdda_io_results_shape
    use rockdda_base_kinds, only : wp, i8
    use rockdda_base_error, only : error_type, error_code, make_error
-   use rockdda_model_state, only : n_energies
    use rockdda_io_hdf5_adapter, only : hdf5_file_type
+   use rockdda_io_results_header, only : n_tables
+   use rockdda_io_results_tables, only : tables, per, n_sizes, row_shape
    use rockdda_base_value_check, only : value_check_type
    implicit none
    private
@@ -23,12 +24,19 @@ contains
       type(hdf5_file_type), intent(in) :: file
       type(error_type), allocatable, intent(out) :: error
       type(value_check_type) :: check
-      integer :: nb, nv, points(3), n_bolts
+      integer :: nb, nv, points(3), sizes(n_sizes)
       call check_model(file, check, nb, nv, points)
-      call check_bolts(file, check, nb, n_bolts)
-      call check_boundaries(file, check, nv)
-      call check_history(file, check, points)
-      call check_frames(file, check, nb, nv, n_bolts)
+      sizes = 0
+      sizes(-per%block) = nb
+      sizes(-per%vertex) = nv
+      sizes(-per%fixed) = points(1)
+      sizes(-per%measured) = points(3)
+      call check_bolts(file, check, nb, sizes(-per%bolt))
+      call check_boundaries(file, check, nv, sizes(-per%boundary))
+      call count_nodes(file, check, 'bolt', sizes(-per%node))
+      call count_nodes(file, check, 'liner', sizes(-per%liner_node))
+      sizes(-per%bolt_force) = max(sizes(-per%bolt), sizes(-per%node))
+      call check_tables(file, check, sizes)
       if (.not. check%passed()) call make_error(error, error_code%input, file%path//': error: the file is damaged: '// &
                                                 check%problem())
    end subroutine check_results_shape
@@ -113,10 +121,10 @@ contains
       type(hdf5_file_type), intent(in) :: file
       type(value_check_type), intent(inout) :: check
       integer, intent(in) :: nb
-      integer, intent(out) :: n_bolts   !! -1: the file does not list bolts
+      integer, intent(out) :: n_bolts
       integer, allocatable :: blocks(:)
       type(error_type), allocatable :: error
-      n_bolts = -1
+      n_bolts = 0
       if (.not. check%passed()) return
       if (.not. file%exists('model/bolt_blocks')) return
       check%group = 'model'
@@ -130,17 +138,19 @@ contains
       if (check%passed()) call check%in_range(blocks, -1, nb - 1, 'bolt_blocks')
    end subroutine check_bolts
 
-   !> Check forces and edges of boundaries. Older files have no table of forces, models without boundaries no edges.
-   subroutine check_boundaries(file, check, nv)
+   !> Count the boundaries and check their edges. Older files have no table of forces, models without boundaries no
+   !> edges.
+   subroutine check_boundaries(file, check, nv, n_boundaries)
       type(hdf5_file_type), intent(in) :: file
       type(value_check_type), intent(inout) :: check
       integer, intent(in) :: nv
+      integer, intent(out) :: n_boundaries
       integer(i8), allocatable :: shape(:)
       integer, allocatable :: edges(:)
       type(error_type), allocatable :: error
-      integer :: n, n_boundaries
-      if (.not. check%passed()) return
+      integer :: n
       n_boundaries = 0
+      if (.not. check%passed()) return
       if (file%exists('history/boundary_force')) then
          check%group = 'history'
          call file%get_shape('history/boundary_force', shape, error)
@@ -149,7 +159,6 @@ contains
          call check%has_shape(size(shape) == 3, 'boundary_force')
          if (.not. check%passed()) return
          n_boundaries = int(min(shape(2), int(huge(1), i8)))
-         n = rows_of(file, check, 'boundary_force', reals, [2, n_boundaries])
       end if
       if (.not. file%exists('model/boundary_edges')) return
       check%group = 'model'
@@ -162,108 +171,55 @@ contains
       call check%in_range(edges(2::2), 0, nv - 1, 'boundary_edges')
    end subroutine check_boundaries
 
-   !> Check tables with a row per step. After a kill some may be longer than others.
-   subroutine check_history(file, check, points)
+   !> Count the nodes of bolts, or linings, where there are any.
+   subroutine count_nodes(file, check, what, n)
       type(hdf5_file_type), intent(in) :: file
       type(value_check_type), intent(inout) :: check
-      integer, intent(in) :: points(3)
-      character(len=*), parameter :: plain(7) = [character(len=21) :: 'step', 'open_close_iterations', 'attempts', &
-                                                 'solver_iterations', 'time', 'dt', 'max_displacement']
-      integer :: i, n
-      check%group = 'history'
-      do i = 1, size(plain)
-         n = rows_of(file, check, trim(plain(i)), i > 4, [integer ::])
-      end do
-      n = rows_of(file, check, 'contacts', integers, [3])
-      n = rows_of(file, check, 'energy', reals, [n_energies])
-      n = rows_of(file, check, 'measured_displacement', reals, [2, points(3)])
-      n = rows_of(file, check, 'measured_stress', reals, [3, points(3)])
-      n = rows_of(file, check, 'measured_rotation', reals, [points(3)])
-      n = rows_of(file, check, 'fixed_force', reals, [2, points(1)])
-      ! older files do not have them
-      if (file%exists('history/unbalanced')) n = rows_of(file, check, 'unbalanced', reals, [integer ::])
-      if (file%exists('history/relaxation')) n = rows_of(file, check, 'relaxation', reals, [integer ::])
-      if (file%exists('history/time_error')) n = rows_of(file, check, 'time_error', reals, [integer ::])
-      if (file%exists('history/stage')) n = rows_of(file, check, 'stage', integers, [integer ::])
-   end subroutine check_history
-
-   !> Nodes of bolts, or linings.
-   integer function nodes_of(file, check, name) result(n)
-      type(hdf5_file_type), intent(in) :: file
-      type(value_check_type), intent(inout) :: check
-      character(len=*), intent(in) :: name       !! of the table of the nodes before each
+      character(len=*), intent(in) :: what             !! 'bolt', 'liner'
+      integer, intent(out) :: n
       integer, allocatable :: first(:)
       type(error_type), allocatable :: error
       n = 0
-      call file%read('model/'//name, first, error)
-      call check%is_read(error, file%path, name)
       if (.not. check%passed()) return
-      call check%holds(size(first) > 0, name)
+      if (.not. file%exists('frames/'//what//'_state')) return
+      check%group = 'model'
+      call file%read('model/'//what//'_first', first, error)
+      call check%is_read(error, file%path, what//'_first')
+      if (.not. check%passed()) return
+      call check%holds(size(first) > 0, what//'_first')
       if (check%passed()) n = max(0, first(size(first)))
-   end function nodes_of
+   end subroutine count_nodes
 
-   !> Check tables with a row per frame or contact.
-   subroutine check_frames(file, check, nb, nv, n_bolts)
+   !> Check the tables with a row for each step, frame or contact. After a kill some may be longer than others.
+   subroutine check_tables(file, check, sizes)
       type(hdf5_file_type), intent(in) :: file
       type(value_check_type), intent(inout) :: check
-      integer, intent(in) :: nb, nv, n_bolts
-      character(len=*), parameter :: of_joints(5) = [character(len=21) :: 'contact_opening', 'contact_slip', &
-                                                     'contact_length', 'contact_normal_stress', 'contact_shear_stress']
+      integer, intent(in) :: sizes(n_sizes)
+      character(len=:), allocatable :: name
       integer, allocatable :: offsets(:)
       type(error_type), allocatable :: error
-      integer :: i, n, m, n_nodes, version
-      logical :: is_there
+      integer :: i, m, n, slash, version
       call file%get_attribute('/', 'format_version', version, error)
       if (allocated(error)) version = 1
-      check%group = 'frames'
-      n = rows_of(file, check, 'step', integers, [integer ::])
-      n = rows_of(file, check, 'time', reals, [integer ::])
-      n = rows_of(file, check, 'vertices', reals, [2, nv])
-      n = rows_of(file, check, 'centroid', reals, [2, nb])
-      n = rows_of(file, check, 'rotation', reals, [nb])
-      n = rows_of(file, check, 'stress', reals, [3, nb])
-      n = rows_of(file, check, 'velocity', reals, [6, nb])
-      if (n_bolts >= 0) then
-         n = rows_of(file, check, 'bolt_ends', reals, [2, 2, n_bolts])
-         n_nodes = n_bolts
-         if (file%exists('frames/bolt_state')) then
-            n_nodes = nodes_of(file, check, 'bolt_first')
-            n = rows_of(file, check, 'bolt_node', reals, [2, n_nodes])
-            n = rows_of(file, check, 'bolt_slip', reals, [n_nodes])
-            n = rows_of(file, check, 'bolt_state', integers, [n_nodes])
-            if (file%exists('frames/bolt_use')) n = rows_of(file, check, 'bolt_use', reals, [n_nodes])
+      m = 0
+      do i = 1, n_tables
+         name = trim(tables(i)%name)
+         if (tables(i)%since > version) then
+            if (.not. file%exists(name)) cycle
          end if
-         n = rows_of(file, check, 'bolt_force', reals, [n_nodes])
-      end if
-      if (file%exists('frames/active')) n = rows_of(file, check, 'active', integers, [nb])
-      if (file%exists('frames/liner_state')) then
-         n_nodes = nodes_of(file, check, 'liner_first')
-         n = rows_of(file, check, 'liner_point', reals, [2, n_nodes])
-         n = rows_of(file, check, 'liner_force', reals, [3, n_nodes])
-         if (file%exists('frames/liner_back')) n = rows_of(file, check, 'liner_back', reals, [2, n_nodes])
-         if (file%exists('frames/liner_section')) n = rows_of(file, check, 'liner_section', reals, [6, n_nodes])
-         if (file%exists('frames/liner_use')) n = rows_of(file, check, 'liner_use', reals, [n_nodes])
-         n = rows_of(file, check, 'liner_state', integers, [n_nodes])
-      end if
-      n = rows_of(file, check, 'contact_point', reals, [2])
-      n = rows_of(file, check, 'contact_force', reals, [2])
-      n = rows_of(file, check, 'contact_state', integers, [integer ::])
-      n = rows_of(file, check, 'contact_blocks', integers, [2])
-      do i = 1, size(of_joints)
-         ! version 1 does not have them
-         is_there = file%exists('frames/'//trim(of_joints(i)))
-         if (version > 1 .or. is_there) n = rows_of(file, check, trim(of_joints(i)), reals, [integer ::])
+         slash = index(name, '/')
+         check%group = name(:slash - 1)
+         n = rows_of(file, check, name(slash + 1:), tables(i)%is_real, row_shape(tables(i), sizes))
+         if (name == 'frames/contact_offset') m = n
       end do
-      if (file%exists('frames/contact_strength')) &
-         n = rows_of(file, check, 'contact_strength', reals, [integer ::])
-      m = rows_of(file, check, 'contact_offset', integers, [integer ::])
+      check%group = 'frames'
       call check%has_shape(m >= 1, 'contact_offset')
       if (.not. check%passed()) return
       call file%read('frames/contact_offset', offsets, error)
       call check%is_read(error, file%path, 'contact_offset')
       ! after a kill there may be fewer contacts than the last offsets say
       if (check%passed()) call check%are_offsets(offsets, offsets(m), 0, 'contact_offset')
-   end subroutine check_frames
+   end subroutine check_tables
 
    !> Number of rows of a table of the present group, 0 after a failure: it must exist and have rows of this shape.
    integer function rows_of(file, check, name, of_reals, row_shape) result(n)

@@ -1,0 +1,207 @@
+! SPDX-License-Identifier: MIT
+!> The datasets of a results file: its tables, which grow by a row in each step, frame or contact, and the units of all.
+!>
+!> A table is one row here: what is written, its shape, units, and what a reader checks follow from it. The attribute
+!> `units` of a dataset is the unit of its numbers, 'Pa', or where the units of the file are not known their dimension,
+!> 'stress'; columns of several dimensions have ', ' between them. The Python package has the same dimensions for files
+!> without them (postprocess/rockdda/units.py).
+module rockdda_io_results_tables
+   use rockdda_base_error, only : error_type
+   use rockdda_model_state, only : n_energies
+   use rockdda_model_units, only : unit_system_type, unit_system
+   use rockdda_io_hdf5_adapter, only : hdf5_file_type
+   use rockdda_io_results_header, only : n_tables
+   implicit none
+   private
+   public :: table_type, tables, per, n_sizes, kind_of_row, row_shape, write_units
+
+   !> Sizes of the model of which a row has one entry each.
+   type :: per_enum
+      integer :: block = -1, vertex = -2, fixed = -3, measured = -4, boundary = -5
+      integer :: bolt = -6          !! springs between two points
+      integer :: bar = -7           !! all bolts of a model with nodes
+      integer :: bar_energy = -8    !! four in such a model
+      integer :: node = -9          !! of bolts
+      integer :: bolt_force = -10   !! nodes, or springs where there are none
+      integer :: liner_node = -11
+   end type per_enum
+   type(per_enum), parameter :: per = per_enum()
+   integer, parameter :: n_sizes = 11
+
+   !> What a row belongs to.
+   type :: row_enum
+      integer :: step = 1, frame = 2, contact = 3
+   end type row_enum
+   type(row_enum), parameter :: kind_of_row = row_enum()
+
+   logical, parameter :: reals = .true., integers = .false.
+   !> Precision of reals: of places and times, and of what never is rounded; as the user has it.
+   logical, parameter :: double = .true., any = .false.
+   integer, parameter :: one(3) = 0
+   !> Version of the format from which on all files have a table; `some`: not all of the present one.
+   integer, parameter :: always = 1, some = huge(1)
+
+   type :: table_type
+      character(len=30) :: name
+      integer :: of = 1                      !! kind_of_row%...
+      logical :: is_real = .true.            !! else integers
+      integer :: row(3) = 0                  !! shape of a row, Fortran order: numbers, per%..., 0 behind the last
+      character(len=70) :: dimensions = ''   !! ', ' between those of several columns; '': a pure number
+      integer :: since = always
+      logical :: is_double = .true.          !! whatever the precision
+      logical :: only_filled = .false.       !! no table in the file when rows have no entries
+   end type table_type
+
+   type(table_type), parameter :: history(*) = [ &
+      table_type('history/step', 1, integers, one), &
+      table_type('history/time', 1, reals, one, 'time'), &
+      table_type('history/dt', 1, reals, one, 'time'), &
+      table_type('history/open_close_iterations', 1, integers, one), &
+      table_type('history/attempts', 1, integers, one), &
+      table_type('history/solver_iterations', 1, integers, one), &
+      table_type('history/contacts', 1, integers, [3, 0, 0]), &
+      table_type('history/max_displacement', 1, reals, one, 'length'), &
+      table_type('history/energy', 1, reals, [n_energies, 0, 0], 'energy'), &
+      table_type('history/measured_displacement', 1, reals, [2, per%measured, 0], 'length'), &
+      table_type('history/measured_stress', 1, reals, [3, per%measured, 0], 'stress'), &
+      table_type('history/measured_rotation', 1, reals, [per%measured, 0, 0], 'rad'), &
+      table_type('history/fixed_force', 1, reals, [2, per%fixed, 0], 'force'), &
+      table_type('history/boundary_force', 1, reals, [2, per%boundary, 0], 'force', some), &
+      table_type('history/unbalanced', 1, reals, one, '', some), &
+      table_type('history/stage', 1, integers, one, '', some), &
+      table_type('history/relaxation', 1, reals, one, '', some), &
+      table_type('history/time_error', 1, reals, one, '', some), &
+      table_type('history/bolt_force', 1, reals, [per%bar, 0, 0], 'force', some, only_filled=.true.), &
+      table_type('history/bolt_head_force', 1, reals, [per%bar, 0, 0], 'force', some, only_filled=.true.), &
+      table_type('history/bolt_dowel', 1, reals, [per%bar, 0, 0], 'force', some, only_filled=.true.), &
+      table_type('history/bolt_energy', 1, reals, [per%bar_energy, 0, 0], 'energy', some, only_filled=.true.)]
+
+   !> Places and times have 64 bits with any precision: far from the origin of coordinates 32 bits would round
+   !> displacements away.
+   type(table_type), parameter :: frames(*) = [ &
+      table_type('frames/step', 2, integers, one), &
+      table_type('frames/time', 2, reals, one, 'time'), &
+      table_type('frames/vertices', 2, reals, [2, per%vertex, 0], 'length'), &
+      table_type('frames/centroid', 2, reals, [2, per%block, 0], 'length'), &
+      table_type('frames/rotation', 2, reals, [per%block, 0, 0], 'rad', always, any), &
+      table_type('frames/stress', 2, reals, [3, per%block, 0], 'stress', always, any), &
+      table_type('frames/velocity', 2, reals, [6, per%block, 0], &
+                 'length/time, length/time, 1/time, 1/time, 1/time, 1/time', always, any), &
+      table_type('frames/bolt_ends', 2, reals, [2, 2, per%bolt], 'length', some), &
+      table_type('frames/bolt_force', 2, reals, [per%bolt_force, 0, 0], 'force', some, any), &
+      table_type('frames/bolt_node', 2, reals, [2, per%node, 0], 'length', some, double, .true.), &
+      table_type('frames/bolt_slip', 2, reals, [per%node, 0, 0], 'length', some, any, .true.), &
+      table_type('frames/bolt_state', 2, integers, [per%node, 0, 0], '', some, double, .true.), &
+      table_type('frames/bolt_use', 2, reals, [per%node, 0, 0], '', some, any, .true.), &
+      table_type('frames/active', 2, integers, [per%block, 0, 0], '', some), &
+      table_type('frames/liner_point', 2, reals, [2, per%liner_node, 0], 'length', some, double, .true.), &
+      table_type('frames/liner_force', 2, reals, [3, per%liner_node, 0], 'force/length, force, force/length', some, &
+                 any, .true.), &
+      table_type('frames/liner_back', 2, reals, [2, per%liner_node, 0], 'length', some, any, .true.), &
+      table_type('frames/liner_section', 2, reals, [6, per%liner_node, 0], &
+                 'force/length, force, force/length, force, force/length, force', some, any, .true.), &
+      table_type('frames/liner_use', 2, reals, [per%liner_node, 0, 0], '', some, any, .true.), &
+      table_type('frames/liner_state', 2, integers, [per%liner_node, 0, 0], '', some, double, .true.), &
+      table_type('frames/contact_offset', 2, integers, one)]
+
+   type(table_type), parameter :: contacts(*) = [ &
+      table_type('frames/contact_point', 3, reals, [2, 0, 0], 'length'), &
+      table_type('frames/contact_force', 3, reals, [2, 0, 0], 'force', always, any), &
+      table_type('frames/contact_state', 3, integers, one), &
+      table_type('frames/contact_blocks', 3, integers, [2, 0, 0]), &
+      table_type('frames/contact_opening', 3, reals, one, 'length', 2, any), &
+      table_type('frames/contact_slip', 3, reals, one, 'length', 2, any), &
+      table_type('frames/contact_length', 3, reals, one, 'length', 2, any), &
+      table_type('frames/contact_normal_stress', 3, reals, one, 'stress', 2, any), &
+      table_type('frames/contact_shear_stress', 3, reals, one, 'stress', 2, any), &
+      table_type('frames/contact_strength', 3, reals, one, '', 3, any)]
+
+   !> All tables, in the order of the file.
+   type(table_type), parameter :: tables(n_tables) = [history, frames, contacts]
+
+   !> Other datasets with units.
+   type :: dataset_type
+      character(len=30) :: name
+      character(len=30) :: dimensions = ''
+   end type dataset_type
+
+   type(dataset_type), parameter :: datasets(*) = [ &
+      dataset_type('model/vertices', 'length'), &
+      dataset_type('model/block_area', 'length^2'), &
+      dataset_type('model/block_centroid', 'length'), &
+      dataset_type('model/fixed_points', 'length'), &
+      dataset_type('model/loading_points', 'length'), &
+      dataset_type('model/measured_points', 'length'), &
+      dataset_type('model/bolt_ends', 'length'), &
+      dataset_type('model/bolt_properties', 'force/length, force, force'), &
+      dataset_type('model/liner_section', 'length, stress, stress, , '), &
+      dataset_type('model/water_ends'), &
+      dataset_type('model/water_unit_weight', 'force/length^2'), &
+      dataset_type('model/water_table', 'length'), &
+      dataset_type('model/water_level_time', 'time'), &
+      dataset_type('model/water_level_rise', 'length'), &
+      dataset_type('model/water_points', 'length'), &
+      dataset_type('model/water_pressure', 'stress'), &
+      dataset_type('search/displacement', 'length')]
+
+contains
+
+   !> Shape of a row of a table, Fortran order; of size 0 for one number.
+   pure function row_shape(table, sizes) result(shape)
+      type(table_type), intent(in) :: table
+      integer, intent(in) :: sizes(n_sizes)       !! at -per%...
+      integer, allocatable :: shape(:)
+      integer :: k
+      shape = pack(table%row, table%row /= 0)
+      do k = 1, size(shape)
+         if (shape(k) < 0) shape(k) = sizes(-shape(k))
+      end do
+   end function row_shape
+
+   !> Write the units of all datasets that the file has, in a group or in all of them.
+   subroutine write_units(file, name, error, group)
+      type(hdf5_file_type), intent(in) :: file
+      character(len=*), intent(in) :: name           !! of the system of units
+      type(error_type), allocatable, intent(out) :: error
+      character(len=*), intent(in), optional :: group
+      integer :: i
+      do i = 1, size(datasets)
+         if (.not. allocated(error)) call write_unit(trim(datasets(i)%name), trim(datasets(i)%dimensions))
+      end do
+      do i = 1, n_tables
+         if (tables(i)%is_real .and. .not. allocated(error)) &
+            call write_unit(trim(tables(i)%name), trim(tables(i)%dimensions))
+      end do
+
+   contains
+
+      !> Those of one dataset.
+      subroutine write_unit(dataset, dimensions)
+         character(len=*), intent(in) :: dataset, dimensions
+         if (present(group)) then
+            if (index(dataset, group//'/') /= 1) return
+         end if
+         if (file%exists(dataset)) &
+            call file%set_attribute(dataset, 'units', units_text(unit_system(trim(name)), dimensions), error)
+      end subroutine write_unit
+
+   end subroutine write_units
+
+   !> Units of one or several columns.
+   pure function units_text(system, dimensions) result(text)
+      type(unit_system_type), intent(in) :: system
+      character(len=*), intent(in) :: dimensions
+      character(len=:), allocatable :: text
+      integer :: at, comma
+      text = ''
+      at = 1
+      do
+         comma = index(dimensions(at:)//',', ',')
+         if (at > 1) text = text//', '
+         text = text//system%unit_of(dimensions(at:at + comma - 2))
+         at = at + comma + 1
+         if (at > len(dimensions)) exit
+      end do
+   end function units_text
+
+end module rockdda_io_results_tables
