@@ -244,7 +244,7 @@ contains
          total = sum([(norm2(layout%path(:, i + 1) - layout%path(:, i)), i=1, size(layout%path, 2) - 1)])
          element = total/merge(layout%n, layout%n - 1, layout%closed)
          if (is_set(liner%element)) then
-            if (element < shortest*t*0.999_wp .or. element > longest*t*1.001_wp) call tell(severity%warning, &
+            if (element < shortest*t*0.95_wp .or. element > longest*t*1.001_wp) call tell(severity%warning, &
                'nodes are '//to_string(element/t, 3)//' thicknesses apart; bending is right for '// &
                to_string(shortest, 2)//' to '//to_string(longest, 2))
          end if

@@ -58,7 +58,7 @@ class Liners(ProgramTest):
 
     def test_free_ring(self):
         """L2: two opposite loads of 1 kN; the line may be a polygon."""
-        for element, n in [(0.1, 360), (0.8, 360), (1.309, 24)]:
+        for element, n in [(0.1, 360), (0.4, 360), (0.63, 360), (0.8, 360), (1.309, 24)]:
             groups = f"&liner name = 'ring', along = {circle(5, n, math.pi / 2)}, thickness = 0.2, young = 30e9, "
             groups += f"element = {element} /\n&loading_point at = 0, 5.005, force = 0, -1e3 /\n" + REST
             groups += FIXED.format(-0.009, -5.01, 0.009, -5.01)

@@ -267,20 +267,21 @@ contains
       largest = max(distance_of_nodes(length, layout%closed, thickness, element), length/most_nodes)
       layout%largest = largest
       ! stretches between corners
-      corners = [s(1), pack(s(2:m - 1), [(turns(v(:, k) - v(:, k - 1), v(:, k + 1) - v(:, k)), k=2, m - 1)])]
+      corners = pack(s(2:m - 1), [(turns(v(:, k) - v(:, k - 1), v(:, k + 1) - v(:, k)), k=2, m - 1)])
+      if (layout%closed) then
+         if (turns(v(:, m) - v(:, m - 1), v(:, 2) - v(:, 1))) corners = [s(1), corners]
+      else
+         corners = [s(1), corners]
+      end if
       if (present(breaks)) then
          do k = 1, size(breaks)
             call add_break(modulo(breaks(k), length), corners)
          end do
          corners = corners(sorted_order(corners))
       end if
-      if (layout%closed .and. size(corners) > 1) then
-         ! the line may begin between corners
-         if (.not. turns(v(:, m) - v(:, m - 1), v(:, 2) - v(:, 1))) corners = [corners(2:), corners(2) + length]
-      end if
-      if (abs(corners(size(corners)) - corners(1) - length) > near) corners = [corners, corners(1) + length]
-      smooth = layout%closed .and. size(corners) == 2 .and. .not. turns(v(:, m) - v(:, m - 1), v(:, 2) - v(:, 1))
-      if (present(breaks)) smooth = smooth .and. size(breaks) == 0
+      smooth = size(corners) == 0
+      if (smooth) corners = [s(1)]
+      corners = [corners, corners(1) + length]
       allocate (nodes(0), ends(0), joints(0))
       if (present(seams)) joints = modulo(seams, length)
       if (present(seams) .and. layout%closed) joints = [joints - length, joints, joints + length]
@@ -397,7 +398,7 @@ contains
       pure subroutine add_break(at, corners)
          real(wp), intent(in) :: at
          real(wp), allocatable, intent(inout) :: corners(:)
-         if (any(abs(corners - at) < 0.1_wp*thickness) .or. length - at < 0.1_wp*thickness) return
+         if (any(min(abs(corners - at), length - abs(corners - at)) < 0.1_wp*thickness)) return
          corners = [corners, at]
       end subroutine add_break
 
