@@ -468,36 +468,70 @@ contains
       turns = dot_product(a, b) < corner*norm2(a)*norm2(b)
    end function turns
 
-   !> A path at a distance from another one, to its left.
+   !> A path at a distance from another one, to its left. Between corners it keeps the shares of its length: where it is
+   !> shorter than the other one no part of it turns back.
    pure function lift(path, closed, distance) result(lifted)
       real(wp), intent(in) :: path(:, :)     !! (2, points) [length]
       logical, intent(in) :: closed          !! its last point is the first one
       real(wp), intent(in) :: distance       !! < 0: to its right [length]
       real(wp) :: lifted(2, size(path, 2))
-      real(wp) :: before(2), after(2), n(2)
+      real(wp), dimension(size(path, 2)) :: s, cut, shift
+      real(wp) :: before(2), after(2), n(2), back, forth
+      integer, allocatable :: corners(:)
       integer :: k, m
       m = size(path, 2)
+      s(1) = 0
+      cut = 0
+      do k = 2, m
+         s(k) = s(k - 1) + norm2(path(:, k) - path(:, k - 1))
+      end do
       do k = 1, m
-         if (k > 1) then
-            before = path(:, k) - path(:, k - 1)
-         else if (closed) then
-            before = path(:, m) - path(:, m - 1)
-         else
-            before = path(:, 2) - path(:, 1)
-         end if
-         if (k < m) then
-            after = path(:, k + 1) - path(:, k)
-         else if (closed) then
-            after = path(:, 2) - path(:, 1)
-         else
-            after = path(:, m) - path(:, m - 1)
-         end if
-         before = before/max(norm2(before), tiny(1.0_wp))
-         after = after/max(norm2(after), tiny(1.0_wp))
+         call find_directions(k, before, after)
+         ! what the lifted line lacks beside a corner
+         if (turns(before, after)) cut(k) = distance*(before(1)*after(2) - before(2)*after(1))/ &
+                                            max(1 + dot_product(before, after), 0.25_wp)
+      end do
+      corners = pack([(k, k=1, m)], abs(cut) > 0)
+      do k = 1, m
+         shift(k) = 0
+         if (size(corners) == 0 .or. abs(cut(k)) > 0) cycle
+         associate (last => corners(max(1, count(corners < k))), next => corners(min(size(corners), &
+                                                                                 1 + count(corners < k))))
+            back = s(k) - s(last)
+            forth = s(next) - s(k)
+            if (.not. closed) then
+               if (last < k) shift(k) = cut(last)*(1 - back/(merge(s(next), s(m), next > k) - s(last)))
+               if (next > k) shift(k) = shift(k) - cut(next)*(1 - forth/(s(next) - merge(s(last), 0.0_wp, last < k)))
+            else
+               back = modulo(s(k) - s(merge(last, corners(size(corners)), last < k)), s(m))
+               forth = modulo(s(merge(next, corners(1), next > k)) - s(k), s(m))
+               shift(k) = (cut(merge(last, corners(size(corners)), last < k))*forth - &
+                           cut(merge(next, corners(1), next > k))*back)/(back + forth)
+            end if
+         end associate
+      end do
+      do k = 1, m
+         call find_directions(k, before, after)
          n = [-before(2) - after(2), before(1) + after(1)]
          ! the corner of the lifted line: n/(n.n/2)
-         lifted(:, k) = path(:, k) + distance*n/max(0.5_wp*dot_product(n, n), 0.25_wp)
+         lifted(:, k) = path(:, k) + distance*n/max(0.5_wp*dot_product(n, n), 0.25_wp) + 0.5_wp*shift(k)*(before + after)
       end do
+
+   contains
+
+      !> Directions before and behind a point.
+      pure subroutine find_directions(k, before, after)
+         integer, intent(in) :: k
+         real(wp), intent(out) :: before(2), after(2)
+         integer :: i, j
+         i = merge(merge(m, 2, closed), k, k == 1)
+         j = merge(merge(1, m - 1, closed), k, k == m)
+         before = path(:, i) - path(:, i - 1)
+         after = path(:, j + 1) - path(:, j)
+         before = before/max(norm2(before), tiny(1.0_wp))
+         after = after/max(norm2(after), tiny(1.0_wp))
+      end subroutine find_directions
+
    end function lift
 
 end module rockdda_model_liner_layout
