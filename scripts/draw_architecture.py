@@ -77,7 +77,7 @@ FACES = {
     "contact/transfer": "inheritance merging newborn",
     "contact": "search",
     "interaction/block": "elasticity held_forces inertia line_loads loads",
-    "interaction/joint": "closing contact_law contact_stiffness contacts dashpots initial_traction intervals joint_law "
+    "interaction/joint": "closing contact_stiffness contacts dashpots initial_traction intervals joint_response joint_strength "
     "joint_stress open_close ties trial_states unsettled",
     "interaction/bolt": "bars bolts",
     "interaction/lining": "liner_places liner_placing liners",
@@ -88,7 +88,7 @@ FACES = {
     "stepping/control": "control method reach stage_watch trend",
     "stepping/energy": "ledger",
     "stepping/step": "motion sleep step trial_step",
-    "stepping/stage": "construction equilibrium lodging stage_change stage_rest verdict",
+    "stepping/stage": "construction lodging stage_change stage_equilibrium stage_rest verdict",
     "stepping": "simulation",
     "io/options": "namelist_file option_documents options_writer statistics_file statistics_names",
     "io/storage/file": "digest hdf5_adapter hdf5_driver",

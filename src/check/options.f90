@@ -17,7 +17,7 @@ module rockdda_check_options
    use rockdda_model_water_check, only : check_water
    use rockdda_model_regions, only : blocks_of_region
    use rockdda_model_options, only : is_set
-   use rockdda_interaction_contact_law, only : contact_law_type, new_contact_laws
+   use rockdda_interaction_joint_strength, only : joint_law_type, new_joint_laws
    use rockdda_interaction_loads, only : loads_type
    use rockdda_interaction_boundaries, only : boundaries_type
    use rockdda_interaction_water, only : water_family_type
@@ -47,10 +47,10 @@ contains
       type(block_system_type), intent(in) :: blocks
       type(parameters_type), intent(in) :: parameters
       type(diagnostics_type), intent(inout) :: messages
-      type(contact_law_type), allocatable :: laws(:)
+      type(joint_law_type), allocatable :: laws(:)
       type(loads_type) :: loads
       real(wp), allocatable :: line_ends(:, :)
-      call new_contact_laws(parameters%joint_materials, laws, messages)
+      call new_joint_laws(parameters%joint_materials, laws, messages)
       call check_parameters(parameters, messages)
       call check_releases(parameters, blocks%fixed%n, messages)
       call loads%init(blocks, parameters, line_ends, messages)
@@ -161,8 +161,8 @@ contains
    subroutine check_joints(joints, messages)
       type(joint_material_type), intent(in) :: joints(:)
       type(diagnostics_type), intent(inout) :: messages
-      type(contact_law_type), allocatable :: laws(:)
-      call new_contact_laws(joints, laws, messages)
+      type(joint_law_type), allocatable :: laws(:)
+      call new_joint_laws(joints, laws, messages)
    end subroutine check_joints
 
    !> Stages may release only fixed points that exist.

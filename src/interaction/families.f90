@@ -13,7 +13,7 @@ module rockdda_interaction_families
    use rockdda_interaction_bars, only : bars_type
    use rockdda_interaction_bolts, only : bolts_type
    use rockdda_interaction_boundaries, only : boundaries_type
-   use rockdda_interaction_contact_law, only : new_contact_laws, act_along_length
+   use rockdda_interaction_joint_strength, only : new_joint_laws, act_along_length
    use rockdda_interaction_contacts, only : contacts_type
    use rockdda_interaction_context, only : step_context_type
    use rockdda_interaction_elasticity, only : elasticity_type
@@ -92,7 +92,7 @@ contains
       type(diagnostics_type) :: known
       real(wp), allocatable :: pressure(:, :)   !! of water at time 0
       associate (blocks => context%blocks, parameters => context%parameters)
-         call new_contact_laws(parameters%joint_materials, self%contacts%laws, known)
+         call new_joint_laws(parameters%joint_materials, self%contacts%laws, known)
          if (parameters%by_length) call act_along_length(parameters%joint_materials, self%contacts%laws)
          call self%elasticity%init(parameters)
          call self%loads%init(blocks, parameters, context%line_ends, known)

@@ -7,7 +7,7 @@ module rockdda_stepping_acceptance
    use rockdda_contact_merging, only : merge_resting
    use rockdda_contact_table, only : contact_state
    use rockdda_interaction_block_forces, only : block_forces_type
-   use rockdda_stepping_equilibrium, only : varies_with_time
+   use rockdda_stepping_stage_equilibrium, only : varies_with_time
    use rockdda_stepping_ledger, only : ledger_type
    use rockdda_stepping_motion, only : move_blocks, measure_points
    use rockdda_stepping_sleep, only : fall_asleep

@@ -17,7 +17,7 @@ module rockdda_interaction_free_field
    use rockdda_model_parameters, only : parameters_type
    use rockdda_contact_table, only : contact_table_type, contact_state
    use rockdda_interaction_attempt, only : attempt_type
-   use rockdda_interaction_contact_law, only : contact_law_type
+   use rockdda_interaction_joint_strength, only : joint_law_type
    use rockdda_interaction_context, only : step_context_type
    use rockdda_interaction_dashpots, only : dashpots_of
    use rockdda_interaction_elasticity, only : elasticity
@@ -110,7 +110,7 @@ contains
       class(free_field_type), intent(inout) :: self
       type(step_context_type), intent(in) :: context
       type(attempt_type), intent(in) :: attempt
-      type(contact_law_type), intent(in) :: laws(:)      !! per joint material
+      type(joint_law_type), intent(in) :: laws(:)      !! per joint material
       type(contact_table_type), intent(in) :: table
       real(wp), allocatable :: drag(:, :)
       real(wp) :: springs(2), dashpots(2), across(2), length, k_n

@@ -3,8 +3,8 @@
 module rockdda_interaction_closing
    use rockdda_base_kinds, only : wp
    use rockdda_contact_table, only : contact_table_type, contact_state
-   use rockdda_interaction_contact_law, only : contact_law_type
-   use rockdda_interaction_joint_law, only : joint_settings_type, joint_state_type, joint_type, opening_gap
+   use rockdda_interaction_joint_strength, only : joint_law_type
+   use rockdda_interaction_joint_response, only : joint_settings_type, joint_state_type, joint_type, opening_gap
    implicit none
    private
    public :: stays_closed, closing_gap
@@ -16,7 +16,7 @@ contains
       type(joint_type), intent(in) :: joint           !! of row c
       type(joint_state_type), intent(in), contiguous :: states(:)   !! (>= rows)
       type(contact_table_type), intent(in) :: table
-      type(contact_law_type), intent(in) :: law
+      type(joint_law_type), intent(in) :: law
       type(joint_settings_type), intent(in) :: settings
       integer, intent(in) :: c                        !! row
       real(wp), intent(in) :: gap, partner_gap        !! the partner's is not used without one [length]

@@ -8,13 +8,13 @@ module rockdda_interaction_contact_end
    use rockdda_contact_table, only : contact_table_type, contact_state, is_of_interval, other_row
    use rockdda_interaction_attempt, only : attempt_type
    use rockdda_interaction_balance, only : energy_balance_type
-   use rockdda_interaction_contact_law, only : contact_law_type, dilated_gap
+   use rockdda_interaction_joint_strength, only : joint_law_type, dilated_gap
    use rockdda_interaction_contact_lengths, only : move_contacts
    use rockdda_interaction_contact_stiffness, only : joint_stiffness_type
    use rockdda_interaction_context, only : step_context_type
    use rockdda_interaction_intervals, only : find_extremes, interval_response_type, respond, bond_after
    use rockdda_interaction_joint_end, only : joint_end_type
-   use rockdda_interaction_joint_law, only : joint_settings_type, joint_type, opening_gap, spring_energy, spring_force
+use rockdda_interaction_joint_response, only : joint_settings_type, joint_type, opening_gap, spring_energy, spring_force
    use rockdda_interaction_open_close, only : open_close_type
    use rockdda_interaction_ties, only : break_ties
    use rockdda_interaction_trial_states, only : piece_of_rows, widest_piece
@@ -27,7 +27,7 @@ contains
    !> Springs, friction, dashpots and changes of state of an accepted step.
    subroutine measure_energies(trial, laws, table, is_windows, balance)
       type(open_close_type), intent(in) :: trial
-      type(contact_law_type), intent(in) :: laws(:)     !! per joint material
+      type(joint_law_type), intent(in) :: laws(:)     !! per joint material
       type(contact_table_type), intent(in) :: table
       logical, intent(in) :: is_windows                    !! the contacts of a preset
       class(energy_balance_type), intent(inout) :: balance
@@ -69,7 +69,7 @@ contains
    pure subroutine measure_some(p, trial, laws, table, is_windows, sums)
       integer, intent(in) :: p                          !! piece
       type(open_close_type), intent(in) :: trial
-      type(contact_law_type), intent(in) :: laws(:)
+      type(joint_law_type), intent(in) :: laws(:)
       type(contact_table_type), intent(in) :: table
       logical, intent(in) :: is_windows
       !> carried, friction, dissipated, discarded, geometry, stored; what the contact that gives most by a change of
@@ -192,7 +192,7 @@ contains
    !> Energy that the normal spring gains when a slip opens the joint, further than was expected of the step: what it
    !> presses apart. Dilation takes it from the shear work, so that friction dissipates the less.
    pure real(wp) function dilation_energy(law, kn, force, slip_before, slipped, expected) result(gained)
-      type(contact_law_type), intent(in) :: law
+      type(joint_law_type), intent(in) :: law
       real(wp), intent(in) :: kn              !! by which its force grows; 0 of intervals: to first order [force/length]
       real(wp), intent(in) :: force           !! of the spring at the end of the step, compression positive [force]
       real(wp), intent(in) :: slip_before, slipped   !! summed up, and in the step [length]
@@ -208,7 +208,7 @@ contains
    subroutine reach_end(trial, table, laws, settings)
       type(open_close_type), intent(inout) :: trial
       type(contact_table_type), intent(in) :: table
-      type(contact_law_type), intent(in) :: laws(:)  !! per joint material
+      type(joint_law_type), intent(in) :: laws(:)  !! per joint material
       type(joint_settings_type), intent(in) :: settings
       type(joint_type) :: joint
       integer :: c
@@ -231,7 +231,7 @@ contains
    !> dilation is theirs from here on.
    subroutine end_contacts(trial, laws, stiffness, context, attempt, d, table)
       type(open_close_type), intent(in) :: trial
-      type(contact_law_type), intent(in) :: laws(:)         !! per joint material
+      type(joint_law_type), intent(in) :: laws(:)         !! per joint material
       type(joint_stiffness_type), intent(in) :: stiffness
       type(step_context_type), intent(inout) :: context
       type(attempt_type), intent(inout) :: attempt
@@ -258,7 +258,7 @@ contains
    !> States, forces and memory of the contacts at the step's end.
    subroutine commit(trial, laws, table)
       type(open_close_type), intent(in) :: trial
-      type(contact_law_type), intent(in) :: laws(:)   !! per joint material
+      type(joint_law_type), intent(in) :: laws(:)   !! per joint material
       type(contact_table_type), intent(inout) :: table
       integer :: p
       !$omp parallel do default(none) shared(trial, laws, table) private(p) schedule(static) &
@@ -272,7 +272,7 @@ contains
    !> Where the bonds of intervals are sound at the step's end.
    pure subroutine commit_bonds(trial, laws, table)
       type(open_close_type), intent(in) :: trial
-      type(contact_law_type), intent(in) :: laws(:)   !! per joint material
+      type(joint_law_type), intent(in) :: laws(:)   !! per joint material
       type(contact_table_type), intent(inout) :: table
       integer :: c
       if (.not. any(laws%tension > 0 .or. laws%cohesion > laws%residual_cohesion)) return
@@ -289,7 +289,7 @@ contains
    !> Contacts of some rows at the end of the step, those of intervals with what is closed there.
    pure subroutine find_ends(trial, laws, table, first, last, ends)
       type(open_close_type), intent(in) :: trial
-      type(contact_law_type), intent(in) :: laws(:)   !! per joint material
+      type(joint_law_type), intent(in) :: laws(:)   !! per joint material
       type(contact_table_type), intent(in) :: table
       integer, intent(in) :: first, last              !! no interval is cut
       type(joint_end_type), intent(inout) :: ends(:)
@@ -314,7 +314,7 @@ contains
    pure subroutine commit_rows(p, trial, laws, table)
       integer, intent(in) :: p                        !! piece
       type(open_close_type), intent(in) :: trial
-      type(contact_law_type), intent(in) :: laws(:)
+      type(joint_law_type), intent(in) :: laws(:)
       type(contact_table_type), intent(inout) :: table
       type(joint_end_type) :: ends(widest_piece)
       real(wp) :: slip
@@ -349,7 +349,7 @@ contains
    !> energies at the start.
    pure subroutine interval_forces(trial, law, table, c, forces, energy)
       type(open_close_type), intent(in) :: trial
-      type(contact_law_type), intent(in) :: law
+      type(joint_law_type), intent(in) :: law
       type(contact_table_type), intent(in) :: table
       integer, intent(in) :: c                    !! first row
       real(wp), intent(out) :: forces(2, 2)

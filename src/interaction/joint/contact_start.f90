@@ -6,11 +6,11 @@ module rockdda_interaction_contact_start
    use rockdda_contact_interval_law, only : n_points
    use rockdda_contact_table, only : contact_table_type, contact_state
    use rockdda_interaction_attempt, only : attempt_type
-   use rockdda_interaction_contact_law, only : contact_law_type, dilated_gap, opened_last
+   use rockdda_interaction_joint_strength, only : joint_law_type, dilated_gap, opened_last
    use rockdda_interaction_contact_stiffness, only : joint_stiffness_type
    use rockdda_interaction_context, only : step_context_type
    use rockdda_interaction_dashpots, only : set_dashpots
-   use rockdda_interaction_joint_law, only : joint_extra_type
+   use rockdda_interaction_joint_response, only : joint_extra_type
    use rockdda_interaction_kinematics, only : displacement_at
    use rockdda_interaction_ties, only : tie_stiffness
    implicit none
@@ -27,7 +27,7 @@ contains
    subroutine start_contacts(context, attempt, laws, stiffness, keep_force, table)
       type(step_context_type), intent(in) :: context
       type(attempt_type), intent(in) :: attempt
-      type(contact_law_type), intent(in) :: laws(:)      !! per joint material
+      type(joint_law_type), intent(in) :: laws(:)      !! per joint material
       type(joint_stiffness_type), intent(in) :: stiffness
       logical, intent(in) :: keep_force                  !! closed contacts keep it with a new stiffness
       type(contact_table_type), intent(inout) :: table
@@ -52,7 +52,7 @@ contains
    pure subroutine set_some_springs(first, last, context, laws, stiffness, holds, keep_force, table)
       integer, intent(in) :: first, last
       type(step_context_type), intent(in) :: context
-      type(contact_law_type), intent(in) :: laws(:)      !! per joint material
+      type(joint_law_type), intent(in) :: laws(:)      !! per joint material
       type(joint_stiffness_type), intent(in) :: stiffness
       real(wp), intent(in) :: holds(:)             !! (nb) a block with two cannot move
       logical, intent(in) :: keep_force
@@ -138,7 +138,7 @@ contains
    !> Take from the gaps of some of the rows what dilation has opened.
    pure subroutine take_off_dilation(first, last, laws, table)
       integer, intent(in) :: first, last
-      type(contact_law_type), intent(in) :: laws(:)
+      type(joint_law_type), intent(in) :: laws(:)
       type(contact_table_type), intent(inout) :: table
       integer :: c
       do c = first, last
@@ -152,7 +152,7 @@ contains
    pure subroutine expect_dilation(context, attempt, laws, table, level, extra, gap)
       type(step_context_type), intent(in) :: context
       type(attempt_type), intent(in) :: attempt
-      type(contact_law_type), intent(in) :: laws(:)      !! per joint material
+      type(joint_law_type), intent(in) :: laws(:)      !! per joint material
       type(contact_table_type), intent(in) :: table
       real(wp), intent(in), contiguous :: level(:)       !! (rows) share of the step after which forces act
       type(joint_extra_type), intent(inout) :: extra(:)  !! (>= rows)

@@ -2,7 +2,7 @@
 !> Contacts: one link per row of the contact table, along the normal of the edge (1) and the edge (2).
 !>
 !> Which rows exist is found by the search (folder contact); forces and states come from the joint law
-!> (rockdda_interaction_joint_law), trial states from rockdda_interaction_open_close.
+!> (rockdda_interaction_joint_response), trial states from rockdda_interaction_open_close.
 module rockdda_interaction_contacts
    use, intrinsic :: iso_c_binding, only : c_int, c_double, c_signed_char
    use rockdda_base_kinds, only : wp, i2
@@ -12,7 +12,7 @@ module rockdda_interaction_contacts
    use rockdda_interaction_balance, only : energy_balance_type
    use rockdda_interaction_block_forces, only : block_forces_type
    use rockdda_interaction_contact_end, only : joint_end_type, end_motion => reach_end, measure_energies, end_contacts
-   use rockdda_interaction_contact_law, only : contact_law_type
+   use rockdda_interaction_joint_strength, only : joint_law_type
    use rockdda_interaction_contact_lengths, only : place_contacts, measure_lengths
    use rockdda_interaction_contact_start, only : start_contacts, set_dashpots, expect_dilation, &
       joint_stiffness_type
@@ -20,7 +20,7 @@ module rockdda_interaction_contacts
    use rockdda_interaction_equations, only : equations_type
    use rockdda_interaction_friction_search, only : friction_search_type
    use rockdda_interaction_intervals, only : find_leans
-   use rockdda_interaction_joint_law, only : joint_settings_type, joint_type, new_joint_settings
+   use rockdda_interaction_joint_response, only : joint_settings_type, joint_type, new_joint_settings
    use rockdda_interaction_joint_links, only : linearise_joints
    use rockdda_interaction_linked_interaction, only : linked_interaction_type
    use rockdda_interaction_open_close, only : open_close_type
@@ -31,7 +31,7 @@ module rockdda_interaction_contacts
    public :: contacts_type
 
    type, extends(linked_interaction_type) :: contacts_type
-      type(contact_law_type), allocatable :: laws(:)   !! per joint material
+      type(joint_law_type), allocatable :: laws(:)   !! per joint material
       type(contact_table_type) :: table                !! of this step
       type(joint_settings_type) :: settings            !! of the attempt at hand
       type(open_close_type) :: trial

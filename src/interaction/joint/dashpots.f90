@@ -18,9 +18,9 @@ module rockdda_interaction_dashpots
    use rockdda_contact_interval_law, only : end_gaps
    use rockdda_contact_table, only : contact_table_type, contact_state, is_of_interval, other_row
    use rockdda_interaction_attempt, only : attempt_type
-   use rockdda_interaction_contact_law, only : contact_law_type, opened_last
+   use rockdda_interaction_joint_strength, only : joint_law_type, opened_last
    use rockdda_interaction_context, only : step_context_type
-   use rockdda_interaction_joint_law, only : joint_extra_type
+   use rockdda_interaction_joint_response, only : joint_extra_type
    implicit none
    private
    public :: has_dashpots, set_dashpots, dashpots_of, dashpot_coefficient, opening_speed
@@ -29,7 +29,7 @@ contains
 
    !> Can contacts have dashpots in this attempt: with a ratio of their joint, or because they slide?
    pure logical function has_dashpots(laws, table)
-      type(contact_law_type), intent(in) :: laws(:)      !! per joint material
+      type(joint_law_type), intent(in) :: laws(:)      !! per joint material
       type(contact_table_type), intent(in) :: table
       has_dashpots = any(laws%damping_ratio > 0)
       if (has_dashpots .or. .not. any(laws%sliding_damping > 0)) return
@@ -40,7 +40,7 @@ contains
    pure subroutine set_dashpots(context, attempt, laws, table, level, extra)
       type(step_context_type), intent(in) :: context
       type(attempt_type), intent(in) :: attempt
-      type(contact_law_type), intent(in) :: laws(:)      !! per joint material
+      type(joint_law_type), intent(in) :: laws(:)      !! per joint material
       type(contact_table_type), intent(in) :: table
       real(wp), intent(in), contiguous :: level(:)       !! (rows) share of the motion that gap and slip are
       type(joint_extra_type), intent(inout) :: extra(:)  !! (>= rows)
@@ -51,7 +51,7 @@ contains
    function dashpots_of(context, attempt, laws, table) result(drag)
       type(step_context_type), intent(in) :: context
       type(attempt_type), intent(in) :: attempt
-      type(contact_law_type), intent(in) :: laws(:)      !! per joint material
+      type(joint_law_type), intent(in) :: laws(:)      !! per joint material
       type(contact_table_type), intent(in) :: table
       real(wp) :: drag(2, table%n)                       !! normal and shear [force time/length]
       type(joint_extra_type), allocatable :: extra(:)
@@ -67,7 +67,7 @@ contains
    pure subroutine share_damping(context, attempt, laws, table, level, extra)
       type(step_context_type), intent(in) :: context
       type(attempt_type), intent(in) :: attempt
-      type(contact_law_type), intent(in) :: laws(:)      !! per joint material
+      type(joint_law_type), intent(in) :: laws(:)      !! per joint material
       type(contact_table_type), intent(in) :: table
       real(wp), intent(in), contiguous :: level(:)       !! (rows) share of the motion that gap and slip are
       type(joint_extra_type), intent(inout) :: extra(:)  !! (>= rows)
@@ -117,7 +117,7 @@ contains
 
    !> Stiffness of the springs of a contact at the start of the step, normal and shear.
    pure function springs_of(laws, table, c) result(springs)
-      type(contact_law_type), intent(in) :: laws(:)      !! per joint material
+      type(joint_law_type), intent(in) :: laws(:)      !! per joint material
       type(contact_table_type), intent(in) :: table
       integer, intent(in) :: c
       real(wp) :: springs(2)                             !! [force/length]

@@ -12,9 +12,9 @@ module rockdda_interaction_friction_search
    use rockdda_base_parallel, only : parallel_contacts, piece, n_pieces
    use rockdda_contact_table, only : contact_table_type, contact_state
    use rockdda_linear_anderson, only : anderson_type
-   use rockdda_interaction_contact_law, only : contact_law_type
+   use rockdda_interaction_joint_strength, only : joint_law_type
    use rockdda_interaction_open_close, only : open_close_type
-   use rockdda_interaction_joint_law, only : joint_settings_type
+   use rockdda_interaction_joint_response, only : joint_settings_type
    implicit none
    private
    public :: friction_search_type
@@ -126,7 +126,7 @@ contains
    pure subroutine improve(self, table, laws, settings, trial, worst)
       class(friction_search_type), intent(inout) :: self
       type(contact_table_type), intent(in) :: table
-      type(contact_law_type), intent(in) :: laws(:)   !! per joint material
+      type(joint_law_type), intent(in) :: laws(:)   !! per joint material
       type(joint_settings_type), intent(in) :: settings
       type(open_close_type), intent(inout) :: trial
       real(wp), intent(out) :: worst                  !! [force]

@@ -12,9 +12,9 @@ module rockdda_interaction_initial_traction
    use rockdda_base_kinds, only : wp
    use rockdda_contact_interval_law, only : closed_part_type, find_closed_part, part_energies, press_points
    use rockdda_contact_table, only : contact_table_type, contact_state
-   use rockdda_interaction_contact_law, only : contact_law_type, shear_strength
+   use rockdda_interaction_joint_strength, only : joint_law_type, shear_strength
    use rockdda_interaction_context, only : step_context_type
-   use rockdda_interaction_joint_law, only : spring_energy
+   use rockdda_interaction_joint_response, only : spring_energy
    implicit none
    private
    public :: start_with_stress
@@ -27,7 +27,7 @@ contains
    !> Give the closed contacts of the first step the force of the initial stress.
    pure subroutine start_with_stress(context, laws, table, weak, pressure)
       type(step_context_type), intent(in) :: context
-      type(contact_law_type), intent(in) :: laws(:)      !! per joint material
+      type(joint_law_type), intent(in) :: laws(:)      !! per joint material
       type(contact_table_type), intent(inout) :: table   !! states, gaps and stiffness of the first step
       !> contacts without the whole traction: its shear exceeds the strength (1), it is tension (2)
       integer, intent(out), optional :: weak(2)
@@ -91,7 +91,7 @@ contains
 
    !> Both rows of an interval of which neither is a spring by itself, by their forces.
    pure subroutine press_both(law, c, table)
-      type(contact_law_type), intent(in) :: law
+      type(joint_law_type), intent(in) :: law
       integer, intent(in) :: c                           !! first row
       type(contact_table_type), intent(inout) :: table
       type(closed_part_type) :: part

@@ -12,7 +12,7 @@ module rockdda_interaction_intervals
    use rockdda_contact_interval_law, only : closed_part_type, first_place, at_end, end_gaps, find_closed_part, &
       cut_bond, part_forces, part_energies
    use rockdda_contact_table, only : contact_table_type, contact_state, is_of_interval, other_row
-   use rockdda_interaction_contact_law, only : contact_law_type, tension_at
+   use rockdda_interaction_joint_strength, only : joint_law_type, tension_at
    implicit none
    private
    public :: find_extremes, find_leans, end_gap, mean_gap, interval_response_type, respond, place_to_linearise, &
@@ -87,7 +87,7 @@ contains
    !> slip in its middle: that cells of other strain stretch along each other must cost nothing, or a beam of two cells
    !> bends by an eighth less.
    subroutine find_leans(laws, table, lean)
-      type(contact_law_type), intent(in) :: laws(:)           !! per joint material
+      type(joint_law_type), intent(in) :: laws(:)           !! per joint material
       type(contact_table_type), intent(in) :: table           !! of the step's start
       !> (3, >= rows) From the point of each row, and the distance of the blocks there; of a vertex 0 [length].
       real(wp), allocatable, intent(inout) :: lean(:, :)
@@ -144,7 +144,7 @@ contains
    !> Part of an interval on which a bond is sound at the end of a step: what slip and opening do not break for good is
    !> sound wherever the interval is closed.
    pure function bond_after(law, bond, gap) result(after)
-      type(contact_law_type), intent(in) :: law
+      type(joint_law_type), intent(in) :: law
       real(wp), intent(in) :: bond(2)                  !! in the step
       real(wp), intent(in) :: gap(2)                   !! at its end [length]
       real(wp) :: after(2), ends(2), closed(2)
@@ -162,7 +162,7 @@ contains
    !> An interval at a motion. Its bond breaks where it is stretched beyond its strength, or, without tensile strength,
    !> where it opens.
    pure subroutine respond(law, table, c, bonded, gap, slack, bond, interval)
-      type(contact_law_type), intent(in) :: law
+      type(joint_law_type), intent(in) :: law
       type(contact_table_type), intent(in) :: table
       integer, intent(in) :: c                         !! first row
       logical, intent(in) :: bonded                    !! both rows
@@ -200,7 +200,7 @@ contains
    !> the law is so curved that its stiffness there says nothing of the one at the force that the solve gave it:
    !> then those at which it has this force. One that has been open has no force yet, and begins within the curve.
    pure function place_to_linearise(law, k_n, gap, used) result(place)
-      type(contact_law_type), intent(in) :: law
+      type(joint_law_type), intent(in) :: law
       real(wp), intent(in) :: k_n                      !! of one of the rows [force/length]
       real(wp), intent(in) :: gap(2)                   !! of the motion [length]
       real(wp), intent(in) :: used(2)                  !! forces of the solve, compression positive

@@ -1,10 +1,10 @@
 ! SPDX-License-Identifier: MIT
 !> Closed contacts at the end of an accepted step: forces, memory and energy by the law of their joints
-!> (rockdda_interaction_joint_law).
+!> (rockdda_interaction_joint_response).
 module rockdda_interaction_joint_end
    use rockdda_base_kinds, only : wp, i1
    use rockdda_contact_table, only : contact_state
-   use rockdda_interaction_joint_law, only : joint_type, joint_state_type, spring_force, spring_energy
+   use rockdda_interaction_joint_response, only : joint_type, joint_state_type, spring_force, spring_energy
    implicit none
    private
    public :: joint_end_type, end_joint, end_joints

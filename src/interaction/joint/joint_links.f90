@@ -3,7 +3,7 @@
 module rockdda_interaction_joint_links
    use rockdda_base_kinds, only : wp
    use rockdda_contact_table, only : contact_table_type, contact_state, other_row
-   use rockdda_interaction_joint_law, only : joint_state_type, joint_extra_type, joint_type
+   use rockdda_interaction_joint_response, only : joint_state_type, joint_extra_type, joint_type
    implicit none
    private
    public :: linearise_joint, linearise_joints

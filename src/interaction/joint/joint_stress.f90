@@ -12,9 +12,9 @@ module rockdda_interaction_joint_stress
    use rockdda_base_kinds, only : wp
    use rockdda_contact_interval_law, only : first_place, second_place
    use rockdda_contact_table, only : contact_table_type, contact_state, is_of_interval
-   use rockdda_interaction_contact_law, only : contact_law_type
+   use rockdda_interaction_joint_strength, only : joint_law_type
    use rockdda_interaction_intervals, only : interval_response_type, respond
-   use rockdda_interaction_joint_law, only : joint_settings_type, joint_type, joint_extra_type, recall_joint, strength
+use rockdda_interaction_joint_response, only : joint_settings_type, joint_type, joint_extra_type, recall_joint, strength
    use rockdda_interaction_ties, only : tie_stresses
    implicit none
    private
@@ -61,7 +61,7 @@ contains
    !> an interval have that of the interval; 1 where a joint slides. 0 for open rows and where there is no strength:
    !> ties that do not break, joints without friction and cohesion.
    pure subroutine mobilised_shares(laws, table, share, first)
-      type(contact_law_type), intent(in) :: laws(:)     !! per joint material
+      type(joint_law_type), intent(in) :: laws(:)     !! per joint material
       type(contact_table_type), intent(in) :: table
       real(wp), intent(out) :: share(:)                 !! (rows) [-]
       integer, intent(in), optional :: first            !! default 1
@@ -82,7 +82,7 @@ contains
 
    !> `mobilised_shares` of a contact, or of an interval.
    pure real(wp) function mobilised(law, table, first, last) result(share)
-      type(contact_law_type), intent(in) :: law
+      type(joint_law_type), intent(in) :: law
       type(contact_table_type), intent(in) :: table
       integer, intent(in) :: first, last                !! rows
       type(joint_extra_type), allocatable :: none(:)

@@ -2,7 +2,7 @@
 !> Trial states of the contacts of a step: the open-close iteration judges each by the motion of the last solve.
 !>
 !> Whether a contact is open follows from its gap, and that of its partner, here; forces and states of closed contacts
-!> come from their law (rockdda_interaction_joint_law). They do not change the contact table.
+!> come from their law (rockdda_interaction_joint_response). They do not change the contact table.
 module rockdda_interaction_open_close
    use rockdda_base_kinds, only : wp, i1, i2, l1
    use rockdda_base_parallel, only : parallel_contacts, n_pieces
@@ -10,10 +10,10 @@ module rockdda_interaction_open_close
    use rockdda_contact_interval_law, only : end_gaps
    use rockdda_contact_table, only : contact_table_type, contact_state, is_of_interval, other_row
    use rockdda_interaction_closing, only : closing_gap, stays_closed
-   use rockdda_interaction_contact_law, only : contact_law_type
+   use rockdda_interaction_joint_strength, only : joint_law_type
    use rockdda_interaction_intervals, only : find_extremes, mean_gap, interval_response_type, respond, &
       place_to_linearise
-   use rockdda_interaction_joint_law, only : joint_settings_type, joint_state_type, joint_extra_type, joint_type, &
+   use rockdda_interaction_joint_response, only : joint_settings_type, joint_state_type, joint_extra_type, joint_type, &
       joint_response_type, map_joint, map_steady, keep_steady, miss_of_joint, spring_force
    use rockdda_interaction_trial_states, only : trial_states_type, no_state, at_level, piece_of_rows, widest_piece
    implicit none
@@ -41,7 +41,7 @@ contains
    subroutine judge(self, table, laws, settings, n_changes)
       class(open_close_type), intent(inout) :: self
       type(contact_table_type), intent(in) :: table
-      type(contact_law_type), intent(in) :: laws(:)   !! per joint material
+      type(joint_law_type), intent(in) :: laws(:)   !! per joint material
       type(joint_settings_type), intent(in) :: settings
       integer, intent(out) :: n_changes               !! contacts whose state changed
       call judge_all(self, table, laws, settings, .false., n_changes)
@@ -52,7 +52,7 @@ contains
    subroutine foresee(self, table, laws, settings)
       class(open_close_type), intent(inout) :: self
       type(contact_table_type), intent(in) :: table
-      type(contact_law_type), intent(in) :: laws(:)   !! per joint material
+      type(joint_law_type), intent(in) :: laws(:)   !! per joint material
       type(joint_settings_type), intent(in) :: settings
       integer :: n_changes
       call judge_all(self, table, laws, settings, .true., n_changes)
@@ -65,7 +65,7 @@ contains
    subroutine judge_all(self, table, laws, settings, spare_bonds, n_changes)
       type(open_close_type), intent(inout) :: self
       type(contact_table_type), intent(in) :: table
-      type(contact_law_type), intent(in) :: laws(:)
+      type(joint_law_type), intent(in) :: laws(:)
       type(joint_settings_type), intent(in) :: settings
       logical, intent(in) :: spare_bonds
       integer, intent(out) :: n_changes
@@ -90,7 +90,7 @@ contains
       integer, intent(in) :: p                         !! piece
       type(open_close_type), intent(inout) :: self
       type(contact_table_type), intent(in) :: table
-      type(contact_law_type), intent(in) :: laws(:)
+      type(joint_law_type), intent(in) :: laws(:)
       type(joint_settings_type), intent(in) :: settings
       logical, intent(in) :: spare_bonds
       integer, intent(inout) :: n_changes, n_partners
@@ -175,7 +175,7 @@ contains
    pure subroutine judge_interval(self, table, law, settings, c, n_changes)
       type(open_close_type), intent(inout) :: self
       type(contact_table_type), intent(in) :: table
-      type(contact_law_type), intent(in) :: law
+      type(joint_law_type), intent(in) :: law
       type(joint_settings_type), intent(in) :: settings
       integer, intent(in) :: c                        !! first row
       integer, intent(inout) :: n_changes
@@ -301,7 +301,7 @@ contains
    pure subroutine judge_contact(self, table, laws, settings, c, n_changes)
       type(open_close_type), intent(inout) :: self
       type(contact_table_type), intent(in) :: table
-      type(contact_law_type), intent(in) :: laws(:)
+      type(joint_law_type), intent(in) :: laws(:)
       type(joint_settings_type), intent(in) :: settings
       integer, intent(in) :: c
       integer, intent(inout) :: n_changes
@@ -381,7 +381,7 @@ contains
    subroutine forces_between(self, table, laws, settings, a, gap, slip, force, runs)
       class(open_close_type), intent(in) :: self
       type(contact_table_type), intent(in) :: table
-      type(contact_law_type), intent(in) :: laws(:)   !! per joint material
+      type(joint_law_type), intent(in) :: laws(:)   !! per joint material
       type(joint_settings_type), intent(in) :: settings
       real(wp), intent(in) :: a
       real(wp), intent(in), contiguous :: gap(:), slip(:)     !! (>= contacts) of the motion at a = 0 [length]
@@ -408,7 +408,7 @@ contains
       integer, intent(in) :: first, last
       class(open_close_type), intent(in) :: self
       type(contact_table_type), intent(in) :: table
-      type(contact_law_type), intent(in) :: laws(:)
+      type(joint_law_type), intent(in) :: laws(:)
       type(joint_settings_type), intent(in) :: settings
       real(wp), intent(in) :: a
       real(wp), intent(in), contiguous :: gap(:), slip(:)
@@ -458,7 +458,7 @@ contains
    pure subroutine lawful_force(self, table, law, settings, c, gap, mean, slip, partner_gap, force)
       type(open_close_type), intent(in) :: self
       type(contact_table_type), intent(in) :: table
-      type(contact_law_type), intent(in) :: law
+      type(joint_law_type), intent(in) :: law
       type(joint_settings_type), intent(in) :: settings
       integer, intent(in) :: c                        !! row
       real(wp), intent(in) :: gap, mean, slip, partner_gap   !! the partner's is not used without one [length]
@@ -476,7 +476,7 @@ contains
    pure subroutine lawful_interval(self, table, law, settings, c, gap, slip, force)
       type(open_close_type), intent(in) :: self
       type(contact_table_type), intent(in) :: table
-      type(contact_law_type), intent(in) :: law
+      type(joint_law_type), intent(in) :: law
       type(joint_settings_type), intent(in) :: settings
       integer, intent(in) :: c                        !! first row
       real(wp), intent(in) :: gap(2), slip(2)         !! [length]

@@ -20,7 +20,7 @@ module rockdda_interaction_striking_ends
    use rockdda_contact_interval_law, only : at_end, end_gaps
    use rockdda_contact_table, only : contact_table_type, contact_state
    use rockdda_interaction_attempt, only : attempt_type
-   use rockdda_interaction_contact_law, only : contact_law_type
+   use rockdda_interaction_joint_strength, only : joint_law_type
    use rockdda_interaction_context, only : step_context_type
    use rockdda_interaction_kinematics, only : displacement_at
    use rockdda_interaction_trial_states, only : at_level
@@ -38,7 +38,7 @@ contains
    subroutine mark_striking_ends(context, attempt, laws, table, start)
       type(step_context_type), intent(in) :: context
       type(attempt_type), intent(in) :: attempt
-      type(contact_law_type), intent(in) :: laws(:)          !! per joint material
+      type(joint_law_type), intent(in) :: laws(:)          !! per joint material
       type(contact_table_type), intent(in) :: table
       integer(i1), intent(inout), contiguous :: start(:)     !! (>= rows) one of at_level%...
       real(wp) :: holds(context%blocks%n_blocks)             !! a block with two cannot move

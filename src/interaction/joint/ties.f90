@@ -22,9 +22,9 @@ module rockdda_interaction_ties
    use rockdda_contact_interval_law, only : end_gaps, first_place
    use rockdda_contact_intervals, only : tie_place
    use rockdda_contact_table, only : contact_table_type, contact_state
-   use rockdda_interaction_contact_law, only : contact_law_type, shear_strength
+   use rockdda_interaction_joint_strength, only : joint_law_type, shear_strength
    use rockdda_interaction_contact_stiffness, only : joint_stiffness_type
-   use rockdda_interaction_joint_law, only : spring_energy
+   use rockdda_interaction_joint_response, only : spring_energy
    implicit none
    private
    public :: tie_stiffness, tie_stresses, break_ties
@@ -57,7 +57,7 @@ contains
 
    !> Break the ties whose traction exceeds their strength. The table is that of the end of the step.
    pure subroutine break_ties(laws, joint_stiffness, table, gap)
-      type(contact_law_type), intent(in) :: laws(:)            !! per joint material
+      type(joint_law_type), intent(in) :: laws(:)            !! per joint material
       type(joint_stiffness_type), intent(in) :: joint_stiffness
       type(contact_table_type), intent(inout) :: table
       real(wp), intent(in) :: gap(:)                           !! (n) at the end, less the offset [length]
@@ -83,7 +83,7 @@ contains
       integer, intent(in) :: c                     !! first row
       real(wp), intent(in) :: stiffness(2)         !! normal, shear [force/length^2]
       real(wp), intent(in) :: compression, shear   !! of the tie [force/length]
-      type(contact_law_type), intent(in) :: law
+      type(joint_law_type), intent(in) :: law
       real(wp), intent(in) :: gap(2)               !! less the offset [length]
       type(contact_table_type), intent(inout) :: table
       real(wp) :: limit, apart(2), along(2, 2)

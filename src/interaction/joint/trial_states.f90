@@ -7,10 +7,10 @@ module rockdda_interaction_trial_states
    use rockdda_contact_table, only : contact_table_type, contact_state, cut_no_interval, is_of_interval, &
       other_row
    use rockdda_interaction_dashpots, only : has_dashpots
-   use rockdda_interaction_contact_law, only : contact_law_type
+   use rockdda_interaction_joint_strength, only : joint_law_type
    use rockdda_interaction_intervals, only : interval_response_type, mean_gap, respond
    use rockdda_interaction_joint_end, only : joint_end_type, end_joints
-   use rockdda_interaction_joint_law, only : joint_settings_type, joint_state_type, joint_extra_type, joint_type, &
+   use rockdda_interaction_joint_response, only : joint_settings_type, joint_state_type, joint_extra_type, joint_type, &
       recall_joint, sliding_friction, spring_force_of => spring_force
    implicit none
    private
@@ -86,7 +86,7 @@ contains
    subroutine begin(self, table, laws, settings)
       class(trial_states_type), intent(inout) :: self
       type(contact_table_type), intent(in) :: table
-      type(contact_law_type), intent(in) :: laws(:)  !! per joint material
+      type(joint_law_type), intent(in) :: laws(:)  !! per joint material
       type(joint_settings_type), intent(in) :: settings
       integer :: first, last, n, p
       n = table%n
@@ -111,7 +111,7 @@ contains
       integer, intent(in) :: first, last
       class(trial_states_type), intent(inout) :: self
       type(contact_table_type), intent(in) :: table
-      type(contact_law_type), intent(in) :: laws(:)  !! per joint material
+      type(joint_law_type), intent(in) :: laws(:)  !! per joint material
       type(joint_settings_type), intent(in) :: settings
       integer :: c
       self%normal_force(first:last) = table%normal_force(first:last)
@@ -146,7 +146,7 @@ contains
       integer, intent(in) :: c                       !! first row
       class(trial_states_type), intent(inout) :: self
       type(contact_table_type), intent(in) :: table
-      type(contact_law_type), intent(in) :: laws(:)  !! per joint material
+      type(joint_law_type), intent(in) :: laws(:)  !! per joint material
       type(joint_settings_type), intent(in) :: settings
       type(interval_response_type) :: interval
       type(joint_type) :: joint
@@ -178,7 +178,7 @@ contains
    pure subroutine set_friction(self, table, laws, settings, c)
       class(trial_states_type), intent(inout) :: self
       type(contact_table_type), intent(in) :: table
-      type(contact_law_type), intent(in) :: laws(:)  !! per joint material
+      type(joint_law_type), intent(in) :: laws(:)  !! per joint material
       type(joint_settings_type), intent(in) :: settings
       integer, intent(in) :: c                       !! row
       type(joint_type) :: joint
@@ -294,7 +294,7 @@ contains
    pure real(wp) function friction_limit(self, table, laws, settings, c)
       class(trial_states_type), intent(in) :: self
       type(contact_table_type), intent(in) :: table
-      type(contact_law_type), intent(in) :: laws(:)   !! per joint material
+      type(joint_law_type), intent(in) :: laws(:)   !! per joint material
       type(joint_settings_type), intent(in) :: settings
       integer, intent(in) :: c                        !! row
       type(joint_type) :: joint
@@ -348,7 +348,7 @@ contains
    pure subroutine make_extra_room(self, table, laws)
       class(trial_states_type), intent(inout) :: self
       type(contact_table_type), intent(in) :: table
-      type(contact_law_type), intent(in) :: laws(:)   !! per joint material
+      type(joint_law_type), intent(in) :: laws(:)   !! per joint material
       logical :: is_needed
       is_needed = any(laws%dilation > 0) .or. has_dashpots(laws, table)
       if (allocated(self%extra)) then

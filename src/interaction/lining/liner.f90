@@ -11,7 +11,7 @@ module rockdda_interaction_liner
    use rockdda_base_kinds, only : wp
    use rockdda_geometry_polygons, only : polygon_properties
    use rockdda_model_liner_layout, only : liner_layout_type
-   use rockdda_interaction_contact_law, only : contact_law_type
+   use rockdda_interaction_joint_strength, only : joint_law_type
    use rockdda_interaction_context, only : step_context_type
    use rockdda_interaction_finite_rotation, only : end_displacement, new_moved_block
    use rockdda_interaction_liner_beam, only : liner_section_type, beam_type, beam_state_type, beam_response_type, &
@@ -20,7 +20,7 @@ module rockdda_interaction_liner
    use rockdda_interaction_liner_ties, only : tie_type, tie_response_type, respond_tie
    implicit none
    private
-   public :: node_state, joint_type, liner_type, beam_links, links_of, set_young, set_modulus, installed_centroids, &
+public :: node_state, liner_joint_type, liner_type, beam_links, links_of, set_young, set_modulus, installed_centroids, &
       on_segment, turned, along, moved_beam, moved_tie, first_point, by_shape, acts, respond, energy_of, &
       largest_pressure
 
@@ -38,7 +38,7 @@ module rockdda_interaction_liner
    type(node_state_enum), parameter :: node_state = node_state_enum()
 
    !> A beam between two segments, in a step.
-   type :: joint_type
+   type :: liner_joint_type
       type(beam_type) :: beam
       type(beam_state_type) :: state
       integer :: block(2) = 0          !! segments
@@ -48,7 +48,7 @@ module rockdda_interaction_liner
       real(wp) :: at(3) = 0            !! change at which the last round is linear
       type(beam_response_type) :: tangent
       type(beam_state_type) :: state_after   !! of the end of the step
-   end type joint_type
+   end type liner_joint_type
 
    type :: liner_type
       character(len=:), allocatable :: name
@@ -66,7 +66,7 @@ module rockdda_interaction_liner
       logical :: is_there = .false.
       integer :: side = 1                        !! of the path on which the opening lies: 1 left, -1 right
       real(wp), allocatable :: path(:, :)        !! (2, points) as installed [length]
-      type(joint_type), allocatable :: joints(:)
+      type(liner_joint_type), allocatable :: joints(:)
       type(tie_type), allocatable :: ties(:)
       integer :: first_link = 0
       ! of the step that ends
@@ -133,7 +133,7 @@ contains
    !> so that it has the digits of the motion.
    pure function moved_beam(context, joint, d) result(deformation)
       type(step_context_type), intent(in) :: context
-      type(joint_type), intent(in) :: joint
+      type(liner_joint_type), intent(in) :: joint
       real(wp), intent(in), contiguous :: d(:, :)    !! (6, nb)
       real(wp) :: deformation(3), way(2), angle
       associate (a => joint%block(1), b => joint%block(2))
@@ -203,7 +203,7 @@ contains
 
    !> Forces of a tie.
    pure subroutine respond(laws, liner, tie, motion, response)
-      type(contact_law_type), allocatable, intent(in) :: laws(:)   !! of the joint materials
+      type(joint_law_type), allocatable, intent(in) :: laws(:)   !! of the joint materials
       type(liner_type), intent(in) :: liner
       type(tie_type), intent(in) :: tie
       real(wp), intent(in) :: motion(2)
@@ -217,7 +217,7 @@ contains
 
    !> Energy of a lining in the present state.
    pure real(wp) function energy_of(laws, context, liner) result(stored)
-      type(contact_law_type), allocatable, intent(in) :: laws(:)   !! of the joint materials
+      type(joint_law_type), allocatable, intent(in) :: laws(:)   !! of the joint materials
       type(step_context_type), intent(in) :: context
       type(liner_type), intent(in) :: liner
       type(beam_response_type) :: response

@@ -6,7 +6,7 @@ module rockdda_interaction_liner_friction
    use rockdda_base_strings, only : counted, to_string
    use rockdda_model_block_names, only : block_name
    use rockdda_interaction_attempt, only : attempt_type
-   use rockdda_interaction_contact_law, only : contact_law_type
+   use rockdda_interaction_joint_strength, only : joint_law_type
    use rockdda_interaction_context, only : step_context_type
    use rockdda_interaction_dashpots, only : dashpot_coefficient
    use rockdda_interaction_equations, only : equations_type
@@ -67,7 +67,7 @@ contains
    !> It is enough when they miss the limits by far less than at first, or than a round accepts.
    subroutine improve(self, laws, to_end, liners, is_enough)
       class(liner_friction_type), intent(inout) :: self
-      type(contact_law_type), allocatable, intent(in) :: laws(:)   !! of the joint materials
+      type(joint_law_type), allocatable, intent(in) :: laws(:)   !! of the joint materials
       logical, intent(in) :: to_end          !! as well as a round must be accepted
       type(liner_type), intent(inout) :: liners(:)
       logical, intent(out) :: is_enough
@@ -140,7 +140,7 @@ contains
    !> Impulses on the blocks by ties that have closed in the step.
    subroutine add_impulses_of(liners, laws, level, equations, dt, impulse)
       type(liner_type), intent(in) :: liners(:)
-      type(contact_law_type), allocatable, intent(in) :: laws(:)   !! of the joint materials
+      type(joint_law_type), allocatable, intent(in) :: laws(:)   !! of the joint materials
       real(wp), intent(in) :: level          !! share of the step's motion up to where forces act
       type(equations_type), intent(in) :: equations
       real(wp), intent(in) :: dt                             !! step [time]
@@ -166,7 +166,7 @@ contains
    !> undamped, friction feeds the vibration of the normal forces on which it depends.
    subroutine set_dashpots(liners, laws, level, context, attempt)
       type(liner_type), intent(inout) :: liners(:)
-      type(contact_law_type), allocatable, intent(in) :: laws(:)   !! of the joint materials
+      type(joint_law_type), allocatable, intent(in) :: laws(:)   !! of the joint materials
       real(wp), intent(in) :: level          !! share of the step's motion up to where forces act
       type(step_context_type), intent(in) :: context
       type(attempt_type), intent(in) :: attempt

@@ -13,7 +13,7 @@
 module rockdda_interaction_liner_links
    use rockdda_base_kinds, only : wp
    use rockdda_interaction_attempt, only : attempt_type
-   use rockdda_interaction_contact_law, only : contact_law_type
+   use rockdda_interaction_joint_strength, only : joint_law_type
    use rockdda_interaction_context, only : step_context_type
    use rockdda_interaction_equations, only : equations_type
    use rockdda_interaction_finite_rotation, only : moving_block_type, mean_load, mean_displacement
@@ -60,7 +60,7 @@ contains
    !> know when: its force at the end is an impulse (rockdda_interaction_time_scheme), or it would give energy.
    subroutine begin_liner(liner, laws, level, scheme)
       type(liner_type), intent(inout) :: liner
-      type(contact_law_type), allocatable, intent(in) :: laws(:)   !! of the joint materials
+      type(joint_law_type), allocatable, intent(in) :: laws(:)   !! of the joint materials
       real(wp), intent(in) :: level          !! share of the step's motion up to where forces act
       type(time_scheme_type), intent(in) :: scheme
       type(tie_response_type) :: at_start
@@ -218,7 +218,7 @@ contains
    !> Forces by the laws at a fraction of the way.
    subroutine forces_of_links(liner, laws, fraction, force)
       type(liner_type), intent(in) :: liner
-      type(contact_law_type), allocatable, intent(in) :: laws(:)   !! of the joint materials
+      type(joint_law_type), allocatable, intent(in) :: laws(:)   !! of the joint materials
       real(wp), intent(in) :: fraction
       real(wp), intent(inout), contiguous :: force(:, :)
       type(beam_response_type) :: response
@@ -281,7 +281,7 @@ contains
    !> Linear at the present motion; the last round holds where its forces follow the laws there.
    subroutine judge_liner(liner, laws, n_changes, n_unsettled)
       type(liner_type), intent(inout) :: liner
-      type(contact_law_type), allocatable, intent(in) :: laws(:)   !! of the joint materials
+      type(joint_law_type), allocatable, intent(in) :: laws(:)   !! of the joint materials
       integer, intent(inout) :: n_changes, n_unsettled
       type(beam_response_type) :: response
       type(tie_response_type) :: of_tie

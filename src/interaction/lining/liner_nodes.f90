@@ -18,7 +18,7 @@
 !> is q l^2/12 at the nodes for an even pressure q.
 module rockdda_interaction_liner_nodes
    use rockdda_base_kinds, only : wp
-   use rockdda_interaction_contact_law, only : contact_law_type
+   use rockdda_interaction_joint_strength, only : joint_law_type
    use rockdda_interaction_context, only : step_context_type
    use rockdda_interaction_liner, only : liner_type, node_state, installed_centroids, on_segment, turned, acts, respond
    use rockdda_interaction_liner_beam, only : beam_state_type, beam_response_type, respond_beam, n_sections, &
@@ -52,7 +52,7 @@ contains
 
    !> Place, forces N, M, Q, motion of the back against what holds it, and state of the nodes of a lining.
    pure subroutine show_nodes_of(laws, context, liners, k, place, force, back, section, state)
-      type(contact_law_type), allocatable, intent(in) :: laws(:)   !! of the joint materials
+      type(joint_law_type), allocatable, intent(in) :: laws(:)   !! of the joint materials
       type(step_context_type), intent(in) :: context
       type(liner_type), intent(in) :: liners(:)
       integer, intent(in) :: k                   !! the lining; those that lie on it press it

@@ -11,7 +11,7 @@ module rockdda_interaction_liner_placing
    use rockdda_model_options, only : is_set
    use rockdda_model_parameters, only : parameters_type
    use rockdda_model_regions, only : same_name, material_number
-   use rockdda_interaction_contact_law, only : contact_law_type
+   use rockdda_interaction_joint_strength, only : joint_law_type
    use rockdda_interaction_context, only : step_context_type
    use rockdda_interaction_liner, only : liner_type, set_young, installed_centroids, on_segment, turned, acts, respond
    use rockdda_interaction_liner_beam, only : liner_section_type, beam_response_type, new_beam, respond_beam, &
@@ -536,7 +536,7 @@ contains
 
    !> A new Young's modulus under which all forces stay.
    subroutine harden(laws, context, young, liner)
-      type(contact_law_type), allocatable, intent(in) :: laws(:)   !! of the joint materials
+      type(joint_law_type), allocatable, intent(in) :: laws(:)   !! of the joint materials
       type(step_context_type), intent(in) :: context
       real(wp), intent(in) :: young
       type(liner_type), intent(inout) :: liner

@@ -6,10 +6,10 @@ module rockdda_interaction_liner_state
    use rockdda_base_strings, only : to_string
    use rockdda_model_blocks, only : largest_coordinate
    use rockdda_interaction_block_forces, only : block_forces_type
-   use rockdda_interaction_contact_law, only : contact_law_type
+   use rockdda_interaction_joint_strength, only : joint_law_type
    use rockdda_interaction_context, only : step_context_type
    use rockdda_interaction_kinematics, only : move_point
-   use rockdda_interaction_liner, only : joint_type, liner_type, set_modulus, on_segment, turned, moved_beam, moved_tie, &
+   use rockdda_interaction_liner, only : liner_joint_type, liner_type, set_modulus, on_segment, turned, moved_beam, moved_tie, &
       first_point, by_shape, acts, respond
    use rockdda_interaction_liner_beam, only : beam_response_type, respond_beam, accept_beam, n_sections
    use rockdda_interaction_liner_placing, only : join_segments
@@ -22,7 +22,7 @@ contains
 
    !> What a lining does in a step: its outcome is set, and the states that its beams and ties then have.
    pure subroutine finish_liner(laws, level, liner)
-      type(contact_law_type), allocatable, intent(in) :: laws(:)   !! of the joint materials
+      type(joint_law_type), allocatable, intent(in) :: laws(:)   !! of the joint materials
       real(wp), intent(in) :: level          !! share of the step's motion up to where forces act
       type(liner_type), intent(inout) :: liner
       type(beam_response_type) :: response
@@ -113,7 +113,7 @@ contains
 
    !> Forces of a lining on the blocks at their new places.
    subroutine add_forces_of(laws, context, liner, forces)
-      type(contact_law_type), allocatable, intent(in) :: laws(:)   !! of the joint materials
+      type(joint_law_type), allocatable, intent(in) :: laws(:)   !! of the joint materials
       type(step_context_type), intent(in) :: context
       type(liner_type), intent(in) :: liner
       type(block_forces_type), intent(inout) :: forces
@@ -214,7 +214,7 @@ contains
 
       !> What lasts of a joint of two segments.
       subroutine exchange_joint(joint)
-         type(joint_type), intent(inout) :: joint
+         type(liner_joint_type), intent(inout) :: joint
          integer :: marks(n_sections)                    !! 1: cracked, 2: crushed, 3: both
          call archive%fixed('deformation', joint%d)
          call archive%fixed('free_deformation', joint%state%free)

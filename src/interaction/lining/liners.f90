@@ -14,7 +14,7 @@ module rockdda_interaction_liners
    use rockdda_interaction_attempt, only : attempt_type
    use rockdda_interaction_balance, only : energy_balance_type
    use rockdda_interaction_block_forces, only : block_forces_type
-   use rockdda_interaction_contact_law, only : contact_law_type
+   use rockdda_interaction_joint_strength, only : joint_law_type
    use rockdda_interaction_context, only : step_context_type
    use rockdda_interaction_equations, only : equations_type
    use rockdda_interaction_linked_interaction, only : linked_interaction_type
@@ -32,7 +32,7 @@ module rockdda_interaction_liners
 
    type, extends(linked_interaction_type) :: liners_type
       type(liner_type), allocatable :: liners(:)
-      type(contact_law_type), allocatable :: laws(:)   !! of the joint materials, of the step
+      type(joint_law_type), allocatable :: laws(:)   !! of the joint materials, of the step
       type(liner_friction_type), private :: friction
       real(wp) :: stored = 0                     !! energy at the end of the last step
       real(wp), private :: level = 1             !! share of the step's motion up to where forces act

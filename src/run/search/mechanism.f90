@@ -37,11 +37,11 @@ module rockdda_run_mechanism
    real(wp), parameter :: most = 0.75_wp
 
    !> A joint: rows of the contact table between the same two edges.
-   type :: joint_type
+   type :: joint_slip_type
       integer :: a = 0, b = 0        !! blocks
       real(wp) :: slip = 0           !! of a on b along the joint [length]
       real(wp) :: opening = 0        !! of one end more than of the other [length]
-   end type joint_type
+   end type joint_slip_type
 
    type :: mechanism_type
       integer, allocatable :: blocks(:)   !! from 1, ascending
@@ -66,7 +66,7 @@ contains
       type(simulation_type), intent(in) :: sim
       type(verdict_type), intent(in) :: trial
       type(mechanism_type), intent(out) :: mechanism
-      type(joint_type), allocatable :: joints(:)
+      type(joint_slip_type), allocatable :: joints(:)
       integer, allocatable :: group(:)      !! (nb) blocks that stay together have one number
       integer :: i
       logical, allocatable :: moves(:)      !! (nb)
@@ -91,7 +91,7 @@ contains
    function closed_joints(sim, trial) result(joints)
       type(simulation_type), intent(in) :: sim
       type(verdict_type), intent(in) :: trial
-      type(joint_type), allocatable :: joints(:)
+      type(joint_slip_type), allocatable :: joints(:)
       integer :: c, d, n
       real(wp) :: along(2), at(2)
       allocate (joints(sim%contacts%n))
@@ -140,7 +140,7 @@ contains
 
    !> Number the blocks that stay together alike.
    pure function groups(joints, moves, moved) result(group)
-      type(joint_type), intent(in) :: joints(:)
+      type(joint_slip_type), intent(in) :: joints(:)
       logical, intent(in) :: moves(:)
       real(wp), intent(in) :: moved(:)
       integer :: group(size(moves))
@@ -164,7 +164,7 @@ contains
 
    !> Does a group turn on what holds it? These are the joints to its least moving neighbours.
    pure logical function turns(joints, group, g, moved)
-      type(joint_type), intent(in) :: joints(:)
+      type(joint_slip_type), intent(in) :: joints(:)
       integer, intent(in) :: group(:)     !! (nb)
       integer, intent(in) :: g            !! number of the group
       real(wp), intent(in) :: moved(:)    !! (nb)
@@ -190,7 +190,7 @@ contains
 
       !> The block on the other side of a joint of the group; 0: it is none of its joints.
       pure integer function neighbour(joint)
-         type(joint_type), intent(in) :: joint
+         type(joint_slip_type), intent(in) :: joint
          neighbour = 0
          if (group(joint%a) == group(joint%b)) return
          if (group(joint%a) == g) neighbour = joint%b

@@ -11,7 +11,7 @@ module rockdda_run_settled_state
    use rockdda_model_regions, only : same_name
    use rockdda_model_stage_options, only : has_end, is_given, seeks_equilibrium, stage_name
    use rockdda_base_suggest, only : did_you_mean
-   use rockdda_interaction_contact_law, only : contact_law_type
+   use rockdda_interaction_joint_strength, only : joint_law_type
    use rockdda_stepping_control, only : step_control_type
    use rockdda_stepping_simulation, only : simulation_type
    use rockdda_run_search_options, only : usual_max_steps
@@ -117,7 +117,7 @@ contains
       type(parameters_type), intent(in) :: parameters
       type(simulation_type), intent(out) :: to
       type(error_type), allocatable, intent(out) :: error
-      type(contact_law_type), allocatable :: laws(:)
+      type(joint_law_type), allocatable :: laws(:)
       real(wp), allocatable :: memory(:)
       call to%init(from%model_blocks(), parameters, error)
       if (allocated(error)) return

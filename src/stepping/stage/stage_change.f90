@@ -15,9 +15,9 @@ module rockdda_stepping_stage_change
    use rockdda_model_stage_options, only : stage_name, is_given
    use rockdda_interaction_balance, only : energy_balance_type
    use rockdda_interaction_block_forces, only : block_forces_type
-   use rockdda_interaction_contact_law, only : new_contact_laws, act_along_length
+   use rockdda_interaction_joint_strength, only : new_joint_laws, act_along_length
    use rockdda_stepping_construction, only : construction_type
-   use rockdda_stepping_equilibrium, only : report_no_equilibrium
+   use rockdda_stepping_stage_equilibrium, only : report_no_equilibrium
    use rockdda_stepping_motion, only : reset_measured, block_energies
    use rockdda_stepping_step, only : step_type
    implicit none
@@ -143,7 +143,7 @@ contains
       before = block_energies(step%blocks, step%families%elasticity, step%state)
       call change_materials(construction%changed, s, step%blocks, step%parameters, step%state, is_new)
       if (.not. is_new) return
-      call new_contact_laws(step%parameters%joint_materials, step%families%contacts%laws, ignored)
+      call new_joint_laws(step%parameters%joint_materials, step%families%contacts%laws, ignored)
       if (step%parameters%by_length) &
          call act_along_length(step%parameters%joint_materials, step%families%contacts%laws)
       call step%families%elasticity%init(step%parameters)

@@ -26,10 +26,10 @@ module rockdda_stepping_impact
    use rockdda_contact_table, only : contact_table_type, contact_state, is_of_interval, other_row
    use rockdda_interaction_attempt, only : attempt_type
    use rockdda_interaction_closing, only : closing_gap
-   use rockdda_interaction_contact_law, only : contact_law_type
+   use rockdda_interaction_joint_strength, only : joint_law_type
    use rockdda_interaction_context, only : step_context_type
    use rockdda_interaction_intervals, only : end_gap, interval_response_type, respond
-   use rockdda_interaction_joint_law, only : joint_settings_type
+   use rockdda_interaction_joint_response, only : joint_settings_type
    use rockdda_interaction_open_close, only : open_close_type
    use rockdda_interaction_trial_states, only : at_level
    use rockdda_stepping_impulses, only : line_type, demand_type, set_lines, n_held, motion, set_demand, solve, &
@@ -73,7 +73,7 @@ contains
       type(attempt_type), intent(in) :: attempt
       type(contact_table_type), intent(in) :: table       !! of the step's start
       type(open_close_type), intent(inout) :: trial
-      type(contact_law_type), intent(in) :: laws(:)       !! per joint material
+      type(joint_law_type), intent(in) :: laws(:)       !! per joint material
       real(wp), intent(in), contiguous :: x(:, :)         !! (6, nb) unknowns of the step
       logical, intent(out) :: is_settled
       real(wp), allocatable :: free(:, :), gap(:)
@@ -150,7 +150,7 @@ contains
       type(contact_table_type), intent(in) :: table       !! of the step's start
       type(open_close_type), intent(in) :: trial
       type(joint_settings_type), intent(in) :: settings
-      type(contact_law_type), intent(in) :: laws(:)       !! per joint material
+      type(joint_law_type), intent(in) :: laws(:)       !! per joint material
       real(wp), intent(inout), contiguous :: x(:, :)      !! (6, nb) unknowns of the step
       type(line_type), allocatable :: lines(:, :)         !! (normal and shear, contacts)
       type(demand_type), allocatable :: demands(:)
@@ -338,7 +338,7 @@ contains
    subroutine finish(self, context, laws, table, trial, stored)
       class(impact_type), intent(in) :: self
       type(step_context_type), intent(inout) :: context
-      type(contact_law_type), intent(in) :: laws(:)       !! per joint material
+      type(joint_law_type), intent(in) :: laws(:)       !! per joint material
       type(contact_table_type), intent(inout) :: table    !! of the step's end
       type(open_close_type), intent(in) :: trial
       real(wp), intent(inout) :: stored                   !! in the springs [energy]
@@ -359,7 +359,7 @@ contains
 
    !> `finish` of an interval.
    pure subroutine leave_interval(law, trial, c, table, stored)
-      type(contact_law_type), intent(in) :: law
+      type(joint_law_type), intent(in) :: law
       type(open_close_type), intent(in) :: trial
       integer, intent(in) :: c                            !! first row
       type(contact_table_type), intent(inout) :: table

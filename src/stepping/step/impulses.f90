@@ -6,7 +6,7 @@ module rockdda_stepping_impulses
    use rockdda_contact_interval_law, only : at_end
    use rockdda_contact_table, only : contact_table_type, is_of_interval, other_row
    use rockdda_interaction_attempt, only : attempt_type
-   use rockdda_interaction_contact_law, only : contact_law_type, friction_coefficient
+   use rockdda_interaction_joint_strength, only : joint_law_type, friction_coefficient
    use rockdda_interaction_context, only : step_context_type
    use rockdda_interaction_kinematics, only : mass_times
    implicit none
@@ -157,7 +157,7 @@ contains
    pure subroutine solve(lines, demands, laws, v)
       type(line_type), intent(in) :: lines(:, :)
       type(demand_type), intent(in) :: demands(:)
-      type(contact_law_type), intent(in) :: laws(:)
+      type(joint_law_type), intent(in) :: laws(:)
       real(wp), intent(inout) :: v(:, :)               !! velocities without the impulses, then with them
       real(wp) :: impulse(2, size(demands))            !! normal and shear
       real(wp) :: old(2), slip, bound, worst

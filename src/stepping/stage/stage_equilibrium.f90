@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: MIT
 !> Equilibrium of a stage: what may grow, and the error of a stage that does not come to rest.
-module rockdda_stepping_equilibrium
+module rockdda_stepping_stage_equilibrium
    use rockdda_base_kinds, only : wp
    use rockdda_base_error, only : error_type, error_code, make_error
    use rockdda_base_strings, only : to_string, counted
@@ -104,4 +104,4 @@ contains
       call make_error(error, error_code%computation, text)
    end subroutine report_no_equilibrium
 
-end module rockdda_stepping_equilibrium
+end module rockdda_stepping_stage_equilibrium

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> The law of one contact of a joint: forces and new state from its motion and its memory.
+!> The response of one contact of a joint: forces and new state from its motion and its memory.
 !>
 !> Signs: gap > 0 open; normal force > 0 compression; slip > 0 when the vertex moves along the edge (counter-clockwise
 !> on block b); the shear spring's elongation has the sign of slip, the shear force acts against it.
@@ -27,15 +27,15 @@
 !> and release the contact for ever.
 !>
 !> Dilation: a joint that slips opens by tan(psi) times the slip. The gap at which the joint carries no stress changes
-!> between steps alone (rockdda_interaction_contact_law, dilated_gap), so that the stiffness stays symmetric.
+!> between steps alone (rockdda_interaction_joint_strength, dilated_gap), so that the stiffness stays symmetric.
 !>
 !> All comparisons have a margin of round-off size: blocks that move together without a force between them would
 !> otherwise change states for ever.
-module rockdda_interaction_joint_law
+module rockdda_interaction_joint_response
    use rockdda_base_kinds, only : wp, i1, l1
    use rockdda_model_parameters, only : parameters_type
    use rockdda_contact_table, only : contact_table_type, contact_state, is_of_interval, other_row
-   use rockdda_interaction_contact_law, only : contact_law_type, contact_law, shear_strength, tension_at
+   use rockdda_interaction_joint_strength, only : joint_law_type, strength_law, shear_strength, tension_at
    use rockdda_interaction_time_scheme, only : time_scheme_type
    implicit none
    private
@@ -169,7 +169,7 @@ contains
    !> Return mapping: the response of a contact that is closed at this motion. An open contact closes with the memory
    !> that it has.
    pure subroutine map_joint(law, settings, joint, gap, slip, response, share)
-      type(contact_law_type), intent(in) :: law
+      type(joint_law_type), intent(in) :: law
       type(joint_settings_type), intent(in) :: settings
       type(joint_type), intent(in) :: joint
       real(wp), intent(in) :: gap, slip        !! at the end of the step, of the step [length]
@@ -223,7 +223,7 @@ contains
    !> along the normal, without a partner, of intervals those closed on all their length, that stay locked, or slide on
    !> without a bond. The forces of others are not used.
    pure subroutine map_steady(laws, table, first, settings, state, extra, widest, mean, gap, slip, steady, force)
-      type(contact_law_type), intent(in) :: laws(:)              !! per joint material
+      type(joint_law_type), intent(in) :: laws(:)              !! per joint material
       type(contact_table_type), intent(in) :: table
       integer, intent(in) :: first                               !! row that the n contacts begin with
       type(joint_settings_type), intent(in) :: settings
@@ -283,8 +283,8 @@ contains
 
    !> Does `map_steady` know the law?
    pure logical function may_be_steady(law)
-      type(contact_law_type), intent(in) :: law
-      may_be_steady = law%law == contact_law%coulomb .and. law%friction > 0 .and. .not. law%normal%is_curved()
+      type(joint_law_type), intent(in) :: law
+      may_be_steady = law%law == strength_law%coulomb .and. law%friction > 0 .and. .not. law%normal%is_curved()
    end function may_be_steady
 
    !> Rows that `map_steady` has found steady, after a solve: what is noted of it, what their forces miss of their law,
@@ -346,7 +346,7 @@ contains
 
    !> Gap beyond which a closed contact opens: its tensile strength t l holds it together.
    pure real(wp) function opening_gap(law, settings, joint)
-      type(contact_law_type), intent(in) :: law
+      type(joint_law_type), intent(in) :: law
       type(joint_settings_type), intent(in) :: settings
       type(joint_type), intent(in) :: joint
       opening_gap = settings%open_tolerance
@@ -355,7 +355,7 @@ contains
 
    !> Friction force of a sliding contact with a given normal force.
    pure real(wp) function sliding_friction(law, settings, joint, normal_force, slip)
-      type(contact_law_type), intent(in) :: law
+      type(joint_law_type), intent(in) :: law
       type(joint_settings_type), intent(in) :: settings
       type(joint_type), intent(in) :: joint
       real(wp), intent(in) :: normal_force   !! compression positive [force]
@@ -386,7 +386,7 @@ contains
 
    !> Shear strength with the slip rate of the step.
    pure real(wp) function strength(law, settings, joint, normal_force, bonded, slip)
-      type(contact_law_type), intent(in) :: law
+      type(joint_law_type), intent(in) :: law
       type(joint_settings_type), intent(in) :: settings
       type(joint_type), intent(in) :: joint
       real(wp), intent(in) :: normal_force, slip
@@ -406,4 +406,4 @@ contains
       if (share > 0) rate = abs(slip)/(share*settings%dt)
    end function slip_rate
 
-end module rockdda_interaction_joint_law
+end module rockdda_interaction_joint_response

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> Strength of contacts: Mohr-Coulomb and further laws beside it.
+!> Strength of joints: Mohr-Coulomb and further laws beside it.
 !>
 !> Source: Shi's Mohr-Coulomb contact (thesis 3.3). A contact resists slip up to mu N + c l: N the compression,
 !> l the contact length, c the cohesion; it resists opening up to t l, t the tensile strength. In tension (N < 0) a bond
@@ -21,8 +21,8 @@
 !>
 !> reduction: mu, c and t are divided by its three numbers (strength reduction, rockdda_run_factor_search).
 !>
-!> A new law is one more name in `contact_law`, one case in `set_law` and one in `friction_coefficient`.
-module rockdda_interaction_contact_law
+!> A new law is one more name in `strength_law`, one case in `set_law` and one in `friction_coefficient`.
+module rockdda_interaction_joint_strength
    use rockdda_base_kinds, only : wp, pi
    use rockdda_base_diagnostics, only : diagnostics_type, severity
    use rockdda_base_strings, only : to_string
@@ -31,25 +31,25 @@ module rockdda_interaction_contact_law
    use rockdda_model_options, only : is_set
    implicit none
    private
-   public :: contact_law_type, contact_law, new_contact_laws, act_along_length, friction_coefficient, shear_strength, &
+   public :: joint_law_type, strength_law, new_joint_laws, act_along_length, friction_coefficient, shear_strength, &
       cohesion_at, &
       tension_at, dilated_gap, opened_last
 
-   type :: contact_law_enum
+   type :: strength_law_enum
       integer :: coulomb = 1
       integer :: velocity = 2
       integer :: displacement = 3
       integer :: residual = 4
       integer :: barton_bandis = 5
-   end type contact_law_enum
-   type(contact_law_enum), parameter :: contact_law = contact_law_enum()
+   end type strength_law_enum
+   type(strength_law_enum), parameter :: strength_law = strength_law_enum()
 
    !> Largest angle of barton_bandis [deg]: towards no normal stress the formula grows without bound.
    real(wp), parameter :: steepest = 70
 
    !> The law of one joint material.
-   type :: contact_law_type
-      integer :: law = 1                !! one of contact_law%...
+   type :: joint_law_type
+      integer :: law = 1                !! one of strength_law%...
       real(wp) :: friction = 0          !! tan of the friction angle at rest and before slip; barton_bandis: its bound
       real(wp) :: cohesion = 0          !! [force/length^2], >= 0
       real(wp) :: tension = 0           !! tensile strength [force/length^2], >= 0
@@ -68,15 +68,15 @@ module rockdda_interaction_contact_law
       real(wp) :: reduction = 1         !! by which friction has been divided
       logical :: brittle = .true.       !! slip breaks the bond
       type(normal_law_type) :: normal   !! along the normal
-   end type contact_law_type
+   end type joint_law_type
 
 contains
 
    !> The laws of all joint materials. Faults of their parameters are errors, each where options of the material were
    !> read.
-   subroutine new_contact_laws(materials, laws, messages)
+   subroutine new_joint_laws(materials, laws, messages)
       type(joint_material_type), intent(in) :: materials(:)              !! all joint materials
-      type(contact_law_type), allocatable, intent(out) :: laws(:)        !! one per joint material
+      type(joint_law_type), allocatable, intent(out) :: laws(:)        !! one per joint material
       type(diagnostics_type), intent(inout) :: messages
       character(len=:), allocatable :: fault
       integer :: i
@@ -104,7 +104,7 @@ contains
          if (len(fault) > 0) call messages%add(severity%error, 'law of joint material '//to_string(i)//': '//fault, &
                                                materials(i)%origin)
       end do
-   end subroutine new_contact_laws
+   end subroutine new_joint_laws
 
    !> What the law of a joint has with contact by length alone. A joint with a coefficient of restitution e whose
    !> contacts last longer than a step rebounds as a dashpot has it,
@@ -115,7 +115,7 @@ contains
    !> springs.
    elemental subroutine act_along_length(material, law)
       type(joint_material_type), intent(in) :: material
-      type(contact_law_type), intent(inout) :: law
+      type(joint_law_type), intent(inout) :: law
       law%normal = new_normal_law(material, .true.)
       if (law%restitution < 0 .or. law%damping_ratio > 0) return
       law%damping_ratio = 1
@@ -126,7 +126,7 @@ contains
    !> coefficient is divided where it is computed.
    pure subroutine reduce_strength(factor, law)
       real(wp), intent(in) :: factor(3)   !! of friction, cohesion, tension, > 0
-      type(contact_law_type), intent(inout) :: law
+      type(joint_law_type), intent(inout) :: law
       law%reduction = factor(1)
       law%friction = law%friction/factor(1)
       law%final_friction = law%final_friction/factor(1)
@@ -139,7 +139,7 @@ contains
    !> Kind and parameters of a law.
    pure subroutine set_law(material, law, fault)
       type(joint_material_type), intent(in) :: material
-      type(contact_law_type), intent(inout) :: law
+      type(joint_law_type), intent(inout) :: law
       character(len=:), allocatable, intent(out) :: fault    !! empty: none
       character(len=:), allocatable :: name
       integer :: n
@@ -152,14 +152,14 @@ contains
       if (allocated(material%parameters)) n = size(material%parameters)
       select case (name)
       case ('coulomb')
-         law%law = contact_law%coulomb
+         law%law = strength_law%coulomb
          if (n > 0) fault = 'coulomb takes no parameters'
       case ('velocity')
-         law%law = contact_law%velocity
+         law%law = strength_law%velocity
          call set_weakening(material, material%slip_rate, 'velocity', 'friction angle at high rates [deg], rate', &
                             'residual_friction and slip_rate', law, fault)
       case ('displacement')
-         law%law = contact_law%displacement
+         law%law = strength_law%displacement
          call set_weakening(material, material%slip_length, 'displacement', 'residual friction angle [deg], slip', &
                             'residual_friction and slip_length', law, fault)
       case ('residual')
@@ -178,7 +178,7 @@ contains
       type(joint_material_type), intent(in) :: material
       real(wp), intent(in) :: named_scale
       character(len=*), intent(in) :: name, order, names     !! of the law and of its parameters
-      type(contact_law_type), intent(inout) :: law
+      type(joint_law_type), intent(inout) :: law
       character(len=:), allocatable, intent(inout) :: fault
       real(wp) :: angle, scale
       integer :: n
@@ -211,9 +211,9 @@ contains
    !> their own they are 0, without friction of its own it stays.
    pure subroutine set_residual(material, law, fault)
       type(joint_material_type), intent(in) :: material
-      type(contact_law_type), intent(inout) :: law
+      type(joint_law_type), intent(inout) :: law
       character(len=:), allocatable, intent(inout) :: fault
-      law%law = contact_law%residual
+      law%law = strength_law%residual
       law%brittle = .false.
       law%final_friction = law%friction
       ! equal angles make equal tangents, whatever procedures the compiler takes
@@ -242,9 +242,9 @@ contains
    !> JRC, JCS and the angle of flat surfaces.
    pure subroutine set_barton_bandis(material, law, fault)
       type(joint_material_type), intent(in) :: material
-      type(contact_law_type), intent(inout) :: law
+      type(joint_law_type), intent(inout) :: law
       character(len=:), allocatable, intent(inout) :: fault
-      law%law = contact_law%barton_bandis
+      law%law = strength_law%barton_bandis
       if (.not. (is_set(material%jrc) .and. is_set(material%jcs) .and. is_set(material%residual_friction))) then
          fault = 'barton_bandis needs jrc, jcs and residual_friction'
       else if (.not. (material%jrc >= 0 .and. material%jcs > 0 .and. material%residual_friction >= 0 .and. &
@@ -265,15 +265,15 @@ contains
       integer, intent(in) :: law
       character(len=:), allocatable :: fault
       logical :: weakens
-      weakens = law == contact_law%displacement .or. law == contact_law%residual
+      weakens = law == strength_law%displacement .or. law == strength_law%residual
       fault = ''
-      if (is_set(material%residual_friction) .and. law == contact_law%coulomb) fault = name_of('residual_friction')
-      if (is_set(material%residual_cohesion) .and. law /= contact_law%residual) fault = name_of('residual_cohesion')
-      if (is_set(material%residual_tension) .and. law /= contact_law%residual) fault = name_of('residual_tension')
+      if (is_set(material%residual_friction) .and. law == strength_law%coulomb) fault = name_of('residual_friction')
+      if (is_set(material%residual_cohesion) .and. law /= strength_law%residual) fault = name_of('residual_cohesion')
+      if (is_set(material%residual_tension) .and. law /= strength_law%residual) fault = name_of('residual_tension')
       if (is_set(material%slip_length) .and. .not. weakens) fault = name_of('slip_length')
-      if (is_set(material%slip_rate) .and. law /= contact_law%velocity) fault = name_of('slip_rate')
-      if (is_set(material%jrc) .and. law /= contact_law%barton_bandis) fault = name_of('jrc')
-      if (is_set(material%jcs) .and. law /= contact_law%barton_bandis) fault = name_of('jcs')
+      if (is_set(material%slip_rate) .and. law /= strength_law%velocity) fault = name_of('slip_rate')
+      if (is_set(material%jrc) .and. law /= strength_law%barton_bandis) fault = name_of('jrc')
+      if (is_set(material%jcs) .and. law /= strength_law%barton_bandis) fault = name_of('jcs')
 
    contains
 
@@ -300,16 +300,16 @@ contains
    !> Dilation. Above the lowest friction angle the joint would give more work than it takes.
    pure subroutine set_dilation(material, law, fault)
       type(joint_material_type), intent(in) :: material
-      type(contact_law_type), intent(inout) :: law
+      type(joint_law_type), intent(inout) :: law
       character(len=:), allocatable, intent(inout) :: fault
       real(wp) :: lowest   !! [deg]
       law%dilation = tan(material%dilation*pi/180)
       if (is_set(material%dilation_slip)) law%dilation_slip = material%dilation_slip
       lowest = material%friction_angle
-      if (law%law == contact_law%barton_bandis) lowest = law%base_angle
-      if (law%law == contact_law%velocity .or. law%law == contact_law%displacement) &
+      if (law%law == strength_law%barton_bandis) lowest = law%base_angle
+      if (law%law == strength_law%velocity .or. law%law == strength_law%displacement) &
          lowest = min(lowest, atan(law%final_friction)*180/pi)
-      if (law%law == contact_law%residual .and. is_set(material%residual_friction)) lowest = material%residual_friction
+      if (law%law == strength_law%residual .and. is_set(material%residual_friction)) lowest = material%residual_friction
       if (.not. (material%dilation >= 0 .and. material%dilation < 90)) then
          fault = 'the dilation angle must be in [0, 90)'
       else if (material%dilation > max(lowest, 0.0_wp)) then   ! an angle below 0 is told by itself
@@ -321,7 +321,7 @@ contains
 
    !> Friction coefficient; at rest and before any slip it is tan(phi) for every law but barton_bandis.
    elemental real(wp) function friction_coefficient(law, slip_rate, slip, normal_stress, bonded)
-      type(contact_law_type), intent(in) :: law
+      type(joint_law_type), intent(in) :: law
       real(wp), intent(in) :: slip_rate     !! of the contact, either sign [length/time]
       real(wp), intent(in) :: slip          !! summed up since the contact closed [length]
       real(wp), intent(in), optional :: normal_stress  !! compression positive, for barton_bandis; absent: 0 [stress]
@@ -329,13 +329,13 @@ contains
       real(wp) :: angle, stress
       friction_coefficient = law%friction
       select case (law%law)
-      case (contact_law%velocity)
+      case (strength_law%velocity)
          friction_coefficient = law%final_friction + (law%friction - law%final_friction)*exp(-abs(slip_rate)/law%scale)
-      case (contact_law%displacement)
+      case (strength_law%displacement)
          friction_coefficient = law%friction - (law%friction - law%final_friction)*min(abs(slip)/law%scale, 1.0_wp)
-      case (contact_law%residual)
+      case (strength_law%residual)
          friction_coefficient = law%friction - (law%friction - law%final_friction)*weakened(law, slip, bonded)
-      case (contact_law%barton_bandis)
+      case (strength_law%barton_bandis)
          stress = 0
          if (present(normal_stress)) stress = normal_stress
          ! the lower bound of the stress is far on the side of the largest angle
@@ -346,7 +346,7 @@ contains
 
    !> Share of the way from peak to residual strength, law residual.
    elemental real(wp) function weakened(law, slip, bonded)
-      type(contact_law_type), intent(in) :: law
+      type(joint_law_type), intent(in) :: law
       real(wp), intent(in) :: slip          !! [length]
       logical, intent(in), optional :: bonded
       weakened = min(abs(slip)/law%scale, 1.0_wp)
@@ -357,27 +357,27 @@ contains
 
    !> Cohesion after a slip [stress].
    elemental real(wp) function cohesion_at(law, slip, bonded) result(cohesion)
-      type(contact_law_type), intent(in) :: law
+      type(joint_law_type), intent(in) :: law
       real(wp), intent(in) :: slip          !! [length]
       logical, intent(in) :: bonded
       cohesion = merge(law%cohesion, law%residual_cohesion, bonded)
-      if (law%law == contact_law%residual) &
+      if (law%law == strength_law%residual) &
          cohesion = law%cohesion - (law%cohesion - law%residual_cohesion)*weakened(law, slip, bonded)
    end function cohesion_at
 
    !> Tensile strength after a slip [stress].
    elemental real(wp) function tension_at(law, slip, bonded) result(tension)
-      type(contact_law_type), intent(in) :: law
+      type(joint_law_type), intent(in) :: law
       real(wp), intent(in) :: slip          !! [length]
       logical, intent(in) :: bonded
       tension = merge(law%tension, law%residual_tension, bonded)
-      if (law%law == contact_law%residual) &
+      if (law%law == strength_law%residual) &
          tension = law%tension - (law%tension - law%residual_tension)*weakened(law, slip, bonded)
    end function tension_at
 
    !> Gap at which a joint carries no stress once it has slipped.
    elemental real(wp) function dilated_gap(law, slip) result(gap)
-      type(contact_law_type), intent(in) :: law
+      type(joint_law_type), intent(in) :: law
       real(wp), intent(in) :: slip          !! |slip| summed up [length]
       gap = law%dilation*min(slip, law%dilation_slip)
    end function dilated_gap
@@ -385,7 +385,7 @@ contains
    !> What the slip of the last step has opened, less what was expected of it: at its end the spring had the gap of its
    !> normal force, and the gap at the start of this one is smaller by that.
    elemental real(wp) function opened_last(law, k_n, normal_force, gap, slip) result(opened)
-      type(contact_law_type), intent(in) :: law
+      type(joint_law_type), intent(in) :: law
       real(wp), intent(in) :: k_n           !! [force/length]
       real(wp), intent(in) :: normal_force  !! at the end of the last step [force]
       real(wp), intent(in) :: gap           !! of the spring at the start of this one [length]
@@ -400,7 +400,7 @@ contains
    !> Largest shear force of a contact. Without a bond it is the friction force of a sliding contact.
    elemental real(wp) function shear_strength(law, normal_force, length, bonded, slip_rate, slip, broken, worn) &
       result(strength)
-      type(contact_law_type), intent(in) :: law
+      type(joint_law_type), intent(in) :: law
       real(wp), intent(in) :: normal_force  !! compression positive [force]
       real(wp), intent(in) :: length        !! contact length [length]
       logical, intent(in) :: bonded         !! has neither opened nor, if it is brittle, slipped yet
@@ -426,4 +426,4 @@ contains
       if (normal_force < 0 .and. law%tension > 0) strength = max(0.0_wp, strength + friction*normal_force)
    end function shear_strength
 
-end module rockdda_interaction_contact_law
+end module rockdda_interaction_joint_strength
