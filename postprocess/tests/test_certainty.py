@@ -11,7 +11,7 @@ from rockdda.certainty.random_inputs import RandomInput, correlation_of, parse_i
 from rockdda.certainty.searching import FAILS, STANDS, UNKNOWN, Found, _side
 from rockdda.certainty.surrogate import fit, fitting_kinds
 from rockdda.certainty.variants import AS_IT_IS, HALF_STEP, PROPERTY, Variant
-from rockdda.certainty.verdict import judge, number_with_error, rounded
+from rockdda.certainty.verdict import judge, number_with_error, percent, rounded
 from rockdda.errors import InputError
 from rockdda.units import Units
 
@@ -72,6 +72,11 @@ def test_a_variant_that_failed_is_not_hidden():
     found = verdict_of(1.0, None, 1.0, 1.0, 1.0)
     assert found.exceeds(0.05) == ["step"]
     assert "not known by the step, whose runs failed" in found.words(Units())
+
+
+def test_shares_beyond_a_hundred_per_cent_have_no_exponent():
+    assert [percent(share) for share in (1.3, 0.999, 1, 0.0227, 0)] == ["130 %", "100 %", "100 %", "2.3 %", "0 %"]
+    assert (percent(1, 3), percent(0.00651, 3), percent(2.5e-6, 3)) == ("100 %", "0.651 %", "2.5e-06")
 
 
 @pytest.mark.parametrize(

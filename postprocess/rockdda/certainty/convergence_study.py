@@ -34,7 +34,7 @@ from .variants import (
     template_of,
     variants_of,
 )
-from .verdict import UNNAMED, WORDS, Finding, judge, listed
+from .verdict import UNNAMED, WORDS, Finding, judge, listed, percent
 
 if TYPE_CHECKING:
     import pandas
@@ -111,16 +111,16 @@ class Convergence:
         else:
             text = (
                 f"Each number of the method matters by less than {100 * self.limit:g} % (all together "
-                f"{_percent(method)} at most): no time need be spent on them."
+                f"{percent(max(method, UNNAMED))} at most): no time need be spent on them."
             )
         share = most.share(most.joints)
         if share > self.limit:
             text += (
-                f" The joint stiffness moves {_titled(most)} by {_percent(share)} when it is half or twice as large: "
-                "measure it."
+                f" The joint stiffness moves {_titled(most)} by {percent(share)} when it is half or twice as "
+                "large: measure it."
             )
         elif PROPERTY in most.plus_minus:
-            text += f" Half or twice the joint stiffness moves no number by more than {_percent(share)}."
+            text += f" Half or twice the joint stiffness moves no number by more than {percent(max(share, UNNAMED))}."
         return text
 
     def __str__(self) -> str:
@@ -161,11 +161,6 @@ class Convergence:
             ],
             "summary": self.summary,
         }
-
-
-def _percent(share: float) -> str:
-    """A share in per cent, of which less than is named is none."""
-    return f"{100 * max(share, UNNAMED):.2g} %"
 
 
 def _titled(finding: Finding) -> str:

@@ -11,6 +11,7 @@ from ..errors import InputError
 from ..plot.style import PALETTE, PAPER_WIDTH, new_axes, style
 from ..text import plain_text, short
 from .failure import points_of, wilson
+from .verdict import percent
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -138,13 +139,9 @@ def _histogram(found: Any, axes: Axes) -> None:
                     bar.set_facecolor(PALETTE[2])
     axes.axvline(limit, color=PALETTE[2], lw=1.2)
     low, high = found.interval
-    title = f"failure {_percent(found.probability)} ({_percent(low)} to {_percent(high)})"
+    title = f"failure {percent(found.probability)} ({percent(low)} to {percent(high)})"
     without = found.runs - len(known)
     axes.set_title(title + (f"; {without} without a factor" if without else ""))
-
-
-def _percent(share: float) -> str:
-    return f"{100 * share:.2g} %" if share >= 1e-5 or share == 0 else f"{share:.0e}"
 
 
 def _tornado(found: Any, axes: Axes) -> None:

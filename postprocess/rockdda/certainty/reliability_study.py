@@ -31,7 +31,7 @@ from .running import Progress, case_folder, output_folder, run_studies, write_an
 from .searching import FAILS, STANDS, UNKNOWN, WRONG_INPUT, Found, found_in, search_name, search_options
 from .surrogate import Surrogate, fit, least_runs, mechanisms
 from .template import Placeholders, Source, read_source, write_study
-from .verdict import rounded
+from .verdict import percent, rounded
 
 if TYPE_CHECKING:
     import pandas
@@ -138,7 +138,7 @@ class Reliability:
         low, high = self.interval
         below = f"{name} below {self.plan.limit:g}{unit}"
         counted = f", by {self.failed} of {self.runs} runs that fail" if self.method == COUNTED else ""
-        chance = f"{_percent(self.probability)}, between {_percent(low)} and {_percent(high)}"
+        chance = f"{percent(self.probability, 3)}, between {percent(low, 3)} and {percent(high, 3)}"
         yield f"probability of failure: {chance}{counted} ({below})"
         first, last = self.beta_interval
         if 0 < self.probability < 1:
@@ -170,9 +170,9 @@ class Reliability:
         return self.verdict
 
     def __repr__(self) -> str:
-        low, high = map(_percent, self.interval)
+        low, high = (percent(end, 3) for end in self.interval)
         return (
-            f"<rockdda.Reliability: failure {_percent(self.probability)}, between {low} and {high}; {self.runs} runs>"
+            f"<rockdda.Reliability: failure {percent(self.probability, 3)}, between {low} and {high}; {self.runs} runs>"
         )
 
     def _repr_html_(self) -> str:
@@ -222,11 +222,6 @@ class Reliability:
             "stopped": self.stopped,
             "verdict": self.verdict,
         }
-
-
-def _percent(share: float) -> str:
-    """'2.3 %', or a power of ten of what is rare."""
-    return f"{100 * share:.3g} %" if share >= 1e-5 or share == 0 else f"{share:.1e}"
 
 
 def _index(value: float) -> str:

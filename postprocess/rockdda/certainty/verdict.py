@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from ..units import Units
 from .variants import METHOD, PROPERTY, Variant
 
-__all__ = ["Finding", "judge", "listed", "number_with_error", "rounded"]
+__all__ = ["Finding", "judge", "listed", "number_with_error", "percent", "rounded"]
 
 #: Orders of convergence that an extrapolation may use; a larger one is taken as this one.
 LEAST_ORDER, MOST_ORDER = 0.3, 2.0
@@ -154,6 +154,13 @@ def _order(half: float, quarter: float, noise: float) -> float | None:
         return None
     order = math.log2(half / last)
     return order if order >= LEAST_ORDER else None
+
+
+def percent(share: float, digits: int = 2) -> str:
+    """'2.3 %', or a power of ten of what is rare."""
+    if 0 < share < 1e-5:
+        return f"{share:.{digits - 2}e}"
+    return f"{float(f'{100 * share:.{digits}g}'):g} %"
 
 
 def rounded(error: float) -> str:
