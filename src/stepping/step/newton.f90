@@ -19,7 +19,6 @@ module rockdda_stepping_newton
    use rockdda_base_error, only : error_type, error_code
    use rockdda_base_phase_times, only : phase_times_type, phase
    use rockdda_interaction_attempt, only : attempt_type
-   use rockdda_interaction_contacts, only : contacts_type
    use rockdda_interaction_context, only : step_context_type
    use rockdda_interaction_equations, only : equations_type
    use rockdda_interaction_families, only : families_type
@@ -74,10 +73,6 @@ module rockdda_stepping_newton
    contains
       procedure :: find_equilibrium
       procedure, nopass :: solve_once
-      procedure, private :: predict_motion
-      procedure, private :: solve_round
-      procedure, private :: solve_on
-      procedure, private :: judge
    end type newton_type
 
 contains
@@ -102,45 +97,40 @@ contains
          ! contacts in the way of DDA for Windows: without prediction, line search and paused solves
          windows_rules = families%contacts%settings%windows_rules
          report%detail = ''
-         if ((conditions%may_predict .or. conditions%is_like_last) .and. .not. windows_rules) &
-            call self%predict_motion(conditions, context, attempt, families, equations, times)
+         if ((conditions%may_predict .or. conditions%is_like_last) .and. .not. windows_rules) call predict_motion()
          call families%contacts%friction%forget()
          n_shortened = 0
          do round = 1, context%parameters%max_open_close
             report%rounds = round
             if (.not. windows_rules) call self%line%keep(families, equations, round)
-            call self%solve_round(merge(change%states, change%loads, found%n_changes > 0 .or. arms%turned .or. &
-                                        windows_rules), merge(0.0_wp, method%coarse_solve, windows_rules), &
-                                  conditions, families, equations, solver, &
-                                  times, report, solved, error)
+            call solve_round(merge(change%states, change%loads, found%n_changes > 0 .or. arms%turned .or. &
+                                   windows_rules), merge(0.0_wp, method%coarse_solve, windows_rules))
             if (.not. solved) return
             found%fraction = 1
             if (round > 1 .and. .not. windows_rules) call self%line%search(families, merge(method%static_tolerance, &
                                                                   method%friction_tolerance, conditions%slack > 0), &
                                                                   method, equations, found%fraction)
             n_shortened = merge(n_shortened + 1, 0, found%fraction < 1)
-            call self%judge(conditions, round, .false., context, attempt, families, equations, report%left, arms, found)
+            call judge(is_end=.false., again=.false.)
             if (report%left > 0 .and. .not. (found%fraction < 1 .or. arms%turned) .and. &
                 (found%agree .or. found%n_changes == 0)) then
                ! what may be accepted is solved for to the end
-               call self%solve_on(0.0_wp, method, families, equations, solver, times, report, solved, error)
+               call solve_on(0.0_wp)
                if (.not. solved) return
-               call self%judge(conditions, round, .false., context, attempt, families, equations, report%left, arms, &
-                               found, again=.true.)
+               call judge(is_end=.false., again=.true.)
             end if
             if (.not. (found%agree .or. arms%turned .or. found%fraction < 1 .or. windows_rules) .and. &
                 found%n_changes == 0) then
-               call end_friction(conditions, families, equations, solver, times, report, solved, error)
+               call end_friction()
                if (.not. solved) return
-               call self%judge(conditions, round, .true., context, attempt, families, equations, report%left, arms, &
-                               found)
+               call judge(is_end=.true., again=.false.)
             end if
             call times%lap(phase%judge)
             ! so many shortened rounds in a row lead nowhere: a shorter step will
             if (n_shortened >= max(method%least_patience, &
                                    nint(method%patience*context%parameters%max_open_close)) .and. &
                 .not. (conditions%at_floor .or. conditions%slack > 0)) return
-            if (converged(found, families%contacts)) then
+            if (converged()) then
                report%outcome = attempt_end%converged
                return
             end if
@@ -149,237 +139,213 @@ contains
             call arms%turn_if_off(method, context, attempt, families, equations)
          end do
       end associate
-   end subroutine find_equilibrium
 
-   !> Is the motion of the round the solution? All forces follow their laws at it, and contacts slide by their friction.
-   pure logical function converged(found, contacts)
-      type(round_type), intent(in) :: found
-      type(contacts_type), intent(in) :: contacts
-      converged = found%agree .and. .not. (found%fraction < 1 .or. contacts%settings%sticks)
-   end function converged
+   contains
 
-   !> Solve the equations of a round.
-   subroutine solve_round(self, what_is_new, pause, conditions, families, equations, solver, times, report, solved, &
-                          error)
-      class(newton_type), intent(inout) :: self
-      integer, intent(in) :: what_is_new   !! one of change%...
-      real(wp), intent(in) :: pause        !! share of its first residual at which a solve may pause, 0: never
-      type(conditions_type), intent(in) :: conditions
-      type(families_type), intent(inout) :: families
-      type(equations_type), intent(inout) :: equations
-      class(linear_solver_type), intent(inout) :: solver
-      type(phase_times_type), intent(inout) :: times
-      type(newton_report_type), intent(inout) :: report
-      logical, intent(out) :: solved
-      type(error_type), allocatable, intent(out) :: error
-      call solve(what_is_new, pause, families, equations, solver, times, report, solved, error)
-      if (solved) call settle_friction(.false., pause, conditions, families, equations, solver, times, report, solved, &
-                                       error)
-      if (solved) call self%solve_on(pause, conditions%method, families, equations, solver, times, report, solved, &
-                                     error)
-   end subroutine solve_round
+      !> Is the motion of the round the solution? All forces follow their laws at it, and contacts slide by their
+      !> friction.
+      pure logical function converged()
+         converged = found%agree .and. .not. (found%fraction < 1 .or. families%contacts%settings%sticks)
+      end function converged
 
-   !> When no state is new: solve with these states to the end, and find friction forces as exactly as an accepted step
-   !> needs them.
-   subroutine end_friction(conditions, families, equations, solver, times, report, solved, error)
-      type(conditions_type), intent(in) :: conditions
-      type(families_type), intent(inout) :: families
-      type(equations_type), intent(inout) :: equations
-      class(linear_solver_type), intent(inout) :: solver
-      type(phase_times_type), intent(inout) :: times
-      type(newton_report_type), intent(inout) :: report
-      logical, intent(out) :: solved
-      type(error_type), allocatable, intent(out) :: error
-      call solve(change%loads, 0.0_wp, families, equations, solver, times, report, solved, error)
-      if (solved) call settle_friction(.true., 0.0_wp, conditions, families, equations, solver, times, report, solved, &
-                                       error)
-   end subroutine end_friction
+      !> Solve the equations of a round.
+      subroutine solve_round(what_is_new, pause)
+         integer, intent(in) :: what_is_new   !! one of change%...
+         real(wp), intent(in) :: pause        !! share of its first residual at which a solve may pause, 0: never
+         call solve(what_is_new, pause)
+         if (solved) call settle_friction(.false., pause)
+         if (solved) call solve_on(pause)
+      end subroutine solve_round
 
-   !> Judge the motion of the round: turn arms that are wrong, find new states, and whether all agrees. When arms are
-   !> measured is said in rockdda_stepping_arms.
-   subroutine judge(self, conditions, round, is_end, context, attempt, families, equations, left, arms, found, again)
-      class(newton_type), intent(inout) :: self
-      type(conditions_type), intent(in) :: conditions
-      integer, intent(in) :: round
-      logical, intent(in) :: is_end             !! after `end_friction`
-      type(step_context_type), intent(in) :: context
-      type(attempt_type), intent(inout) :: attempt
-      type(families_type), intent(inout) :: families
-      type(equations_type), intent(inout) :: equations
-      real(wp), intent(in) :: left              !! residual of the last solve if it has paused, else 0
-      type(arms_type), intent(inout) :: arms
-      type(round_type), intent(inout) :: found  !! with the fraction of this round
-      logical, intent(in), optional :: again    !! in place of the last judgement, which is taken back; default: not
-      integer :: n_unsettled, when
-      real(wp) :: last_off
-      logical :: forbidden
-      when = arms%moment_of(context, conditions%method, round, is_end)
-      last_off = arms%off
-      arms = arms_type()
-      if (when == moment%before) call arms%place(.false., conditions%method, context, attempt, families, equations)
-      families%contacts%trial%doubt = conditions%method%doubtful*left/sqrt(real(max(1, equations%n_rows()), wp))
-      if (present(again)) then
+      !> When no state is new: solve with these states to the end, and find friction forces as exactly as an accepted
+      !> step needs them.
+      subroutine end_friction()
+         call solve(change%loads, 0.0_wp)
+         if (solved) call settle_friction(.true., 0.0_wp)
+      end subroutine end_friction
+
+      !> Judge the motion of the round: turn arms that are wrong, find new states, and whether all agrees. When arms are
+      !> measured is said in rockdda_stepping_arms.
+      subroutine judge(is_end, again)
+         logical, intent(in) :: is_end             !! after `end_friction`
+         logical, intent(in) :: again              !! in place of the last judgement, which is taken back
+         integer :: n_unsettled, when
+         real(wp) :: last_off
+         logical :: forbidden
+         when = arms%moment_of(context, conditions%method, round, is_end)
+         last_off = arms%off
+         arms = arms_type()
+         if (when == moment%before) call arms%place(.false., conditions%method, context, attempt, families, equations)
+         families%contacts%trial%doubt = conditions%method%doubtful*report%left/ &
+                                         sqrt(real(max(1, equations%n_rows()), wp))
          if (again) call families%contacts%take_back()
-      end if
-      call families%judge(found%n_changes, n_unsettled)
-      found%agree = n_unsettled == 0 .and. .not. arms%turned
-      if (found%agree) found%agree = forces_agree(self, families, context%blocks%n_blocks, conditions, round)
-      if ((when == moment%after .or. when == moment%at_rest .and. .not. is_end) .and. found%n_changes == 0 .and. &
-          .not. (found%agree .or. found%fraction < 1)) then
-         ! `end_friction` and another judgement follow, with arms as they were
-         arms%off = last_off
-         return
-      end if
-      if (when == moment%after .or. when == moment%at_rest .and. found%n_changes == 0) &
-         call arms%place(.true., conditions%method, context, attempt, families, equations)
-      found%agree = found%agree .and. .not. arms%turned
-      if (arms%turned .and. when == moment%after) then
-         ! states by gaps on the new arms
-         call families%contacts%take_back()
          call families%judge(found%n_changes, n_unsettled)
-      end if
-      if (.not. (found%agree .and. context%follows_rotation() .and. round > conditions%method%fine_rounds) .or. &
-          conditions%at_floor) return
-      call arms%forbid(conditions%method, context, attempt, families, equations, forbidden)
-      found%agree = .not. forbidden
-   end subroutine judge
+         found%agree = n_unsettled == 0 .and. .not. arms%turned
+         if (found%agree) found%agree = forces_agree()
+         if ((when == moment%after .or. when == moment%at_rest .and. .not. is_end) .and. found%n_changes == 0 .and. &
+             .not. (found%agree .or. found%fraction < 1)) then
+            ! `end_friction` and another judgement follow, with arms as they were
+            arms%off = last_off
+            return
+         end if
+         if (when == moment%after .or. when == moment%at_rest .and. found%n_changes == 0) &
+            call arms%place(.true., conditions%method, context, attempt, families, equations)
+         found%agree = found%agree .and. .not. arms%turned
+         if (arms%turned .and. when == moment%after) then
+            ! states by gaps on the new arms
+            call families%contacts%take_back()
+            call families%judge(found%n_changes, n_unsettled)
+         end if
+         if (.not. (found%agree .and. context%follows_rotation() .and. round > conditions%method%fine_rounds) .or. &
+             conditions%at_floor) return
+         call arms%forbid(conditions%method, context, attempt, families, equations, forbidden)
+         found%agree = .not. forbidden
+      end subroutine judge
 
-   !> After a solve that has paused: continue while its residual is a large part of |R|, or to the end if it may no
-   !> longer pause.
-   subroutine solve_on(self, pause, method, families, equations, solver, times, report, solved, error)
-      class(newton_type), intent(inout) :: self
-      real(wp), intent(in) :: pause        !! > 0: it may pause again; 0: it may not
-      type(method_type), intent(in) :: method
-      type(families_type), intent(inout) :: families
-      type(equations_type), intent(inout) :: equations
-      class(linear_solver_type), intent(inout) :: solver
-      type(phase_times_type), intent(inout) :: times
-      type(newton_report_type), intent(inout) :: report
-      logical, intent(out) :: solved
-      type(error_type), allocatable, intent(out) :: error
-      real(wp) :: missing, next_pause
-      solved = .true.
-      next_pause = 0
-      do while (report%left > 0)
-         if (pause > 0) then
-            call self%line%find_norm(families, equations, missing)
-            if (report%left < method%small_part*missing) return
-            next_pause = max(method%coarse_solve, min(0.5_wp, 0.5_wp*method%small_part* &
-                                               sqrt(max(0.0_wp, (missing/report%left)**2 - 1))))
+      !> After a solve that has paused: continue while its residual is a large part of |R|, or to the end if it may no
+      !> longer pause.
+      subroutine solve_on(pause)
+         real(wp), intent(in) :: pause        !! > 0: it may pause again; 0: it may not
+         real(wp) :: missing, next_pause
+         solved = .true.
+         next_pause = 0
+         do while (report%left > 0)
+            if (pause > 0) then
+               call self%line%find_norm(families, equations, missing)
+               if (report%left < conditions%method%small_part*missing) return
+               next_pause = max(conditions%method%coarse_solve, min(0.5_wp, 0.5_wp*conditions%method%small_part* &
+                                                  sqrt(max(0.0_wp, (missing/report%left)**2 - 1))))
+            end if
+            call times%lap(phase%judge)
+            call solve(change%nothing, next_pause)
+            if (.not. solved) return
+         end do
+      end subroutine solve_on
+
+      !> Share by which forces may miss their laws, given the usual one.
+      pure real(wp) function accepted_miss(usual)
+         real(wp), intent(in) :: usual
+         accepted_miss = merge(conditions%slack, usual, conditions%slack > 0)
+      end function accepted_miss
+
+      !> Do the forces of the last solve follow the laws of the contacts at its motion?
+      logical function forces_agree()
+         real(wp) :: share
+         integer :: i, n_unsettled
+         if (.not. allocated(self%largest)) allocate (self%largest(context%blocks%n_blocks))
+         share = merge(accepted_miss(conditions%method%force_tolerance), conditions%method%coarse_tolerance, &
+                       round <= conditions%method%fine_rounds)
+         self%largest = 0
+         if (.not. windows_rules) then
+            do i = 1, context%blocks%n_blocks
+               self%largest(i) = norm2(families%loads%weight(1:2, i))
+            end do
+         end if
+         associate (contacts => families%contacts)
+            call count_unsettled(contacts%trial, contacts%table, share, &
+                                 accepted_miss(conditions%method%friction_tolerance)* &
+                                 largest_normal(contacts%trial, contacts%table%n), self%largest, n_unsettled)
+         end associate
+         forces_agree = n_unsettled == 0
+      end function forces_agree
+
+      !> In dynamics: the motion of the step if accelerations stayed what they were in the last one, d = v dt + a dt^2/2
+      !> with a dt^2/2 = v dt - (last motion), by whose rotations arms have been turned. If it comes much closer to
+      !> equilibrium than the last motion, it is where the first solve starts, and the first states are judged by it;
+      !> else arms are turned by the velocity at the start of the step. Where contacts vibrate from step to step (stiff
+      !> springs, long steps) it does not. In statics the first states are judged by the last motion.
+      subroutine predict_motion()
+         logical :: is_good
+         is_good = .true.
+         call families%predict(equations)
+         if (conditions%may_predict) then
+            call self%line%keep(families, equations, 1)
+            equations%x = 2*attempt%dt*context%state%velocity - equations%x
+            call families%predict(equations)
+            is_good = self%line%is_better(families, equations, conditions%method%good_prediction, &
+                                          conditions%method%clearly_not)
+         end if
+         if (is_good) then
+            call families%contacts%foresee()
+         else
+            call self%line%go_back(equations)
          end if
          call times%lap(phase%judge)
-         call solve(change%nothing, next_pause, families, equations, solver, times, report, solved, error)
-         if (.not. solved) return
-      end do
-   end subroutine solve_on
+      end subroutine predict_motion
 
-   !> Share by which forces may miss their laws, given the usual one.
-   pure real(wp) function accepted_miss(conditions, usual)
-      type(conditions_type), intent(in) :: conditions
-      real(wp), intent(in) :: usual
-      accepted_miss = merge(conditions%slack, usual, conditions%slack > 0)
-   end function accepted_miss
-
-   !> Do the forces of the last solve follow the laws of the contacts at its motion?
-   logical function forces_agree(self, families, n_blocks, conditions, round)
-      class(newton_type), intent(inout) :: self
-      type(families_type), intent(in) :: families
-      type(conditions_type), intent(in) :: conditions
-      integer, intent(in) :: n_blocks, round
-      real(wp) :: share
-      integer :: i, n_unsettled
-      if (.not. allocated(self%largest)) allocate (self%largest(n_blocks))
-      share = merge(accepted_miss(conditions, conditions%method%force_tolerance), conditions%method%coarse_tolerance, &
-                    round <= conditions%method%fine_rounds)
-      self%largest = 0
-      if (.not. families%contacts%settings%windows_rules) then
-         do i = 1, n_blocks
-            self%largest(i) = norm2(families%loads%weight(1:2, i))
-         end do
-      end if
-      associate (contacts => families%contacts)
-         call count_unsettled(contacts%trial, contacts%table, share, &
-                              accepted_miss(conditions, conditions%method%friction_tolerance)* &
-                              largest_normal(contacts%trial, contacts%table%n), self%largest, n_unsettled)
-      end associate
-      forces_agree = n_unsettled == 0
-   end function forces_agree
-
-   !> In dynamics: the motion of the step if accelerations stayed what they were in the last one, d = v dt + a dt^2/2
-   !> with a dt^2/2 = v dt - (last motion), by whose rotations arms have been turned. If it comes much closer to
-   !> equilibrium than the last motion, it is where the first solve starts, and the first states are judged by it; else
-   !> arms are turned by the velocity at the start of the step. Where contacts vibrate from step to step
-   !> (stiff springs, long steps) it does not. In statics the first states are judged by the last motion.
-   subroutine predict_motion(self, conditions, context, attempt, families, equations, times)
-      class(newton_type), intent(inout) :: self
-      type(conditions_type), intent(in) :: conditions
-      type(step_context_type), intent(in) :: context
-      type(attempt_type), intent(in) :: attempt
-      type(families_type), intent(inout) :: families
-      type(equations_type), intent(inout) :: equations
-      type(phase_times_type), intent(inout) :: times
-      logical :: is_good
-      is_good = .true.
-      call families%predict(equations)
-      if (conditions%may_predict) then
-         call self%line%keep(families, equations, 1)
-         equations%x = 2*attempt%dt*context%state%velocity - equations%x
-         call families%predict(equations)
-         is_good = self%line%is_better(families, equations, conditions%method%good_prediction, &
-                                       conditions%method%clearly_not)
-      end if
-      if (is_good) then
-         call families%contacts%foresee()
-      else
-         call self%line%go_back(equations)
-      end if
-      call times%lap(phase%judge)
-   end subroutine predict_motion
-
-   !> Assemble and solve the equations with the present states and friction forces, or continue the last solve, and
-   !> predict the motion of all links, or, with new friction forces, of the contacts that slide.
-   subroutine solve(what_is_new, pause, families, equations, solver, times, report, solved, error)
-      integer, intent(in) :: what_is_new   !! one of change%...
-      real(wp), intent(in) :: pause        !! share of its first residual at which the solve may pause, 0: never
-      type(families_type), intent(inout) :: families
-      type(equations_type), intent(inout) :: equations
-      class(linear_solver_type), intent(inout) :: solver
-      type(phase_times_type), intent(inout) :: times
-      type(newton_report_type), intent(inout) :: report
-      logical, intent(out) :: solved       !! else the report or `error` says why
-      type(error_type), allocatable, intent(out) :: error
-      type(solve_report_type) :: solution
-      integer :: n_assembled
-      solved = .false.
-      if (solver%is_interrupted()) then
-         report%outcome = attempt_end%interrupted
-         return
-      end if
-      if (what_is_new /= change%nothing) then
-         if (what_is_new == change%friction) then
-            call families%contacts%add_friction(equations)
-            call families%liners%add_friction(equations)
-         else
-            call families%add_to_links(equations)
+      !> Assemble and solve the equations with the present states and friction forces, or continue the last solve, and
+      !> predict the motion of all links, or, with new friction forces, of the contacts that slide. Unless it is solved
+      !> the report or `error` says why.
+      subroutine solve(what_is_new, pause)
+         integer, intent(in) :: what_is_new   !! one of change%...
+         real(wp), intent(in) :: pause        !! share of its first residual at which the solve may pause, 0: never
+         type(solve_report_type) :: solution
+         integer :: n_assembled
+         solved = .false.
+         if (solver%is_interrupted()) then
+            report%outcome = attempt_end%interrupted
+            return
          end if
-         call equations%assemble(n_assembled)
-         times%rounds = times%rounds + 1
-         times%contacts = times%contacts + families%contacts%table%n
-         times%assembled = times%assembled + n_assembled
-         call times%lap(phase%assembly)
-      end if
-      call solve_rows(equations, equations%f, what_is_new == change%states, &
-                      solve_effort_type(pause, what_is_new == change%nothing), solver, solution, error)
-      call times%lap(phase%solve)
-      call check_solution(solution, equations%x, report, solved, error)
-      if (.not. solved) return
-      if (what_is_new == change%friction) then
-         call families%contacts%predict_sliding(equations)
-         call families%liners%predict_sliding(equations)
-      else
-         call families%predict(equations)
-      end if
-   end subroutine solve
+         if (what_is_new /= change%nothing) then
+            if (what_is_new == change%friction) then
+               call families%contacts%add_friction(equations)
+               call families%liners%add_friction(equations)
+            else
+               call families%add_to_links(equations)
+            end if
+            call equations%assemble(n_assembled)
+            times%rounds = times%rounds + 1
+            times%contacts = times%contacts + families%contacts%table%n
+            times%assembled = times%assembled + n_assembled
+            call times%lap(phase%assembly)
+         end if
+         call solve_rows(equations, equations%f, what_is_new == change%states, &
+                         solve_effort_type(pause, what_is_new == change%nothing), solver, solution, error)
+         call times%lap(phase%solve)
+         call check_solution(solution, equations%x, report, solved, error)
+         if (.not. solved) return
+         if (what_is_new == change%friction) then
+            call families%contacts%predict_sliding(equations)
+            call families%liners%predict_sliding(equations)
+         else
+            call families%predict(equations)
+         end if
+      end subroutine solve
+
+      !> Find the friction forces that agree with the normal forces they cause, for the states as they are, by solves in
+      !> which only loads change. Together with the last solve that is a full step of Newton's method, without an
+      !> unsymmetric matrix.
+      subroutine settle_friction(to_end, pause)
+         logical, intent(in) :: to_end     !! as well as a step must be accepted, else as well as other states need it
+         real(wp), intent(in) :: pause     !! share of its first residual at which a solve may pause, 0: never
+         real(wp) :: worst, small
+         integer :: k
+         logical :: contacts_agree, liners_agree, may_leave
+         solved = .true.
+         ! a small correction may be left to the next round
+         may_leave = size(equations%x, 2) > conditions%method%few_blocks
+         associate (contacts => families%contacts, friction => families%contacts%friction, liners => families%liners)
+            call friction%begin(contacts%table, contacts%trial)
+            call liners%begin_friction()
+            ! not what a step may miss: a round whose friction is off by more than |R| leads nowhere
+            small = conditions%method%friction_tolerance*friction%deepest
+            do k = 1, conditions%method%friction_solves
+               call friction%improve(contacts%table, contacts%laws, contacts%settings, contacts%trial, worst)
+               call friction%assess(worst, small, may_leave, contacts_agree)
+               if (to_end) contacts_agree = worst <= 0.5_wp*small
+               call liners%improve_friction(to_end, liners_agree)
+               if (contacts_agree .and. liners_agree) then
+                  call friction%take_used(contacts%trial)
+                  exit
+               end if
+               call solve(change%friction, pause)
+               if (.not. solved) return
+            end do
+         end associate
+         if (k > 1) call families%predict(equations)
+      end subroutine settle_friction
+
+   end subroutine find_equilibrium
 
    !> Solve the assembled equations for a load, of all blocks or of those that are awake.
    subroutine solve_rows(equations, load, measures_load, effort, solver, solution, error)
@@ -449,46 +415,5 @@ contains
       report%outcome = attempt_end%no_solution
       report%detail = 'the solution is not finite'
    end subroutine check_solution
-
-   !> Find the friction forces that agree with the normal forces they cause, for the states as they are, by solves in
-   !> which only loads change. Together with the last solve that is a full step of Newton's method, without an
-   !> unsymmetric matrix.
-   subroutine settle_friction(to_end, pause, conditions, families, equations, solver, times, report, solved, error)
-      logical, intent(in) :: to_end     !! as well as a step must be accepted, else as well as other states need it
-      real(wp), intent(in) :: pause     !! share of its first residual at which a solve may pause, 0: never
-      type(conditions_type), intent(in) :: conditions
-      type(families_type), intent(inout) :: families
-      type(equations_type), intent(inout) :: equations
-      class(linear_solver_type), intent(inout) :: solver
-      type(phase_times_type), intent(inout) :: times
-      type(newton_report_type), intent(inout) :: report
-      logical, intent(out) :: solved
-      type(error_type), allocatable, intent(out) :: error
-      real(wp) :: worst, small
-      integer :: k
-      logical :: contacts_agree, liners_agree, may_leave
-      solved = .true.
-      ! a small correction may be left to the next round
-      may_leave = size(equations%x, 2) > conditions%method%few_blocks
-      associate (contacts => families%contacts, friction => families%contacts%friction, liners => families%liners)
-         call friction%begin(contacts%table, contacts%trial)
-         call liners%begin_friction()
-         ! not what a step may miss: a round whose friction is off by more than |R| leads nowhere
-         small = conditions%method%friction_tolerance*friction%deepest
-         do k = 1, conditions%method%friction_solves
-            call friction%improve(contacts%table, contacts%laws, contacts%settings, contacts%trial, worst)
-            call friction%assess(worst, small, may_leave, contacts_agree)
-            if (to_end) contacts_agree = worst <= 0.5_wp*small
-            call liners%improve_friction(to_end, liners_agree)
-            if (contacts_agree .and. liners_agree) then
-               call friction%take_used(contacts%trial)
-               exit
-            end if
-            call solve(change%friction, pause, families, equations, solver, times, report, solved, error)
-            if (.not. solved) return
-         end do
-      end associate
-      if (k > 1) call families%predict(equations)
-   end subroutine settle_friction
 
 end module rockdda_stepping_newton
