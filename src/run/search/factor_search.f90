@@ -31,7 +31,7 @@ module rockdda_run_factor_search
    use rockdda_run_settled_run, only : find_settled_state, settled_text
    use rockdda_run_settled_state, only : add_trial_stage
    use rockdda_run_support_uses, only : name_of_support
-   use rockdda_run_trial, only : trial_type, search_observer_type, compute_trial
+   use rockdda_run_trial, only : trial_type, search_observer_type, compute_trial, keep_trial
    implicit none
    private
    public :: factor_search_type
@@ -63,6 +63,7 @@ module rockdda_run_factor_search
       procedure :: limit_trial
       procedure, private :: compute_some
       procedure, private :: look_ahead
+      procedure, private :: is_doubtful
       procedure, private :: take_loads
    end type factor_search_type
 
@@ -135,7 +136,7 @@ contains
       self%path = new_search_path(self%options, self%strength)
       do
          call self%path%follow(self%known%value, self%known%stable, self%known%pull, self%known%limit, self%state)
-         if (self%state%outcome /= search_end%open) exit
+         if (self%state%outcome /= search_end%open .and. .not. self%is_doubtful()) exit
          call self%compute_some(observer, error)
          if (allocated(error) .or. self%interrupted) return
       end do
@@ -190,7 +191,21 @@ contains
       end do
    end function limit_trial
 
-   !> Compute the next trial, and as many of those that may follow it as there are jobs.
+   !> Is the verdict on the nearest failing value to be confirmed before the search ends?
+   logical function is_doubtful(self)
+      class(factor_search_type), intent(in) :: self
+      integer :: i
+      is_doubtful = .false.
+      associate (used => self%known(self%state%used))
+         do i = 1, size(used)
+            if (used(i)%stable .or. abs(used(i)%value - self%state%failing) > 0) cycle
+            is_doubtful = used(i)%is_doubtful
+         end do
+      end associate
+   end function is_doubtful
+
+   !> Compute the next trial, and as many of those that may follow it as there are jobs; at the end of the way, the one
+   !> that confirms the last verdict.
    subroutine compute_some(self, observer, error)
       class(factor_search_type), intent(inout) :: self
       class(search_observer_type), intent(in) :: observer
@@ -200,19 +215,25 @@ contains
       type(trial_type), allocatable :: trials(:)
       type(error_type), allocatable :: failure
       logical, allocatable :: done(:)
+      logical :: confirms
       integer :: i
-      call self%look_ahead(values)
+      confirms = self%state%outcome /= search_end%open
+      if (confirms) then
+         values = [self%state%failing]
+      else
+         call self%look_ahead(values)
+      end if
       allocate (trials(size(values)), done(size(values)))
       done = .false.
       !$omp parallel do num_threads(size(values)) schedule(static, 1) private(i) shared(self, observer, trials, done, &
-      !$omp values, error)
+      !$omp values, confirms, error)
       do i = 1, size(values)
-         call compute_one(self, observer, values(i), trials(i), done(i), i == 1, error)
+         call compute_one(self, observer, values(i), confirms, trials(i), done(i), i == 1, error)
       end do
       !$omp end parallel do
       do i = 1, size(values)
          if (.not. done(i)) cycle
-         self%known = [self%known, trials(i)]
+         call keep_trial(self%known, trials(i))
          call self%journal%add(trials(i), problem)
          if (allocated(problem)) call move_alloc(problem, failure)
       end do
@@ -221,10 +242,11 @@ contains
    end subroutine compute_some
 
    !> One trial. The failure of one that may never count is none.
-   subroutine compute_one(self, observer, value, trial, done, counts, error)
+   subroutine compute_one(self, observer, value, confirms, trial, done, counts, error)
       class(factor_search_type), intent(in) :: self
       class(search_observer_type), intent(in) :: observer
       real(wp), intent(in) :: value
+      logical, intent(in) :: confirms
       type(trial_type), intent(out) :: trial
       logical, intent(out) :: done
       logical, intent(in) :: counts
@@ -233,7 +255,8 @@ contains
       type(error_type), allocatable :: failure
       logical :: interrupted
       allocate (run)
-      call compute_trial(self%settled, self%options, self%searched, value, observer, run, trial, interrupted, failure)
+      call compute_trial(self%settled, self%options, self%searched, value, confirms, observer, run, trial, interrupted, &
+                         failure)
       done = .not. (interrupted .or. allocated(failure))
       if (allocated(failure) .and. counts) call move_alloc(failure, error)
    end subroutine compute_one

@@ -16,15 +16,15 @@ module rockdda_run_search_journal
    use rockdda_io_checkpoint, only : checkpoint_path
    use rockdda_run_input, only : model_input_type
    use rockdda_run_search_options, only : search_options_type, search_names
-   use rockdda_run_trial, only : trial_type
+   use rockdda_run_trial, only : trial_type, keep_trial
    implicit none
    private
    public :: search_journal_type, search_digest
 
-   character(len=*), parameter :: head = 'rockdda search, trials: value stable decided steps beginning unbalanced '// &
-                                         'displacement pull limit shear unused seconds, then the blocks of the mechanism '// &
-                                         'with their motion, the share of the joints of each material that is open, '// &
-                                         'and force, use and state of each support'
+   character(len=*), parameter :: head = 'rockdda search, trials: value stable decided doubtful confirms steps '// &
+                                         'beginning unbalanced displacement pull limit shear unused seconds, then '// &
+                                         'the blocks of the mechanism with their motion, the share of the joints '// &
+                                         'of each material that is open, and force, use and state of each support'
 
    type :: search_journal_type
       character(len=:), allocatable :: stem       !! of both files
@@ -116,8 +116,9 @@ contains
       integer :: i, n
       n = 0
       if (allocated(trial%mechanism%blocks)) n = size(trial%mechanism%blocks)
-      line = to_exact_string(trial%value)//' '//merge('1 ', '0 ', trial%stable)//merge('1', '0', trial%decided)// &
-             ' '//to_string(trial%steps)//' '//to_string(trial%beginning)//' '// &
+      line = to_exact_string(trial%value)//' '//merge('1 ', '0 ', trial%stable)//merge('1 ', '0 ', trial%decided)// &
+             merge('1 ', '0 ', trial%is_doubtful)//merge('1 ', '0 ', trial%confirms)// &
+             to_string(trial%steps)//' '//to_string(trial%beginning)//' '// &
              to_exact_string(trial%unbalanced)//' '//to_exact_string(trial%displacement)//' '// &
              to_exact_string(trial%pull)//' '//to_exact_string(trial%limit)//' '//to_exact_string(trial%shear)//' '// &
              to_string(trial%unused)//' '//to_exact_string(trial%seconds)//' '//to_string(n)
@@ -157,7 +158,7 @@ contains
          read (unit, '(a)', iostat=status) line
          if (status /= 0) exit
          call take_line(trim(line), trial, ok)
-         if (ok) trials = [trials, trial]
+         if (ok) call keep_trial(trials, trial)
       end do
       close (unit)
    end subroutine read_journal
@@ -167,7 +168,7 @@ contains
       character(len=*), intent(in) :: line
       type(trial_type), intent(out) :: trial
       logical, intent(out) :: ok
-      integer :: flags(2), n, m, k, status
+      integer :: flags(4), n, m, k, status
       integer, allocatable :: motions(:, :)
       real(wp), allocatable :: open_shares(:)
       character(len=3) :: last
@@ -194,6 +195,8 @@ contains
       trial%open = open_shares
       trial%stable = flags(1) == 1
       trial%decided = flags(2) == 1
+      trial%is_doubtful = flags(3) == 1
+      trial%confirms = flags(4) == 1
       trial%mechanism%blocks = motions(1, :)
       trial%mechanism%kinds = motions(2, :)
    end subroutine take_line

@@ -39,7 +39,7 @@ module rockdda_run_trial
    use rockdda_contact_table, only : contact_state
    implicit none
    private
-   public :: trial_type, search_observer_type, compute_trial, begin_trial
+   public :: trial_type, search_observer_type, compute_trial, begin_trial, keep_trial
 
    !> Static steps after which the least unbalanced force is compared with the least one before: while steps are shorter
    !> than dt_max, else; when velocities have been carried, so few that they show whether the pull has stayed.
@@ -64,6 +64,7 @@ module rockdda_run_trial
 
    type :: trial_pace_type
       logical :: carries = .false.                       !! the next step begins with the velocities of this one
+      logical :: was_stuck = .false.                     !! they were carried because the model was stuck
       integer, private :: steps = 0                      !! since the pace has changed, or was checked
       integer, private :: enough = static_steps
       real(wp), private :: least = huge(1.0_wp)          !! unbalanced force of these steps
@@ -87,6 +88,8 @@ module rockdda_run_trial
       real(wp) :: value = 0
       logical :: stable = .false.
       logical :: decided = .true.          !! false: neither at rest nor moving on when the steps were used up
+      logical :: is_doubtful = .false.     !! velocities were carried where it was stuck, or it has no verdict
+      logical :: confirms = .false.        !! takes the place of a doubtful one
       integer :: steps = 0
       integer :: beginning = 1             !! > 1: begun again with shorter steps
       real(wp) :: unbalanced = 0           !! of the last step
@@ -161,13 +164,15 @@ contains
       sim%control%brisk%is_on = searched%kind /= search_kind%load
    end subroutine begin_trial
 
-   !> Compute a trial until its verdict. `run` holds the simulation; when its results are open they are written.
+   !> Compute a trial until its verdict. One that confirms another takes the steps of a stage, static ones, and compares
+   !> pulls late. `run` holds the simulation; when its results are open they are written.
    !> `interrupted`: a stop was requested, and there is no verdict. Error: the steps cannot be solved.
-   subroutine compute_trial(settled, options, searched, value, observer, run, trial, interrupted, error)
+   subroutine compute_trial(settled, options, searched, value, confirms, observer, run, trial, interrupted, error)
       type(simulation_type), intent(in) :: settled
       type(search_options_type), intent(in) :: options
       type(searched_type), intent(in) :: searched
       real(wp), intent(in) :: value
+      logical, intent(in) :: confirms
       class(search_observer_type), intent(in) :: observer
       type(run_type), intent(inout) :: run
       type(trial_type), intent(out) :: trial
@@ -177,10 +182,12 @@ contains
       integer :: beginning
       start = wall_seconds()
       trial%value = value
+      trial%confirms = confirms
       do beginning = 1, most_beginnings
          if (.not. run%is_open) call begin_trial(settled, searched, value, beginning, run%sim, error)
          trial%beginning = beginning
          if (allocated(error)) return
+         if (confirms) run%sim%control%brisk%is_on = .false.
          call run%sim%set_interruption(observer)
          call advance_trial(options, searched, observer, run, trial, interrupted, error)
          if (.not. allocated(error)) exit
@@ -231,7 +238,7 @@ contains
          ! the model at rest does not carry these loads yet
          call judgement%begin(run%sim, usual_share, any(abs(run%sim%state%stress) > 0))
       else
-         call judgement%begin(run%sim, is_trial=.true.)
+         call judgement%begin(run%sim, is_trial=.not. trial%confirms)
       end if
       trial%steps = 0
       do while (outcome == verdict%open .and. trial%steps < options%max_steps)
@@ -246,7 +253,7 @@ contains
             outcome = judgement%judge(run%sim, run%sim%forces)
             call find_limit(run%sim, searched, trial%value, pull, limits(1 + modulo(judgement%steps, last_steps)))
          end if
-         call pace%follow(maxval(judgement%moved), judgement%way_moved(run%sim), run%sim)
+         if (.not. trial%confirms) call pace%follow(maxval(judgement%moved), judgement%way_moved(run%sim), run%sim)
          call run%write_step(error)
          if (allocated(error)) return
          trial%unbalanced = run%sim%record%unbalanced
@@ -260,12 +267,31 @@ contains
       end do
       trial%decided = outcome /= verdict%open
       trial%stable = outcome == verdict%stable
+      trial%is_doubtful = .not. trial%confirms .and. (pace%was_stuck .or. .not. trial%decided)
       if (outcome == verdict%failing) then
          trial%pull = pull
          if (any(abs(limits) > 0)) trial%limit = limits(minloc(abs(limits - trial%value), dim=1, mask=abs(limits) > 0))
       end if
       if (.not. trial%stable) call find_mechanism(run%sim, judgement, trial%mechanism)
    end subroutine advance_trial
+
+   !> Keep a trial. One that confirms a doubtful one takes its place; where both fail, the value that is tried next goes
+   !> on to depend on the first.
+   subroutine keep_trial(trials, trial)
+      type(trial_type), allocatable, intent(inout) :: trials(:)
+      type(trial_type), intent(in) :: trial
+      type(trial_type) :: kept
+      integer :: i
+      do i = 1, size(trials)
+         if (abs(trials(i)%value - trial%value) > 0) cycle
+         kept = trial
+         if (.not. kept%stable) kept%pull = trials(i)%pull
+         if (.not. kept%stable) kept%limit = trials(i)%limit
+         trials(i) = kept
+         return
+      end do
+      trials = [trials, trial]
+   end subroutine keep_trial
 
    !> The work of inertia in the last, static step over the motion of all areas, which is what carries a mechanism away,
    !> and the value at which it would be none; 0: not known.
@@ -371,6 +397,7 @@ contains
       stuck = self%least > no_progress*self%least_before .and. &
               distance < self%start*farther**(real(self%steps, wp)/most)
       self%least_before = min(self%least, self%least_before)
+      self%was_stuck = self%was_stuck .or. stuck
       call self%set(stuck, distance, sim)
    end subroutine follow
 
