@@ -255,8 +255,8 @@ contains
       type(error_type), allocatable :: failure
       logical :: interrupted
       allocate (run)
-      call compute_trial(self%settled, self%options, self%searched, value, confirms, observer, run, trial, interrupted, &
-                         failure)
+      call compute_trial(self%settled, self%options, self%searched, value, confirms, observer, run, trial, &
+                         interrupted, failure)
       done = .not. (interrupted .or. allocated(failure))
       if (allocated(failure) .and. counts) call move_alloc(failure, error)
    end subroutine compute_one

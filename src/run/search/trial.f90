@@ -1,12 +1,14 @@
 ! SPDX-License-Identifier: MIT
 !> One trial of a search: the settled state under one value of the searched quantity.
 !>
-!> The limit is guessed from the last step of a trial that fails. At the end of a static step inertia takes what no other force holds. Its work P along the motion of the step is zero
+!> The limit is guessed from the last step of a trial that fails. At the end of a static step inertia takes what no
+!> other force holds. Its work P along the motion of the step is zero
 !> at the limit. What the searched quantity does to P is known when normal forces and mechanism stay as they are: the
 !> friction of the searched joints, of work R, is R f/F at a factor F instead of f, so that P is zero at f R/(R + P);
 !> loads whose direction changes do more work. It is a guess, by which a search chooses the next value to try.
 !>
-!> The pace is that of static steps, and of steps that carry velocities on where static ones hardly move. Every static step begins at rest, so that a constant pull P moves a mass m by P dt**2/(2 m) in each step. Where
+!> The pace is that of static steps, and of steps that carry velocities on where static ones hardly move. Every
+!> static step begins at rest, so that a constant pull P moves a mass m by P dt**2/(2 m) in each step. Where
 !> contacts open and close all the time, steps stay short, and a mechanism whose forces miss equilibrium by a thousandth
 !> needs thousands of steps to move as far as its verdict needs. Steps that carry velocities on move it by n**2 times as
 !> much in n steps. So velocities are carried on, for a while, when
