@@ -279,12 +279,10 @@ contains
          end if
          covered = 0
          blocked = 0
-         far = 0
          do j = 1, size(stretches)
             length = (stretches(j)%ends(2) - stretches(j)%ends(1))* &
                      norm2(layout%path(:, stretches(j)%piece + 1) - layout%path(:, stretches(j)%piece))
             covered = covered + length
-            far = max(far, stretches(j)%distance)
             if (is_in_rock(stretches(j))) blocked = blocked + length
          end do
          if (size(stretches) == 0) then
@@ -301,6 +299,10 @@ contains
          call report_lost_rock(layout%path, stretches, total, k, options, blocks, messages)
          if (total - covered > least_share*total) call tell(severity%warning, to_string(100*(1 - covered/total), 2)// &
             ' % of the line lies beside no rock when it is installed; rock that comes there later does not meet it')
+         layout = new_liner_layout(line_of_liner(options%liners, k, blocks, options%regions, as_drawn=.true.), t, &
+                                   liner%element)
+         call find_stretches(layout%path, reach_over_thickness*t, blocks, blocks%vertices, rock, stretches, side)
+         far = maxval(stretches%distance)
          if (far > beside*t) call tell(severity%warning, 'the line lies up to '//to_string(far, 3)// &
                                        ' beside the rock: it is held across')
          if (blocked > least_share*total) call tell(severity%warning, 'there is no free face along '// &

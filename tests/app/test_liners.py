@@ -217,6 +217,8 @@ class Liners(ProgramTest):
             ("", half, bond, 0.5, {"line": fine}),
         ]:
             self.ground("hole", liner, stages, **more)
+            if "line" not in more:  # an outline lies on the rock
+                self.assertNotIn("beside the rock", self.run_program("check", "hole.nml").err)
             with self.solve("hole") as file:
                 force, place = file["frames/liner_force"][-1], file["frames/liner_point"][0]
                 side, top = place[:, 0].argmax(), place[:, 1].argmax()

@@ -79,21 +79,24 @@ contains
    end function lower_liner
 
    !> The line of a lining: x y of its points, rounded; that of the lining on which it lies.
-   pure recursive function line_of_liner(liners, k, blocks, regions) result(line)
+   pure recursive function line_of_liner(liners, k, blocks, regions, as_drawn) result(line)
       type(liner_type), intent(in) :: liners(:)
       integer, intent(in) :: k
       type(block_system_type), intent(in) :: blocks
       type(region_type), intent(in) :: regions(:)
+      logical, intent(in), optional :: as_drawn      !! not rounded
       real(wp), allocatable :: line(:)
       if (lower_liner(liners, k) > 0) then
-         line = line_of_liner(liners, lower_liner(liners, k), blocks, regions)
-      else if (allocated(liners(k)%along)) then
-         line = rounded(liners(k)%along, liners(k)%thickness)
-      else if (is_given(liners(k)%outline)) then
-         line = rounded(outer_line(blocks, blocks_of_region(blocks, regions, liners(k)%outline)), liners(k)%thickness)
-      else
-         allocate (line(0))
+         line = line_of_liner(liners, lower_liner(liners, k), blocks, regions, as_drawn)
+         return
       end if
+      allocate (line(0))
+      if (allocated(liners(k)%along)) then
+         line = liners(k)%along
+      else if (is_given(liners(k)%outline)) then
+         line = outer_line(blocks, blocks_of_region(blocks, regions, liners(k)%outline))
+      end if
+      if (.not. present(as_drawn)) line = rounded(line, liners(k)%thickness)
    end function line_of_liner
 
    !> A line with arcs where its points lie on a curve, which a chain of chords bends like a polygon: by N/24 s^2/R, a
