@@ -7,10 +7,10 @@
 module rockdda_stepping_simulation
    use rockdda_base_kinds, only : wp
    use rockdda_base_error, only : error_type, error_code, make_error
-   use rockdda_base_strings, only : to_string
    use rockdda_base_interruption, only : interruption_type
    use rockdda_base_diagnostics, only : diagnostics_type
    use rockdda_model_blocks, only : block_system_type
+   use rockdda_model_bolt_layout, only : name_of_spring
    use rockdda_model_parameters, only : parameters_type
    use rockdda_model_state, only : step_record_type, bolt_nodes_type, liner_nodes_type
    use rockdda_model_datum, only : find_datum, move_model
@@ -222,13 +222,16 @@ contains
       if (self%families%bars%n_nodes() == 0) return
       associate (bolts => self%families%bars%bolts)
          n = self%blocks%bolts%n
-         longest = len('spring 2147483647')
+         longest = 1
+         do l = 1, n
+            longest = max(longest, len(name_of_spring(self%parameters%bolts, n, l)))
+         end do
          do l = 1, size(bolts)
             longest = max(longest, len(bolts(l)%name))
          end do
          allocate (character(len=longest) :: names(n + size(bolts)))
          do l = 1, n
-            names(l) = 'spring '//to_string(l)
+            names(l) = name_of_spring(self%parameters%bolts, n, l)
          end do
          first = [(l, l=0, n)]
          spacing = [(1.0_wp, l=1, n), bolts%spacing]

@@ -65,6 +65,14 @@ class Bars(ProgramTest):
                 for computed, expected in zip(force, forces, strict=True):
                     self.assertAlmostEqual(computed, expected, delta=1e-6 * expected)
 
+    def test_springs_beside_bolts_keep_their_names(self):
+        spring = "&bolt {}from = {}, 0.5, to = {}, 3.5, stiffness = 1 /\n"
+        more = spring.format("name = 'prop', ", 0.5, 0.5) + spring.format("", -0.5, -0.5)
+        self.hang("mid", 0.0, stages=more + "&stage until = 'equilibrium', tolerance = 1e-7 /\n")
+        with self.solve("mid") as file:
+            names = [b"prop", b"spring 2", b"b0", b"b1", b"b2"]
+            self.assertEqual(file["model/bolt_names"][()].tolist(), names)
+
     def test_ends_on_the_faces_of_blocks_hold(self):
         """Bolts through the air from the top of one block to the bottom of another were fixed to nothing."""
         self.hang("mid", 0.0)

@@ -12,7 +12,8 @@ module rockdda_model_bolt_layout
    use rockdda_model_regions, only : blocks_of_region, count_words, word_of, same_name
    implicit none
    private
-   public :: bolt_line_type, bolt_lines, trace_bolt, hold_ends, rock_at, stage_with, title_of_bolt, most_bolts, outer_line
+   public :: bolt_line_type, bolt_lines, trace_bolt, hold_ends, rock_at, stage_with, title_of_bolt, &
+      name_of_spring, most_bolts, outer_line
 
    !> Bolts of one pattern, at most: more are a slip of the spacing.
    integer, parameter :: most_bolts = 2000
@@ -69,6 +70,21 @@ contains
       title = 'bolt '//to_string(number)
       if (is_given(bolt%name)) title = trim(adjustl(bolt%name))
    end function title_of_bolt
+
+   !> Name of spring k of n: those of the options, which may have names, come behind those of the geometry.
+   pure function name_of_spring(bolts, n, k) result(name)
+      type(bolt_type), intent(in), optional :: bolts(:)     !! of the options; absent where they are not allocated
+      integer, intent(in) :: n, k
+      character(len=:), allocatable :: name
+      integer, allocatable :: springs(:)
+      integer :: i
+      name = 'spring '//to_string(k)
+      if (.not. present(bolts)) return
+      springs = pack([(i, i=1, size(bolts))], is_spring(bolts))
+      i = k - n + size(springs)
+      if (i < 1) return
+      if (is_given(bolts(springs(i))%name)) name = title_of_bolt(bolts(springs(i)), springs(i))
+   end function name_of_spring
 
    !> Room for n more bolts.
    pure subroutine extend(lines, n)

@@ -2,8 +2,8 @@
 !> How far each bolt and lining is mobilised at the end of a trial, and whether bolts could hold what fails.
 module rockdda_run_support_uses
    use rockdda_base_kinds, only : wp
-   use rockdda_base_strings, only : to_string
    use rockdda_interaction_kinematics, only : displacement_at
+   use rockdda_model_bolt_layout, only : name_of_spring
    use rockdda_model_state, only : bolt_nodes_type, liner_nodes_type
    use rockdda_stepping_simulation, only : simulation_type
    implicit none
@@ -84,7 +84,7 @@ contains
          else if (k > n_springs) then
             name = sim%families%bars%bolts(k - n_springs)%name
          else
-            name = 'spring '//to_string(k)
+            name = name_of_spring(sim%parameters%bolts, n_springs, k)
          end if
       end associate
    end function name_of_support
