@@ -122,7 +122,7 @@ NOT_DRAWN |= {"hold_contact_forces", "hold_bolt_forces"}  # the first step after
 NOT_DRAWN |= {"find_acceleration", "become_quiet", "take_joints"}  # the first dynamic step
 NOT_DRAWN |= {"add_impulses"}  # of contacts that close
 NOT_DRAWN |= {"note_energies", "clear", "fill_record", "show_blocks", "forget", "renew_all"}  # bookkeeping
-NOT_DRAWN |= {"take_forces", "take_attempt", "drop_attempts"}  # what attempts keep beside the state
+NOT_DRAWN |= {"take_forces", "take_attempt", "drop_attempts", "drop"}  # what attempts keep beside the state
 NOT_DRAWN |= {"report_no_equilibrium", "report_failure"}  # messages
 NOT_DRAWN |= {"measure_between", "find_points", "copy_state", "dowel_response", "set_young"}  # within a bolt or lining
 

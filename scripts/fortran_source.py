@@ -120,6 +120,7 @@ class Source:
         module: Module | None = None
         derived: DerivedType | None = None
         procedure: Procedure | None = None
+        hosts: list[Procedure | None] = []  # of the present procedure
         for statement, comment in statements(text):
             lower = statement.lower()
             if match := re.fullmatch(r"(?:module|program)\s+(\w+)", lower):
@@ -140,10 +141,12 @@ class Source:
             elif derived is not None:
                 self._read_member(derived, lower)
             elif re.match(r"end\s*(subroutine|function)\b", lower):
-                procedure = None
+                procedure = hosts.pop() if hosts else None
             elif match := re.match(r"(?:[\w()\s,=:*]*\s)?(subroutine|function)\s+(\w+)\s*(?:\(|$)", lower):
                 is_function = match[1] == "function"
+                hosts.append(procedure)
                 procedure = Procedure(match[2], module.name, file, is_function, comment)
+                procedure.variables.update(hosts[-1].variables if hosts[-1] else {})
                 procedure.arguments = re.findall(r"\w+", lower[match.end() :].partition(")")[0])
                 module.procedures[match[2]] = procedure
             elif procedure is not None:

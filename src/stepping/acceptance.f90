@@ -38,7 +38,7 @@ contains
       is_static = step%control%is_static(step%parameters)
       is_first = .not. step%control%time_error%counts
       associate (context => step%step_context_type, trial => step%trial, attempt => step%trial%attempt_type, &
-                 families => step%families, contacts => step%families%contacts, impact => step%trial%newton%impact)
+                 families => step%families, contacts => step%families%contacts, impact => step%trial%impact)
          if (is_dynamic) call step%control%strikes%add(context, attempt, contacts%table, contacts%trial%state_used, &
                                                        contacts%laws%restitution, report%displacement/trial%dt, &
                                                        is_first)

@@ -53,12 +53,6 @@ module rockdda_stepping_trial_step
       procedure :: find
    end type contact_finder_type
 
-   type, extends(newton_type) :: smooth_motion_type
-      type(impact_type) :: impact               !! of the attempt
-   contains
-      procedure :: find_smooth_motion
-   end type smooth_motion_type
-
    !> In steps in which no block turns by more [rad] forces need not be turned from mid-step to where they act: a
    !> pendulum gains less than 1e-5 of its energy in a second.
    real(wp), parameter :: least_turn = 1.0e-5_wp
@@ -66,18 +60,14 @@ module rockdda_stepping_trial_step
    !> The attempt at hand, and what finds its motion. Nothing in it is a part of the state.
    type, extends(attempt_type) :: trial_step_type
       type(contact_finder_type) :: finder
-      type(smooth_motion_type) :: newton
+      type(newton_type) :: newton
+      type(impact_type) :: impact                      !! of the attempt
       real(wp), allocatable :: last_motion(:, :)       !! (6, nb) x at the start of the step
       real(wp), allocatable, private :: memory(:)      !! of the solver, there
    contains
       procedure :: find_motion
       procedure :: find_contacts
       procedure, private :: begin_step
-      procedure, private :: try_step
-      procedure, private :: expect_motion
-      procedure, private :: find_acceleration
-      procedure, private :: turn_forces
-      procedure, private :: assemble_start
    end type trial_step_type
 
    !> A motion that can be accepted, unless the search for it was interrupted.
@@ -108,7 +98,8 @@ contains
       type(error_type), allocatable, intent(out) :: error
       type(newton_report_type) :: of_attempt
       real(wp) :: reach
-      logical :: at_floor, is_first
+      logical :: at_floor    !! there is no smaller step to fall back to
+      logical :: is_first    !! nothing has been solved in this step: x is the motion of the last one
       integer :: n_woken, n_solved
       if (.not. allocated(self%last_motion)) allocate (self%last_motion, mold=equations%x)
       self%last_motion(:, :) = equations%x
@@ -125,8 +116,7 @@ contains
          report%attempts = report%attempts + 1
          ! the negation: a step that is no number has no smaller one
          at_floor = .not. self%dt > context%parameters%dt_min*(1 + 1.0e-12_wp)
-         call self%try_step(context, control, reach, is_first, at_floor, families, equations, solver, times, &
-                            of_attempt, report%displacement, error)
+         call try_step()
          is_first = .false.
          report%iterations = report%iterations + of_attempt%iterations
          if (allocated(error)) then
@@ -168,6 +158,151 @@ contains
       call times%lap(phase%other)
 
    contains
+
+      !> One attempt with a fixed dt: find the equilibrium, and check that its motion can be accepted.
+      subroutine try_step()
+         type(conditions_type) :: conditions
+         of_attempt = newton_report_type()
+         report%displacement = 0
+         times%attempts = times%attempts + 1
+         call times%lap(phase%other)
+         self%scheme = control%scheme(context%parameters)
+         self%scheme%carried = control%carry(context%parameters, self%dt)
+         if (self%scheme%second_order .and. .not. self%knows_acceleration(context)) then
+            call find_acceleration()
+            if (allocated(error) .or. of_attempt%outcome /= attempt_end%converged) return
+         end if
+         if (self%scheme%second_order) call turn_forces()
+         conditions%method = control%method
+         conditions%slack = control%force_slack(context%parameters)
+         conditions%may_predict = is_first .and. abs(self%dt - control%last_dt) <= 0 .and. &
+                                  control%is_dynamic(context%parameters)
+         conditions%is_like_last = is_first .and. control%is_like_last(context%parameters, self%dt)
+         conditions%at_floor = at_floor
+         call expect_motion(conditions%may_predict)
+         call families%begin(context, self%attempt_type)
+         call families%place(context, self%attempt_type, equations)
+         call times%lap(phase%block_terms)
+         call find_smooth_motion(conditions)
+         if (allocated(error)) return
+         ! only a motion that would be accepted is measured: in earlier rounds blocks may be loose
+         if (of_attempt%outcome /= attempt_end%converged) return
+         call judge_motion(context, equations%x, reach, at_floor, report%displacement, of_attempt%outcome)
+      end subroutine try_step
+
+      !> Find the motion x and the states of all links at the end of a step, `find_equilibrium`; in dynamic steps again
+      !> and again until it is settled which contacts meet by the law of impact. Rounds and iterations are those of all.
+      subroutine find_smooth_motion(conditions)
+         type(conditions_type), intent(inout) :: conditions
+         integer :: iterations, rounds
+         logical :: is_settled
+         iterations = 0
+         rounds = 0
+         associate (contacts => families%contacts)
+            call self%impact%begin(contacts%table%n)
+            do
+               call self%newton%find_equilibrium(conditions, context, self%attempt_type, families, equations, &
+                                                 solver, times, of_attempt, error)
+               iterations = iterations + of_attempt%iterations
+               rounds = rounds + of_attempt%rounds
+               of_attempt%iterations = iterations
+               of_attempt%rounds = rounds
+               if (allocated(error) .or. of_attempt%outcome /= attempt_end%converged .or. &
+                   control%is_static(context%parameters)) return
+               call self%impact%mark(context, self%attempt_type, contacts%table, contacts%trial, contacts%laws, &
+                                     equations%x, is_settled)
+               if (is_settled) return
+               conditions%may_predict = .false.
+               conditions%is_like_last = .false.
+            end do
+         end associate
+      end subroutine find_smooth_motion
+
+      !> Set the motion expected of each block in the step; its rotation turns the arms of forces. It is 2 v dt - d (d:
+      !> motion of the last step) where the rounds may begin there, v dt where velocities are carried on, and d in
+      !> statics.
+      subroutine expect_motion(may_predict)
+         logical, intent(in) :: may_predict   !! the rounds may begin with a predicted motion
+         call self%renew_all(context)
+         if (may_predict) then
+            call self%expect(context, context%state%velocity, 2*self%dt, less=equations%x)
+         else if (.not. control%is_static(context%parameters)) then
+            call self%expect(context, context%state%velocity, self%dt)
+         else if (is_first .and. abs(self%dt - control%last_dt) <= 0) then
+            call self%expect(context, equations%x)
+         else
+            call self%expect(context)
+         end if
+      end subroutine expect_motion
+
+      !> Accelerations at the start of the step, by the loads and the springs of that time: (M + dt**2 K/8) a = F.
+      !> Springs that are far too stiff for the step do not throw blocks by it; for others it is M a = F to second
+      !> order.
+      subroutine find_acceleration()
+         type(time_scheme_type) :: scheme
+         real(wp), allocatable :: last(:, :), force(:, :)
+         real(wp) :: dt
+         scheme = self%scheme
+         dt = self%dt
+         allocate (last, source=equations%x)
+         self%dt = 0.5_wp*dt
+         call self%renew_all(context)
+         call self%expect(context)
+         call assemble_start(scheme_of_start(purpose%acceleration, 0.0_wp))
+         allocate (force, source=equations%f)
+         if (context%parameters%mass_damping > 0) call add_damping(force)
+         call assemble_start(scheme_of_start(purpose%acceleration, 1.0_wp))
+         equations%x = 0
+         call self%newton%solve_once(equations, force, solver, of_attempt, error)
+         if (of_attempt%outcome == attempt_end%converged .and. .not. allocated(error)) &
+            self%acceleration = (2/self%dt**2)*equations%x
+         equations%x = last
+         self%scheme = scheme
+         self%dt = dt
+      end subroutine find_acceleration
+
+      !> Mass-proportional damping of the velocities at the start.
+      subroutine add_damping(force)
+         real(wp), intent(inout) :: force(:, :)   !! (6, nb)
+         integer :: i
+         do i = 1, context%blocks%n_blocks
+            if (self%is_left_out(i)) cycle
+            force(:, i) = force(:, i) - context%parameters%mass_damping* &
+                          context%momentum(i, context%state%velocity(:, i))
+         end do
+      end subroutine add_damping
+
+      !> Find the loads that turn forces from mid-step to where they act. They are those by which forces at the start of
+      !> the step, on vectors and arms of that level, exceed those on the vectors and arms of mid-step, which the
+      !> equations take; with them the scheme is of second order in blocks that turn. A step of 2 level dt has its
+      !> middle where forces act in one of dt. Dashpots act with the mean velocity of the step, at its middle.
+      subroutine turn_forces()
+         type(time_scheme_type) :: scheme
+         call self%renew_all(context)
+         if (.not. allocated(self%jump)) allocate (self%jump(6, context%blocks%n_blocks), &
+                                                   self%turning(6, context%blocks%n_blocks), source=0.0_wp)
+         self%turning = 0
+         scheme = self%scheme
+         if (.not. abs(2*scheme%level - 1) > 0) return   ! forces act at mid-step
+         if (.not. maxval(abs(context%state%velocity(3, :)))*self%dt > least_turn) return
+         call self%expect(context, context%state%velocity, self%dt)
+         call assemble_start(scheme_of_start(purpose%turning, 0.0_wp))
+         self%turning = -equations%f
+         call self%expect(context, context%state%velocity, 2*scheme%level*self%dt)
+         call assemble_start(scheme_of_start(purpose%turning, 0.0_wp))
+         self%turning = self%turning + equations%f
+         self%scheme = scheme
+      end subroutine turn_forces
+
+      !> Assemble the equations of a motion from rest in the states of the start, with the arms of the expected motion.
+      subroutine assemble_start(scheme)
+         type(time_scheme_type), intent(in) :: scheme   !! of the start
+         self%scheme = scheme
+         call families%begin(context, self%attempt_type)
+         call families%place(context, self%attempt_type, equations)
+         call families%add_to_links(equations)
+         call equations%assemble()
+      end subroutine assemble_start
 
       !> Forget the attempts at the step: the same step can be repeated with the same bits.
       subroutine drop()
@@ -228,159 +363,6 @@ contains
       call times%lap(phase%graph)
    end subroutine find_contacts
 
-   !> One attempt with a fixed dt: find the equilibrium, and check that its motion can be accepted.
-   subroutine try_step(self, context, control, reach, is_first, at_floor, families, equations, solver, times, report, &
-                       displacement, error)
-      class(trial_step_type), intent(inout) :: self
-      type(step_context_type), intent(in) :: context
-      type(step_control_type), intent(in) :: control
-      real(wp), intent(in) :: reach     !! of the search that found the contacts [length]
-      logical, intent(in) :: is_first   !! nothing has been solved in this step: x is the motion of the last one
-      logical, intent(in) :: at_floor   !! there is no smaller step to fall back to
-      type(families_type), intent(inout) :: families
-      type(equations_type), intent(inout) :: equations
-      class(linear_solver_type), intent(inout) :: solver
-      type(phase_times_type), intent(inout) :: times
-      type(newton_report_type), intent(out) :: report
-      real(wp), intent(out) :: displacement      !! largest of any vertex [length]
-      type(error_type), allocatable, intent(out) :: error
-      type(conditions_type) :: conditions
-      displacement = 0
-      times%attempts = times%attempts + 1
-      call times%lap(phase%other)
-      self%scheme = control%scheme(context%parameters)
-      self%scheme%carried = control%carry(context%parameters, self%dt)
-      if (self%scheme%second_order .and. .not. self%knows_acceleration(context)) then
-         call self%find_acceleration(context, families, equations, solver, report, error)
-         if (allocated(error) .or. report%outcome /= attempt_end%converged) return
-      end if
-      if (self%scheme%second_order) call self%turn_forces(context, families, equations)
-      conditions%method = control%method
-      conditions%slack = control%force_slack(context%parameters)
-      conditions%may_predict = is_first .and. abs(self%dt - control%last_dt) <= 0 .and. &
-                               control%is_dynamic(context%parameters)
-      conditions%is_like_last = is_first .and. control%is_like_last(context%parameters, self%dt)
-      conditions%at_floor = at_floor
-      call self%expect_motion(context, control, equations%x, is_first, conditions%may_predict)
-      call families%begin(context, self%attempt_type)
-      call families%place(context, self%attempt_type, equations)
-      call times%lap(phase%block_terms)
-      call self%newton%find_smooth_motion(.not. control%is_static(context%parameters), conditions, &
-                                          context, self%attempt_type, families, equations, solver, times, report, &
-                                          error)
-      if (allocated(error)) return
-      ! only a motion that would be accepted is measured: in earlier rounds blocks may be loose
-      if (report%outcome /= attempt_end%converged) return
-      call judge_motion(context, equations%x, reach, at_floor, displacement, report%outcome)
-   end subroutine try_step
-
-   !> Set the motion expected of each block in the step; its rotation turns the arms of forces. It is 2 v dt - d (d:
-   !> motion of the last step) where the rounds may begin there, v dt where velocities are carried on, and d in statics.
-   subroutine expect_motion(self, context, control, x, is_first, may_predict)
-      class(trial_step_type), intent(inout) :: self
-      type(step_context_type), intent(in) :: context
-      type(step_control_type), intent(in) :: control
-      real(wp), intent(in), contiguous :: x(:, :)   !! (6, nb)
-      logical, intent(in) :: is_first      !! x is the motion of the last step
-      logical, intent(in) :: may_predict   !! the rounds may begin with a predicted motion
-      call self%renew_all(context)
-      if (may_predict) then
-         call self%expect(context, context%state%velocity, 2*self%dt, less=x)
-      else if (.not. control%is_static(context%parameters)) then
-         call self%expect(context, context%state%velocity, self%dt)
-      else if (is_first .and. abs(self%dt - control%last_dt) <= 0) then
-         call self%expect(context, x)
-      else
-         call self%expect(context)
-      end if
-   end subroutine expect_motion
-
-   !> Accelerations at the start of the step, by the loads and the springs of that time: (M + dt**2 K/8) a = F. Springs
-   !> that are far too stiff for the step do not throw blocks by it; for others it is M a = F to second order.
-   subroutine find_acceleration(self, context, families, equations, solver, report, error)
-      class(trial_step_type), intent(inout) :: self
-      type(step_context_type), intent(in) :: context
-      type(families_type), intent(inout) :: families
-      type(equations_type), intent(inout) :: equations
-      class(linear_solver_type), intent(inout) :: solver
-      type(newton_report_type), intent(out) :: report
-      type(error_type), allocatable, intent(out) :: error
-      type(time_scheme_type) :: scheme
-      real(wp), allocatable :: last(:, :), force(:, :)
-      real(wp) :: dt
-      scheme = self%scheme
-      dt = self%dt
-      allocate (last, source=equations%x)
-      self%dt = 0.5_wp*dt
-      call self%renew_all(context)
-      call self%expect(context)
-      call self%assemble_start(context, scheme_of_start(purpose%acceleration, 0.0_wp), families, equations)
-      allocate (force, source=equations%f)
-      if (context%parameters%mass_damping > 0) call add_damping(force)
-      call self%assemble_start(context, scheme_of_start(purpose%acceleration, 1.0_wp), families, equations)
-      equations%x = 0
-      call self%newton%solve_once(equations, force, solver, report, error)
-      if (report%outcome == attempt_end%converged .and. .not. allocated(error)) &
-         self%acceleration = (2/self%dt**2)*equations%x
-      equations%x = last
-      self%scheme = scheme
-      self%dt = dt
-
-   contains
-
-      !> Mass-proportional damping of the velocities at the start.
-      subroutine add_damping(force)
-         real(wp), intent(inout) :: force(:, :)   !! (6, nb)
-         integer :: i
-         do i = 1, context%blocks%n_blocks
-            if (self%is_left_out(i)) cycle
-            force(:, i) = force(:, i) - context%parameters%mass_damping* &
-                          context%momentum(i, context%state%velocity(:, i))
-         end do
-      end subroutine add_damping
-
-   end subroutine find_acceleration
-
-   !> Find the loads that turn forces from mid-step to where they act. They are those by which forces at the start of
-   !> the step, on vectors and arms of that level, exceed those on the vectors and arms of mid-step, which the equations
-   !> take; with them the scheme is of second order in blocks that turn. A step of 2 level dt has its middle where
-   !> forces act in one of dt. Dashpots act with the mean velocity of the step, at its middle.
-   subroutine turn_forces(self, context, families, equations)
-      class(trial_step_type), intent(inout) :: self
-      type(step_context_type), intent(in) :: context
-      type(families_type), intent(inout) :: families
-      type(equations_type), intent(inout) :: equations
-      type(time_scheme_type) :: scheme
-      call self%renew_all(context)
-      if (.not. allocated(self%jump)) allocate (self%jump(6, context%blocks%n_blocks), &
-                                                self%turning(6, context%blocks%n_blocks), source=0.0_wp)
-      self%turning = 0
-      scheme = self%scheme
-      if (.not. abs(2*scheme%level - 1) > 0) return   ! forces act at mid-step
-      if (.not. maxval(abs(context%state%velocity(3, :)))*self%dt > least_turn) return
-      call self%expect(context, context%state%velocity, self%dt)
-      call self%assemble_start(context, scheme_of_start(purpose%turning, 0.0_wp), families, equations)
-      self%turning = -equations%f
-      call self%expect(context, context%state%velocity, 2*scheme%level*self%dt)
-      call self%assemble_start(context, scheme_of_start(purpose%turning, 0.0_wp), families, equations)
-      self%turning = self%turning + equations%f
-      self%scheme = scheme
-   end subroutine turn_forces
-
-   !> Assemble the equations of a motion from rest in the states of the start, with the arms of the expected motion.
-   subroutine assemble_start(self, context, scheme, families, equations)
-      class(trial_step_type), intent(inout) :: self
-      type(step_context_type), intent(in) :: context
-      type(time_scheme_type), intent(in) :: scheme   !! of the start
-      type(families_type), intent(inout) :: families
-      type(equations_type), intent(inout) :: equations
-      self%scheme = scheme
-      call families%begin(context, self%attempt_type)
-      call families%place(context, self%attempt_type, equations)
-      call families%add_to_links(equations)
-      call equations%assemble()
-   end subroutine assemble_start
-
    !> A shorter step after a failed attempt; count why.
    pure subroutine shorten_step(parameters, outcome, displacement, dt, cuts)
       type(parameters_type), intent(in) :: parameters
@@ -406,45 +388,6 @@ contains
          dt = max(parameters%dt_min, parameters%cut_factor*dt)
       end if
    end subroutine shorten_step
-
-   !> Find the motion x and the states of all links at the end of a step, `find_equilibrium`; in dynamic steps again and
-   !> again until it is settled which contacts meet by the law of impact. Rounds and iterations are those of all.
-   subroutine find_smooth_motion(self, is_dynamic, first_conditions, context, attempt, families, equations, solver, &
-                                 times, report, error)
-      class(smooth_motion_type), intent(inout) :: self
-      logical, intent(in) :: is_dynamic
-      type(conditions_type), intent(in) :: first_conditions
-      type(step_context_type), intent(in) :: context
-      type(attempt_type), intent(inout) :: attempt
-      type(families_type), intent(inout) :: families
-      type(equations_type), intent(inout) :: equations
-      class(linear_solver_type), intent(inout) :: solver
-      type(phase_times_type), intent(inout) :: times
-      type(newton_report_type), intent(out) :: report
-      type(error_type), allocatable, intent(out) :: error
-      type(conditions_type) :: conditions
-      integer :: iterations, rounds
-      logical :: is_settled
-      conditions = first_conditions
-      iterations = 0
-      rounds = 0
-      associate (contacts => families%contacts)
-         call self%impact%begin(contacts%table%n)
-         do
-            call self%find_equilibrium(conditions, context, attempt, families, equations, solver, times, report, error)
-            iterations = iterations + report%iterations
-            rounds = rounds + report%rounds
-            report%iterations = iterations
-            report%rounds = rounds
-            if (allocated(error) .or. report%outcome /= attempt_end%converged .or. .not. is_dynamic) return
-            call self%impact%mark(context, attempt, contacts%table, contacts%trial, contacts%laws, equations%x, &
-                                  is_settled)
-            if (is_settled) return
-            conditions%may_predict = .false.
-            conditions%is_like_last = .false.
-         end do
-      end associate
-   end subroutine find_smooth_motion
 
    !> Who is whose neighbour on the outlines of the blocks.
    subroutine init(self, blocks)
