@@ -37,7 +37,7 @@ module rockdda_run_trial
    use rockdda_run_settled_state, only : copy_simulation
    use rockdda_run_support_uses, only : support_use_type, find_uses, find_unused
    use rockdda_stepping_stage_watch, only : progress_type
-   use rockdda_stepping_verdict, only : verdict_type, verdict, typical_size, usual_share
+   use rockdda_stepping_verdict, only : loaded_apart, verdict_type, verdict, typical_size, usual_share
    use rockdda_contact_table, only : contact_state
    implicit none
    private
@@ -238,7 +238,7 @@ contains
       limits = 0
       if (options%kind == search_kind%load) then
          ! the model at rest does not carry these loads yet
-         call judgement%begin(run%sim, usual_share, any(abs(run%sim%state%stress) > 0))
+         call judgement%begin(run%sim, usual_share, any(abs(run%sim%state%stress) > 0), growth=loaded_apart)
       else
          call judgement%begin(run%sim, is_trial=.not. trial%confirms)
       end if

@@ -11,7 +11,7 @@ module rockdda_stepping_stage_rest
    use rockdda_interaction_block_forces, only : block_forces_type
    use rockdda_stepping_stage_watch, only : progress_type, stage_watch_type
    use rockdda_stepping_step, only : step_type
-   use rockdda_stepping_verdict, only : apart, deformation_of, stays, typical_size
+   use rockdda_stepping_verdict, only : apart, deformation_of, typical_size
    implicit none
    private
    public :: watch_stage, moves_on
@@ -76,7 +76,7 @@ contains
             watch%next_way = max(falls*typical_size(step), beyond_deformation(step))
             return
          end if
-         if (watch%least_at_mark < huge(1.0_wp) .and. watch%least > stays*watch%least_at_mark) watch%runs_away = .true.
+         if (watch%least_at_mark < huge(1.0_wp) .and. 2*watch%least > watch%least_at_mark) watch%runs_away = .true.
          watch%least_at_mark = watch%least
          watch%next_way = apart*way
       end associate

@@ -34,18 +34,20 @@ module rockdda_stepping_verdict
    !> from heel to toe has lost 5 % of its uplift after 1 % of its size; judged from there on it finds equilibrium up
    !> to a factor that is 5 % too large.
    real(wp), parameter, public :: usual_share = 0.001_wp
-   !> Pulls are kept at marks, each sqrt(2) times as far as the last. The first one is a part of 1/apart of the way
-   !> beyond which a block may fail: `apart` first lengths, in a trial that slides one.
-   integer, parameter :: n_marks = 29, most_between = 4
-   !> A pull that falls less than by the factor `stays` while the distance grows by `apart` stays.
-   real(wp), parameter, public :: stays = 0.5_wp, apart = 2.0_wp**(most_between/2)
+   !> A pull stays when it would be gone no sooner than at twice the distance of now if it went on to fall like it has
+   !> since the distance was `apart` times shorter: more than half of it is left. Where loads rise that a model does not
+   !> carry yet, one joint after the other begins to slide, and the pull falls for long before it is gone: 3,997 where
+   !> a footing carries 4,029 with 16 for `loaded_apart`, 3,933 with 4.
+   real(wp), parameter, public :: apart = 4.0_wp, loaded_apart = 32.0_wp
    !> In a trial, which begins at rest, pulls are compared sooner where friction does more than the share `mostly` of
-   !> the work of the contacts: joints and blocks have taken over what they can. Then the distance grows by
-   !> `trial_apart` or more up to `apart`, and a pull stays when it would be gone no sooner than at `farthest` first
-   !> lengths if it went on to fall like that: as far as one that has fallen to `stays` from one first length to
-   !> `apart` of them. Pulls that fall less and less go on for longer. Beyond half of that way it stays when the same
-   !> growth of the distance once more would not take half of it.
-   real(wp), parameter :: mostly = 0.95_wp, trial_apart = 1.4_wp, farthest = 7.0_wp
+   !> the work of the contacts: joints and blocks have taken over what they can. Then the distance grows by the distance
+   !> of two marks or more up to `apart`, and a pull stays when it would be gone no sooner than one that has fallen by
+   !> half from one first length to `apart` of them.
+   real(wp), parameter :: mostly = 0.95_wp
+   !> Pulls are kept at marks, each so many times as far as the last. The first one is a part of 1/apart of the way
+   !> beyond which a block may fail: `apart` first lengths, in a trial that slides one.
+   real(wp), parameter :: spacing = sqrt(2.0_wp)
+   integer, parameter :: n_marks = 40
    !> At least so many steps between the marks that are compared.
    integer, parameter :: steps_between = 2
 
@@ -57,10 +59,12 @@ module rockdda_stepping_verdict
       logical :: begins_at_rest = .true.        !! false: the deformation is that which the model has by now
       logical :: stressed = .false.             !! there was stress before the first step
       real(wp) :: share = usual_share           !! of a block's size: the first length
-      logical :: is_trial = .false.             !! of a search
-      real(wp) :: ways = apart                  !! first lengths beyond which a block may fail
+      logical :: is_trial = .false.             !! of a search, and judged early
+      real(wp) :: growth = apart                !! growth of the distance over which pulls are compared
+      integer :: between = 0                    !! the same as a number of marks
+      real(wp) :: ways = 1                      !! first lengths beyond which a block may fail
       integer, allocatable :: mark(:)           !! (nb) the last mark that was passed
-      real(wp), allocatable :: pull(:, :)       !! (most_between + 1, nb) at the last marks, in turn [force]
+      real(wp), allocatable :: pull(:, :)       !! (between + 1, nb) at the last marks, in turn [force]
       real(wp), allocatable :: way(:, :)        !! the same: how far the block had moved [length]
       integer, allocatable :: step(:, :)        !! the same: when the mark was passed, counted from the beginning
       integer, allocatable :: first_step(:)     !! (nb) the same of the first mark
@@ -72,18 +76,20 @@ module rockdda_stepping_verdict
       procedure :: judge
       procedure :: deformation_by_now
       procedure :: way_moved
+      procedure, private :: place_of
       procedure, private :: stays_pulled
    end type verdict_type
 
 contains
 
    !> Begin in the present state.
-   subroutine begin(self, step, share, stressed, is_trial)
+   subroutine begin(self, step, share, stressed, growth, is_trial)
       class(verdict_type), intent(out) :: self
       class(step_type), intent(in) :: step
       real(wp), intent(in), optional :: share    !! of a block's size, for a model that does not begin at rest
       logical, intent(in), optional :: stressed  !! there was stress before the first step; default: not
-      logical, intent(in), optional :: is_trial  !! of a search; default: not
+      logical, intent(in), optional :: is_trial  !! of a search, and judged early; default: not
+      real(wp), intent(in), optional :: growth   !! of the distance, over which pulls are compared; default: `apart`
       integer :: nb
       nb = step%blocks%n_blocks
       self%centroid = step%state%centroid
@@ -95,10 +101,12 @@ contains
          self%deformation = deformation_of(step, step%contacts)
       end if
       if (present(stressed)) self%stressed = stressed
+      if (present(growth)) self%growth = growth
       if (present(is_trial)) self%is_trial = is_trial
-      if (self%is_trial) self%ways = 1
-      allocate (self%moved(nb), self%pull(most_between + 1, nb), self%way(most_between + 1, nb), source=0.0_wp)
-      allocate (self%step(most_between + 1, nb), self%mark(nb), self%first_step(nb), source=0)
+      self%between = nint(log(self%growth)/log(spacing))
+      if (.not. self%is_trial) self%ways = self%growth
+      allocate (self%moved(nb), self%pull(self%between + 1, nb), self%way(self%between + 1, nb), source=0.0_wp)
+      allocate (self%step(self%between + 1, nb), self%mark(nb), self%first_step(nb), source=0)
    end subroutine begin
 
    !> Measure how far blocks have moved.
@@ -133,11 +141,11 @@ contains
          pull = forces%force_of(i, step%state)
          do while (self%mark(i) < n_marks)
             m = self%mark(i) + 1
-            if (self%moved(i) < first*self%ways/apart*2.0_wp**(0.5_wp*(m - 1))) exit
+            if (self%moved(i) < first*self%ways/self%growth*spacing**(m - 1)) exit
             self%mark(i) = m
-            self%pull(place_of(m), i) = pull
-            self%way(place_of(m), i) = self%moved(i)
-            self%step(place_of(m), i) = self%steps
+            self%pull(self%place_of(m), i) = pull
+            self%way(self%place_of(m), i) = self%moved(i)
+            self%step(self%place_of(m), i) = self%steps
             if (m == 1) self%first_step(i) = self%steps
          end do
          if (self%moved(i) < self%ways*first) cycle
@@ -156,31 +164,31 @@ contains
       real(wp), intent(in) :: pull               !! now
       real(wp), intent(in) :: first              !! length
       real(wp), intent(in) :: slip               !! share of friction in the work of the contacts
-      real(wp) :: since
+      real(wp) :: since, farthest
       integer :: k, mark
       logical :: slides
       has_stayed = .false.
       slides = self%is_trial .and. slip > mostly
-      if (.not. slides .and. self%moved(i) < apart*first) return
-      do k = merge(1, most_between, slides), min(self%mark(i) - 1, most_between)
-         mark = place_of(self%mark(i) - k)
+      if (.not. slides .and. self%moved(i) < self%growth*first) return
+      do k = merge(1, self%between, slides), min(self%mark(i) - 1, self%between)
+         mark = self%place_of(self%mark(i) - k)
          if (self%steps - self%step(mark, i) < steps_between .and. self%steps - self%first_step(i) < &
              2*steps_between) cycle
-         if (slides) then
-            if (self%moved(i) < trial_apart*self%way(mark, i)) cycle
-            since = self%moved(i) - self%way(mark, i)
-            has_stayed = pull >= self%pull(mark, i)*(1 - since/max(farthest*first - self%way(mark, i), 2*since))
-         else
-            has_stayed = pull >= stays*self%pull(mark, i)
-         end if
+         if (slides .and. self%moved(i) < spacing*self%way(mark, i)) cycle
+         since = self%moved(i) - self%way(mark, i)
+         ! where the pull may be gone by the line through both
+         farthest = self%moved(i) + since
+         if (slides) farthest = max(farthest, (2*self%growth - 1)*first)
+         has_stayed = pull >= self%pull(mark, i)*(1 - since/(farthest - self%way(mark, i)))
          if (has_stayed) return
       end do
    end function stays_pulled
 
    !> Where a mark is kept.
-   pure integer function place_of(mark)
+   pure integer function place_of(self, mark)
+      class(verdict_type), intent(in) :: self
       integer, intent(in) :: mark
-      place_of = modulo(mark, most_between + 1) + 1
+      place_of = modulo(mark, self%between + 1) + 1
    end function place_of
 
    !> First length of a block.
