@@ -24,7 +24,7 @@ contains
       type(hdf5_file_type), intent(in) :: file
       type(error_type), allocatable, intent(out) :: error
       type(value_check_type) :: check
-      integer :: nb, nv, points(3), sizes(n_sizes)
+      integer :: nb, nv, n_linings, points(3), sizes(n_sizes)
       call check_model(file, check, nb, nv, points)
       sizes = 0
       sizes(-per%block) = nb
@@ -33,8 +33,9 @@ contains
       sizes(-per%measured) = points(3)
       call check_bolts(file, check, nb, sizes(-per%bolt))
       call check_boundaries(file, check, nv, sizes(-per%boundary))
-      call count_nodes(file, check, 'bolt', sizes(-per%node))
-      call count_nodes(file, check, 'liner', sizes(-per%liner_node))
+      call count_nodes(file, check, 'bolt', sizes(-per%bar), sizes(-per%node))
+      if (sizes(-per%bar) > 0) sizes(-per%bar_energy) = 4
+      call count_nodes(file, check, 'liner', n_linings, sizes(-per%liner_node))
       sizes(-per%bolt_force) = max(sizes(-per%bolt), sizes(-per%node))
       call check_tables(file, check, sizes)
       if (.not. check%passed()) call make_error(error, error_code%input, file%path//': error: the file is damaged: '// &
@@ -171,14 +172,16 @@ contains
       call check%in_range(edges(2::2), 0, nv - 1, 'boundary_edges')
    end subroutine check_boundaries
 
-   !> Count the nodes of bolts, or linings, where there are any.
-   subroutine count_nodes(file, check, what, n)
+   !> Count bolts or linings, and their nodes, where there are any.
+   subroutine count_nodes(file, check, what, n_of, n)
       type(hdf5_file_type), intent(in) :: file
       type(value_check_type), intent(inout) :: check
       character(len=*), intent(in) :: what             !! 'bolt', 'liner'
-      integer, intent(out) :: n
+      integer, intent(out) :: n_of                     !! bolts or linings
+      integer, intent(out) :: n                        !! nodes
       integer, allocatable :: first(:)
       type(error_type), allocatable :: error
+      n_of = 0
       n = 0
       if (.not. check%passed()) return
       if (.not. file%exists('frames/'//what//'_state')) return
@@ -187,7 +190,9 @@ contains
       call check%is_read(error, file%path, what//'_first')
       if (.not. check%passed()) return
       call check%holds(size(first) > 0, what//'_first')
-      if (check%passed()) n = max(0, first(size(first)))
+      if (.not. check%passed()) return
+      n_of = size(first) - 1
+      n = max(0, first(size(first)))
    end subroutine count_nodes
 
    !> Check the tables with a row for each step, frame or contact. After a kill some may be longer than others.
