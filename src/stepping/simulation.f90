@@ -200,10 +200,12 @@ contains
       if (m == 0) return
       allocate (nodes%place(2, n + m), nodes%slip(n + m), nodes%use(n + m), source=0.0_wp)
       allocate (nodes%state(n + m), source=1)
-      if (n > 0) nodes%place(:, :n) = self%state%bolt_ends(1:2, :)
-      associate (strength => self%blocks%bolts%strength(1:n))
-         where (strength > 0) nodes%use(:n) = abs(of_springs)/strength
-      end associate
+      if (n > 0) then
+         nodes%place(:, :n) = self%state%bolt_ends(1:2, :)
+         associate (strength => self%blocks%bolts%strength(1:n))
+            where (strength > 0) nodes%use(:n) = abs(of_springs)/strength
+         end associate
+      end if
       call self%families%bars%show_nodes(self%step_context_type, nodes%place(:, n + 1:), nodes%force(n + 1:), &
                                          nodes%slip(n + 1:), nodes%use(n + 1:), nodes%state(n + 1:))
       nodes%place = nodes%place + spread(self%state%datum, 2, n + m)
