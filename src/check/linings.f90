@@ -221,8 +221,8 @@ contains
       type(stretch_type), allocatable :: stretches(:)
       logical, allocatable :: rock(:)
       character(len=:), allocatable :: problem
-      real(wp) :: total, covered, blocked, far, length, element, point(2), thinner
-      integer :: i, j, side
+      real(wp) :: total, covered, blocked, of_cells, far, length, element, point(2), thinner
+      integer :: i, j, n_cells, side
       logical :: meets
       associate (liner => options%liners(k), t => options%liners(k)%thickness)
          line = line_of_liner(options%liners, k, blocks, options%regions)
@@ -279,12 +279,23 @@ contains
          end if
          covered = 0
          blocked = 0
+         of_cells = 0
+         n_cells = 0
          do j = 1, size(stretches)
             length = (stretches(j)%ends(2) - stretches(j)%ends(1))* &
                      norm2(layout%path(:, stretches(j)%piece + 1) - layout%path(:, stretches(j)%piece))
             covered = covered + length
             if (is_in_rock(stretches(j))) blocked = blocked + length
+            if (.not. is_cell(stretches(j)%block)) cycle
+            of_cells = of_cells + length
+            if (j > 1) then
+               if (stretches(j - 1)%block == stretches(j)%block) cycle
+            end if
+            n_cells = n_cells + 1
          end do
+         if (element*n_cells < of_cells*0.95_wp) call tell(severity%warning, 'nodes are '//to_string(element, 3)// &
+            ' apart, the edges of the cells behind it '//to_string(of_cells/n_cells, 3)//': these stay straight, so '// &
+            'that it bends at their corners alone, and too much there; expected smaller cells, or longer elements')
          if (size(stretches) == 0) then
             i = block_at(0.5_wp*(layout%path(:, 1) + layout%path(:, 2)))
             if (i > 0) then
@@ -329,6 +340,13 @@ contains
                                   [-along(2), along(1)]/norm2(along)) > 0
          end associate
       end function is_in_rock
+
+      !> Was a block cut from another one by &subdivide?
+      pure logical function is_cell(block)
+         integer, intent(in) :: block
+         is_cell = .false.
+         if (allocated(blocks%parent)) is_cell = count(blocks%parent == blocks%parent(block)) > 1
+      end function is_cell
 
       !> The block around a point, of those that are there; 0: none.
       pure integer function block_at(point) result(b)
