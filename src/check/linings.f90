@@ -295,7 +295,8 @@ contains
          end do
          if (element*n_cells < of_cells*0.95_wp) call tell(severity%warning, 'nodes are '//to_string(element, 3)// &
             ' apart, the edges of the cells behind it '//to_string(of_cells/n_cells, 3)//': these stay '// &
-            'straight, so that it bends at their corners alone, and too much there; expected smaller cells, or longer elements')
+            'straight, so that it bends at their corners alone, and too much there; '// &
+            'expected smaller cells, or longer elements')
          if (size(stretches) == 0) then
             i = block_at(0.5_wp*(layout%path(:, 1) + layout%path(:, 2)))
             if (i > 0) then
