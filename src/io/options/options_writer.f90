@@ -8,7 +8,7 @@ module rockdda_io_options_writer
    use rockdda_model_option_table, only : all_options, describe_options
    use rockdda_model_options, only : run_options_type, is_set
    use rockdda_model_parameters, only : parameters_type
-   use rockdda_io_text_output, only : exact_text
+   use rockdda_io_text_output, only : exact_text, exact_row
    implicit none
    private
    public :: options_text
@@ -107,7 +107,7 @@ contains
             if (len_trim(given%text) > 0) text = quoted(given%text)
          case (option_kind%numbers, option_kind%list)
             if (.not. allocated(given%numbers)) return
-            if (all(is_set_each(given%numbers))) text = numbers(given%numbers)
+            if (all(is_set_each(given%numbers))) text = exact_row(given%numbers, ', ')
          case (option_kind%wholes)
             if (.not. allocated(given%wholes)) return
             do i = 1, size(given%wholes)
@@ -119,7 +119,7 @@ contains
             ! each on a line of its own
             do i = 1, size(given%rows, 2)
                if (i > 1) text = text//','//new_line('a')//'    '
-               text = text//numbers(given%rows(:, i))
+               text = text//exact_row(given%rows(:, i), ', ')
             end do
          end select
       end associate
@@ -134,18 +134,6 @@ contains
          given(i) = is_set(values(i))
       end do
    end function is_set_each
-
-   !> Numbers with commas between them.
-   pure function numbers(values) result(text)
-      real(wp), intent(in) :: values(:)
-      character(len=:), allocatable :: text
-      integer :: i
-      text = ''
-      do i = 1, size(values)
-         if (i > 1) text = text//', '
-         text = text//exact_text(values(i))
-      end do
-   end function numbers
 
    !> A text in quotes; a quote in it is doubled.
    pure function quoted(text)

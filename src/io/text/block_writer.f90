@@ -4,7 +4,7 @@ module rockdda_io_block_writer
    use rockdda_base_strings, only : to_string
    use rockdda_base_error, only : error_type
    use rockdda_model_blocks, only : block_system_type, point_set_type
-   use rockdda_io_text_output, only : text_writer_type, exact_text
+   use rockdda_io_text_output, only : text_writer_type, exact_text, exact_row
    implicit none
    private
    public :: write_block_file
@@ -34,8 +34,7 @@ contains
          call writer%line('block '//to_string(i)//' '//to_string(blocks%block_material(i))//' '// &
                           to_string(blocks%vertex_offset(i + 1) - blocks%vertex_offset(i)))
          do k = blocks%vertex_offset(i) + 1, blocks%vertex_offset(i + 1)
-            call writer%line(exact_text(blocks%vertices(1, k))//' '//exact_text(blocks%vertices(2, k))//' '// &
-                             to_string(blocks%edge_joint(k)))
+            call writer%line(exact_row(blocks%vertices(:, k), ' ')//' '//to_string(blocks%edge_joint(k)))
          end do
       end do
       call write_points('fixed_points  # x, y, block', blocks%fixed)
@@ -45,11 +44,10 @@ contains
       call writer%line('bolt_list  # x1, y1, x2, y2, blocks of both ends (0: fixed outside), stiffness, '// &
                        'pretension, strength')
       do i = 1, blocks%bolts%n
-         call writer%line(exact_text(blocks%bolts%ends(1, i))//' '//exact_text(blocks%bolts%ends(2, i))//' '// &
-                          exact_text(blocks%bolts%ends(3, i))//' '//exact_text(blocks%bolts%ends(4, i))//' '// &
+         call writer%line(exact_row(blocks%bolts%ends(:, i), ' ')//' '// &
                           to_string(blocks%bolts%blocks(1, i))//' '//to_string(blocks%bolts%blocks(2, i))//' '// &
-                          exact_text(blocks%bolts%stiffness(i))//' '//exact_text(blocks%bolts%pretension(i))//' '// &
-                          exact_text(blocks%bolts%strength(i)))
+                          exact_row([blocks%bolts%stiffness(i), blocks%bolts%pretension(i), &
+                                     blocks%bolts%strength(i)], ' '))
       end do
       call writer%line('end')
       call writer%close(error)
@@ -68,8 +66,7 @@ contains
          do k = 1, points%n
             number = ''
             if (numbers(k) /= k) number = ' '//to_string(numbers(k))
-            call writer%line(exact_text(points%position(1, k))//' '//exact_text(points%position(2, k))//' '// &
-                             to_string(points%block(k))//number)
+            call writer%line(exact_row(points%position(:, k), ' ')//' '//to_string(points%block(k))//number)
          end do
       end subroutine write_points
 

@@ -5,7 +5,7 @@ module rockdda_io_legacy_writer
    use rockdda_base_strings, only : to_string
    use rockdda_base_error, only : error_type
    use rockdda_model_geometry_input, only : geometry_input_type
-   use rockdda_io_text_output, only : text_writer_type, exact_text
+   use rockdda_io_text_output, only : text_writer_type, exact_text, exact_row
    implicit none
    private
    public :: write_geometry_file
@@ -31,14 +31,14 @@ contains
       call writer%line(to_string(size(geometry%measured_points, 2))//'  # measured points')
       call writer%line(to_string(size(geometry%hole_points, 2))//'  # hole points')
       do i = 1, size(geometry%line_joint)
-         call writer%line(row_text(geometry%lines(:, i))//' '//to_string(geometry%line_joint(i)))
+         call writer%line(exact_row(geometry%lines(:, i), ' ')//' '//to_string(geometry%line_joint(i)))
       end do
       do i = 1, size(geometry%line_material)
-         call writer%line(row_text(geometry%material_lines(:, i))//' '//to_string(geometry%line_material(i)))
+         call writer%line(exact_row(geometry%material_lines(:, i), ' ')//' '//to_string(geometry%line_material(i)))
       end do
       do i = 1, size(geometry%bolts)
          associate (bolt => geometry%bolts(i))
-            call writer%line(row_text([bolt%from, bolt%to, bolt%stiffness, bolt%pretension, bolt%yield_force]))
+            call writer%line(exact_row([bolt%from, bolt%to, bolt%stiffness, bolt%pretension, bolt%yield_force], ' '))
          end associate
       end do
       call write_rows(geometry%fixed_lines)
@@ -54,22 +54,10 @@ contains
          real(wp), intent(in) :: values(:, :)
          integer :: k
          do k = 1, size(values, 2)
-            call writer%line(row_text(values(:, k)))
+            call writer%line(exact_row(values(:, k), ' '))
          end do
       end subroutine write_rows
 
    end subroutine write_geometry_file
-
-   !> Numbers in a row.
-   pure function row_text(values) result(text)
-      real(wp), intent(in) :: values(:)
-      character(len=:), allocatable :: text
-      integer :: i
-      text = ''
-      do i = 1, size(values)
-         if (i > 1) text = text//' '
-         text = text//exact_text(values(i))
-      end do
-   end function row_text
 
 end module rockdda_io_legacy_writer

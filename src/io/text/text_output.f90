@@ -8,7 +8,7 @@ module rockdda_io_text_output
    use rockdda_io_posix, only : format_real, path_kind, get_path_kind, rename_file, remove_file
    implicit none
    private
-   public :: text_writer_type, exact_text
+   public :: text_writer_type, exact_text, exact_row
 
    type :: text_writer_type
       character(len=:), allocatable, private :: path       !! the final name
@@ -79,5 +79,18 @@ contains
       if (status == number_status%ok .and. .not. abs(again - value) > 0) return
       text = format_real(value, 17)
    end function exact_text
+
+   !> Numbers in a row.
+   pure function exact_row(values, separator) result(text)
+      real(wp), intent(in) :: values(:)
+      character(len=*), intent(in) :: separator
+      character(len=:), allocatable :: text
+      integer :: i
+      text = ''
+      do i = 1, size(values)
+         if (i > 1) text = text//separator
+         text = text//exact_text(values(i))
+      end do
+   end function exact_row
 
 end module rockdda_io_text_output
