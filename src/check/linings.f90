@@ -219,7 +219,7 @@ contains
       real(wp), allocatable, intent(inout) :: line(:)   !! x y of its points; empty where it is wrong [length]
       type(liner_layout_type) :: layout
       type(stretch_type), allocatable :: stretches(:)
-      logical, allocatable :: rock(:)
+      logical, allocatable :: rock(:), is_cell(:)
       character(len=:), allocatable :: problem
       real(wp) :: total, covered, blocked, of_cells, far, length, element, point(2), thinner
       integer :: i, j, n_cells, side
@@ -279,6 +279,7 @@ contains
          end if
          covered = 0
          blocked = 0
+         is_cell = cells_of(blocks)
          of_cells = 0
          n_cells = 0
          do j = 1, size(stretches)
@@ -288,6 +289,7 @@ contains
             if (is_in_rock(stretches(j))) blocked = blocked + length
             if (.not. is_cell(stretches(j)%block)) cycle
             of_cells = of_cells + length
+            ! several elements may lie along one edge
             if (j > 1) then
                if (stretches(j - 1)%block == stretches(j)%block) cycle
             end if
@@ -342,13 +344,6 @@ contains
          end associate
       end function is_in_rock
 
-      !> Was a block cut from another one by &subdivide?
-      pure logical function is_cell(block)
-         integer, intent(in) :: block
-         is_cell = .false.
-         if (allocated(blocks%parent)) is_cell = count(blocks%parent == blocks%parent(block)) > 1
-      end function is_cell
-
       !> The block around a point, of those that are there; 0: none.
       pure integer function block_at(point) result(b)
          real(wp), intent(in) :: point(2)
@@ -363,6 +358,21 @@ contains
       end function block_at
 
    end subroutine check_line
+
+   !> Which blocks &subdivide has cut from others: those that share their parent.
+   pure function cells_of(blocks) result(is_cell)
+      type(block_system_type), intent(in) :: blocks
+      logical :: is_cell(blocks%n_blocks)
+      integer, allocatable :: n_pieces(:)
+      integer :: i
+      is_cell = .false.
+      if (.not. allocated(blocks%parent)) return
+      allocate (n_pieces(maxval(blocks%parent)), source=0)
+      do i = 1, size(blocks%parent)
+         n_pieces(blocks%parent(i)) = n_pieces(blocks%parent(i)) + 1
+      end do
+      is_cell = n_pieces(blocks%parent) > 1
+   end function cells_of
 
    !> The first segment that has no room where the line turns; 0: none.
    pure integer function sharp_turn(layout, thickness) result(i)
