@@ -192,15 +192,11 @@ contains
    end function limit_trial
 
    !> Is the verdict on the nearest failing value to be confirmed before the search ends?
-   logical function is_doubtful(self)
+   pure logical function is_doubtful(self)
       class(factor_search_type), intent(in) :: self
-      integer :: i
-      is_doubtful = .false.
-      associate (used => self%known(self%state%used))
-         do i = 1, size(used)
-            if (used(i)%stable .or. abs(used(i)%value - self%state%failing) > 0) cycle
-            is_doubtful = used(i)%is_doubtful
-         end do
+      associate (k => self%known, used => self%state%used)
+         is_doubtful = any(k(used)%is_doubtful .and. .not. k(used)%stable .and. &
+                           .not. abs(k(used)%value - self%state%failing) > 0)
       end associate
    end function is_doubtful
 

@@ -162,8 +162,6 @@ contains
       call copy_simulation(settled, parameters, sim, error)
       if (allocated(error)) return
       sim%control%dt = min(sim%control%dt, parameters%dt_max)
-      ! loads that a model does not carry yet move it by more than its deformation before
-      sim%control%brisk%is_on = searched%kind /= search_kind%load
    end subroutine begin_trial
 
    !> Compute a trial until its verdict. One that confirms another takes the steps of a stage, static ones, and compares
@@ -189,7 +187,8 @@ contains
          if (.not. run%is_open) call begin_trial(settled, searched, value, beginning, run%sim, error)
          trial%beginning = beginning
          if (allocated(error)) return
-         if (confirms) run%sim%control%brisk%is_on = .false.
+         ! loads that a model does not carry yet move it by more than its deformation before
+         run%sim%control%brisk%is_on = .not. confirms .and. searched%kind /= search_kind%load
          call run%sim%set_interruption(observer)
          call advance_trial(options, searched, observer, run, trial, interrupted, error)
          if (.not. allocated(error)) exit
@@ -277,8 +276,8 @@ contains
       if (.not. trial%stable) call find_mechanism(run%sim, judgement, trial%mechanism)
    end subroutine advance_trial
 
-   !> Keep a trial. One that confirms a doubtful one takes its place; where both fail, the value that is tried next goes
-   !> on to depend on the first.
+   !> Keep a trial. One that confirms a doubtful one takes its place; where both fail it keeps the pull and the limit of
+   !> the doubtful one, by which the next values are chosen.
    subroutine keep_trial(trials, trial)
       type(trial_type), allocatable, intent(inout) :: trials(:)
       type(trial_type), intent(in) :: trial

@@ -114,7 +114,7 @@ module rockdda_io_results_tables
       table_type('frames/contact_length', 3, reals, one, 'length', 2, any), &
       table_type('frames/contact_normal_stress', 3, reals, one, 'stress', 2, any), &
       table_type('frames/contact_shear_stress', 3, reals, one, 'stress', 2, any), &
-      table_type('frames/contact_strength', 3, reals, one, '', 3, any)]
+      table_type('frames/contact_strength', 3, reals, one, '', some, any)]
 
    !> All tables, in the order of the file.
    type(table_type), parameter :: tables(n_tables) = [history, frames, contacts]
