@@ -77,8 +77,8 @@ FACES = {
     "contact/transfer": "inheritance merging newborn",
     "contact": "search",
     "interaction/block": "elasticity held_forces inertia line_loads loads",
-    "interaction/joint": "closing contact_stiffness contacts dashpots initial_traction intervals joint_response joint_strength "
-    "joint_stress open_close ties trial_states unsettled",
+    "interaction/joint": "closing contact_stiffness contacts dashpots initial_traction intervals joint_response "
+    "joint_strength joint_stress open_close ties trial_states unsettled",
     "interaction/bolt": "bars bolts",
     "interaction/lining": "liner_places liner_placing liners",
     "interaction/boundary": "boundaries boundary_edges quiet_boundaries supports",
@@ -93,8 +93,7 @@ FACES = {
     "io/options": "namelist_file option_documents options_writer statistics_file statistics_names",
     "io/storage/file": "digest hdf5_adapter hdf5_driver",
     "io/storage/results": "results results_header results_info results_tables",
-    "io/storage/checkpoint": "archive checkpoint checkpoint_info checkpoint_model "
-    "checkpoint_state",
+    "io/storage/checkpoint": "archive checkpoint checkpoint_info checkpoint_model checkpoint_state",
     "io": "file_content model_folder recognise",
     "run": "checkpointing find_files hdf5_lock input labelled_text model_input model_run outcome output_choice parts "
     "read_files request step_loop stop_request supports thread_choice",

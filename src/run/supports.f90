@@ -115,8 +115,9 @@ contains
       text = ''
       do k = 1, size(linings)
          associate (liner => linings(k))
-            text = text//prefix//"lining '"//liner%name//"': N "//extremes(1, 'thrust')//', M '//extremes(2, 'moment')// &
-                   ', Q '//extremes(3, 'thrust')//'; '//to_string(liner%n_cracked)//' cracked, '// &
+            text = text//prefix//"lining '"//liner%name//"': N "//extremes(1, 'thrust')//', M '// &
+                   extremes(2, 'moment')//', Q '//extremes(3, 'thrust')//'; '// &
+                   to_string(liner%n_cracked)//' cracked, '// &
                    to_string(liner%n_crushed)//' crushed of '//counted(liner%n, 'node')
             if (liner%slip > 0) text = text//'; slip at its back up to '//shown(liner%slip, 'length')
             if (liner%opening > 0) text = text//'; open by up to '//shown(liner%opening, 'length')

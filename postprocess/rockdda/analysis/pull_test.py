@@ -161,10 +161,10 @@ def calibrate_bolt(
         _refuse_other_units(name, value)
     if not (math.isfinite(free_length) and free_length >= 0):
         raise InputError(f"free_length: must be 0 or more, found {free_length}")
-    moved = float(np.abs(test.displacement).max(initial=0.0))
-    if moved > MOST_MOVED * (length + free_length):
+    most = float(np.abs(test.displacement).max(initial=0.0))
+    if most > MOST_MOVED * (length + free_length):
         raise InputError(
-            f"the displacements go to {moved:.4g} m, expected at most {MOST_MOVED:g} of the length of "
+            f"the displacements go to {most:.4g} m, expected at most {MOST_MOVED:g} of the length of "
             f"{length + free_length:.4g} m: are they in mm under a head in m?",
             test.name or None, test.line, test.column,
         )  # fmt: skip

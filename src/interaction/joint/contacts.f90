@@ -147,8 +147,8 @@ contains
       if (context%parameters%by_length .and. attempt%scheme%is_dynamic .and. attempt%scheme%second_order) &
          call mark_striking_ends(context, attempt, self%laws, self%table, self%trial%start)
       if (allocated(self%trial%extra)) &
-         call set_dashpots(context, attempt, self%laws, self%table, self%trial%level(self%trial%start(1:self%table%n)), &
-                             self%trial%extra)
+         call set_dashpots(context, attempt, self%laws, self%table, &
+                             self%trial%level(self%trial%start(1:self%table%n)), self%trial%extra)
       self%delays = any(self%laws%dilation > 0) .and. self%trial%level(1) < 1
       if (self%delays) call expect_dilation(context, attempt, self%laws, self%table, &
                                               self%trial%level(self%trial%start(1:self%table%n)), &

@@ -228,8 +228,8 @@ contains
 
    end subroutine show_nodes_of
 
-   !> Largest share of the strength that N and M take together, at each node and in the sections beside it: at the end of
-   !> the beam before, at the start and in the middle of the one behind. Below 0: there is no strength.
+   !> Largest share of the strength that N and M take together, at each node and in the sections beside it: at the end
+   !> of the beam before, at the start and in the middle of the one behind. Below 0: there is no strength.
    pure function shares_of_nodes(liner, force, section, state) result(use)
       type(liner_type), intent(in) :: liner
       real(wp), intent(in) :: force(:, :), section(:, :)   !! as shown

@@ -9,8 +9,8 @@ module rockdda_interaction_liner_state
    use rockdda_interaction_joint_strength, only : joint_law_type
    use rockdda_interaction_context, only : step_context_type
    use rockdda_interaction_kinematics, only : move_point
-   use rockdda_interaction_liner, only : liner_joint_type, liner_type, set_modulus, on_segment, turned, moved_beam, moved_tie, &
-      first_point, by_shape, acts, respond
+   use rockdda_interaction_liner, only : liner_joint_type, liner_type, set_modulus, on_segment, turned, moved_beam, &
+      moved_tie, first_point, by_shape, acts, respond
    use rockdda_interaction_liner_beam, only : beam_response_type, respond_beam, accept_beam, n_sections
    use rockdda_interaction_liner_placing, only : join_segments
    use rockdda_interaction_liner_ties, only : tie_type, tie_after_type, tie_response_type, tie_state

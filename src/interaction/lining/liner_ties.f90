@@ -4,9 +4,10 @@
 !> A point stands for a length of the back. Its gap, positive open, and its shear displacement count from its
 !> installation, when it is closed and free of stress. A bond is elastic in both directions. With a joint material it
 !> opens at the tensile strength of the joint, none unless given, and slides at its shear strength
-!> (rockdda_interaction_joint_strength). Forces are continuous where it opens and closes: within a step a point that opens
-!> keeps its strength, and has come off for the next one; in the step in which it closes it has no tensile strength, and
-!> of its cohesion no more than `closing` times the normal force. From then on it is a contact that has closed again.
+!> (rockdda_interaction_joint_strength). Forces are continuous where it opens and closes: within a step a point that
+!> opens keeps its strength, and has come off for the next one; in the step in which it closes it has no tensile
+!> strength, and of its cohesion no more than `closing` times the normal force. From then on it is a contact that
+!> has closed again.
 module rockdda_interaction_liner_ties
    use rockdda_base_kinds, only : wp
    use rockdda_interaction_joint_strength, only : joint_law_type, cohesion_at, shear_strength, tension_at

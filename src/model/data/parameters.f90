@@ -53,7 +53,7 @@ module rockdda_model_parameters
       real(wp) :: mass_damping = 0            !! [1/time]
       ! loads
       real(wp) :: gravity = -1                !! acceleration in -y, < 0: from weight/density of each material
-      real(wp) :: given_gravity = -1          !! as given, also where materials have weights of their own; < 0: not given
+      real(wp) :: given_gravity = -1          !! also where materials have weights of their own; < 0: not given
       real(wp) :: weight_direction(2) = [0.0_wp, -1.0_wp]   !! of all weights; its length multiplies them
       type(base_motion_type) :: base
       type(line_load_type), allocatable :: line_loads(:)

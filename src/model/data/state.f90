@@ -71,8 +71,8 @@ module rockdda_model_state
       real(wp), allocatable :: back(:, :)      !! (2, nodes) largest opening and slip of its back [length]
       real(wp), allocatable :: section(:, :)   !! (6, nodes) N, M by which sections are judged: at the start, in the
                                                !! middle and at the end of the beam that begins at the node
-      real(wp), allocatable :: use(:)          !! (nodes) largest share of the strength that N and M take together, of the
-                                               !! node and of the sections beside it; below 0: it has no strength
+      real(wp), allocatable :: use(:)          !! (nodes) largest share of the strength that N and M take together, of
+                                               !! the node and of the sections beside it; below 0: it has no strength
       integer, allocatable :: state(:)         !! (nodes) 0 absent, 1 sound, 2 cracked, 3 crushed
    end type liner_nodes_type
 

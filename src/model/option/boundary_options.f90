@@ -59,7 +59,8 @@ contains
       type(option_rows_type), intent(inout) :: table
       type(boundary_type), intent(inout) :: boundary
       character(len=*), parameter :: page = 'theory.md#boundaries'
-      call table%add(option('name', 'of a traction: name of the load, for rockdda fos; loads of one name belong together', &
+      call table%add(option('name', &
+                            'of a traction: name of the load, for rockdda fos; loads of one name belong together', &
                             applies='kind traction', default_text='none', &
                             see='factor-of-safety.md#load-factor'), boundary%name)
       call table%add(option('along', 'points of the polyline', unit='length', columns='x, y', required=.true.), &

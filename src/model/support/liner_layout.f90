@@ -100,8 +100,8 @@ contains
    end function line_of_liner
 
    !> A line with arcs where its points lie on a curve, which a chain of chords bends like a polygon: by N/24 s^2/R, a
-   !> quarter of the moment in a round hole of 64 edges. Two points in a row that turn alike, with alike distances around
-   !> them, are points of a curve, which continues to a corner or an end.
+   !> quarter of the moment in a round hole of 64 edges. Two points in a row that turn alike, with alike distances
+   !> around them, are points of a curve, which continues to a corner or an end.
    pure function rounded(line, thickness) result(curve)
       real(wp), intent(in) :: line(:)        !! x y of its points [length]
       real(wp), intent(in) :: thickness      !! [length]
@@ -115,7 +115,8 @@ contains
       call measure(line, v, s, closed)
       if (closed) v = v(:, :size(v, 2) - 1)
       m = size(v, 2)
-      v = v(:, pack([(k, k=1, m)], [((.not. closed .and. (k == 1 .or. k == m)) .or. abs(turn_at(k)) > straight, k=1, m)]))
+      v = v(:, pack([(k, k=1, m)], [((.not. closed .and. (k == 1 .or. k == m)) .or. &
+                                    abs(turn_at(k)) > straight, k=1, m)]))
       m = size(v, 2)
       n = m - merge(0, 1, closed)            ! chords, from the points of their number
       if (n < 3) return
@@ -517,7 +518,8 @@ contains
          call find_directions(k, before, after)
          n = [-before(2) - after(2), before(1) + after(1)]
          ! the corner of the lifted line: n/(n.n/2)
-         lifted(:, k) = path(:, k) + distance*n/max(0.5_wp*dot_product(n, n), 0.25_wp) + 0.5_wp*shift(k)*(before + after)
+         lifted(:, k) = path(:, k) + distance*n/max(0.5_wp*dot_product(n, n), 0.25_wp) + &
+                        0.5_wp*shift(k)*(before + after)
       end do
 
    contains

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: MIT
-!> From one stage to the next: what a stage builds and takes out when it begins, the materials that change (&change), and the
-!> energies that go with it.
+!> From one stage to the next: what a stage builds and takes out when it begins, the materials that change (&change),
+!> and the energies that go with it.
 module rockdda_stepping_stage_change
    use rockdda_base_kinds, only : wp
    use rockdda_base_diagnostics, only : diagnostics_type

@@ -305,9 +305,9 @@ contains
       call archive%item('written', facts%written, required=.true.)
       call archive%item('ending', facts%results_ending, required=.true.)
       ! it becomes part of a path
-      if (archive%has_loaded()) call archive%demand(any(facts%results_ending == [character(len=5) :: '', endings]) .and. &
-                                                    len(facts%results_ending) == len_trim(facts%results_ending), &
-                                                    'ending')
+      if (archive%has_loaded()) call archive%demand( &
+         any(facts%results_ending == [character(len=5) :: '', endings]) .and. &
+         len(facts%results_ending) == len_trim(facts%results_ending), 'ending')
       call archive%item('frames', facts%header%frames)
       call archive%item('contacts', facts%header%contacts)
       call archive%item('history_rows', facts%rows%steps, 0, huge(1) - 1)

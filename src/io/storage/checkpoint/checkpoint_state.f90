@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: MIT
-!> What changes while blocks move, to and from a checkpoint: all that the next step depends on, and the shapes and bounds
-!> of it, which are checked as it is loaded. The model has been loaded before.
+!> What changes while blocks move, to and from a checkpoint: all that the next step depends on, and the shapes and
+!> bounds of it, which are checked as it is loaded. The model has been loaded before.
 !>
 !> A component that is added to these types has to be added here; families of interactions have `exchange_state`.
 module rockdda_io_checkpoint_state
@@ -141,7 +141,8 @@ contains
       pure function row(c) result(key)
          integer, intent(in) :: c
          integer :: key(5)
-         key = [contacts%block_a(c), contacts%vertex(c), contacts%block_b(c), contacts%edge(c), int(contacts%station(c))]
+         key = [contacts%block_a(c), contacts%vertex(c), contacts%block_b(c), contacts%edge(c), &
+                int(contacts%station(c))]
       end function row
 
       !> Does the first key come before the second?
