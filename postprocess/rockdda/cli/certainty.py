@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
+from typer import Argument, Option
 
 from ..errors import InputError
 from .common import NO_CONVERGENCE, progress_bar
@@ -23,62 +24,32 @@ __all__ = ["register"]
 
 ModelFiles = Annotated[
     list[Path],
-    typer.Argument(
-        metavar="MODEL...",
-        help="A labelled file, a folder, or a geometry or block file and its analysis file.",
-        show_default=False,
-    ),
+    Argument(metavar="MODEL...", help="A labelled file, a folder, or a geometry or block file and its analysis file."),
 ]
-Config = Annotated[
-    Path | None,
-    typer.Option("-c", "--config", help="Options beside a geometry and an analysis file.", show_default=False),
-]
+Config = Annotated[Path | None, Option("-c", "--config", help="Options beside a geometry and an analysis file.")]
 Folder = Annotated[
-    Path | None,
-    typer.Option(
-        "-o",
-        "--output",
-        metavar="FOLDER",
-        help="Folder of the study; default: NAME_ and the command.",
-        show_default=False,
-    ),
+    Path | None, Option("-o", "--output", metavar="FOLDER", help="Folder of the study; default: NAME_ and the command.")
 ]
-Jobs = Annotated[
-    int | None, typer.Option("--jobs", "-j", min=1, help="Runs at a time; default: one a core.", show_default=False)
-]
-Slurm = Annotated[bool, typer.Option("--slurm", help="Only write a Slurm job array of the runs that are left.")]
+Jobs = Annotated[int | None, Option("--jobs", "-j", min=1, help="Runs at a time; default: one a core.")]
+Slurm = Annotated[bool, Option("--slurm", help="Only write a Slurm job array of the runs that are left.")]
 Dask = Annotated[
     str | None,
-    typer.Option(
+    Option(
         "--dask", metavar="WHERE", help="Run through Dask: tcp://HOST:PORT, local, or slurm, pbs, lsf …",
-        show_default=False,
     ),
 ]  # fmt: skip
-Retry = Annotated[bool, typer.Option("--retry", help="Run failed cases again, too.")]
-Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="No progress, no summary.")]
-AsJson = Annotated[bool, typer.Option("--json", help="The answer on standard output as JSON.")]
-Search = Annotated[
-    str | None,
-    typer.Option("--search", metavar="KIND", help="As of `rockdda fos`: strength, load, tilt …", show_default=False),
-]
-Joints = Annotated[
-    str | None, typer.Option("--joints", metavar="NAMES", help="Joints whose strength is searched.", show_default=False)
-]
-Loads = Annotated[
-    str | None, typer.Option("--loads", metavar="NAMES", help="Loads of --search load.", show_default=False)
-]
-Factors = Annotated[
-    str | None, typer.Option("--factors", help="Partial factors, as of `rockdda fos`.", show_default=False)
-]
-Stage = Annotated[
-    str | None, typer.Option("--stage", metavar="NAME", help="Stage after which the search begins.", show_default=False)
-]
-From = Annotated[float | None, typer.Option("--from", help="A value that stands.", show_default=False)]
-To = Annotated[float | None, typer.Option("--to", help="A value that fails.", show_default=False)]
-Tolerance = Annotated[
-    float | None, typer.Option("--tolerance", help="Interval of a factor; default: 0.01.", show_default=False)
-]
-MaxSteps = Annotated[int | None, typer.Option("--max-steps", min=1, help="Steps of a trial.", show_default=False)]
+Retry = Annotated[bool, Option("--retry", help="Run failed cases again, too.")]
+Quiet = Annotated[bool, Option("--quiet", "-q", help="No progress, no summary.")]
+AsJson = Annotated[bool, Option("--json", help="The answer on standard output as JSON.")]
+Search = Annotated[str | None, Option("--search", metavar="KIND", help="As of `rockdda fos`: strength, load, tilt …")]
+Joints = Annotated[str | None, Option("--joints", metavar="NAMES", help="Joints whose strength is searched.")]
+Loads = Annotated[str | None, Option("--loads", metavar="NAMES", help="Loads of --search load.")]
+Factors = Annotated[str | None, Option("--factors", help="Partial factors, as of `rockdda fos`.")]
+Stage = Annotated[str | None, Option("--stage", metavar="NAME", help="Stage after which the search begins.")]
+From = Annotated[float | None, Option("--from", help="A value that stands.")]
+To = Annotated[float | None, Option("--to", help="A value that fails.")]
+Tolerance = Annotated[float | None, Option("--tolerance", help="Interval of a factor; default: 0.01.")]
+MaxSteps = Annotated[int | None, Option("--max-steps", min=1, help="Steps of a trial.")]
 
 
 @dataclass(frozen=True)
@@ -143,18 +114,15 @@ def convergence_command(
     model: ModelFiles,
     quantity: Annotated[
         list[str] | None,
-        typer.Option(
+        Option(
             "--quantity",
             metavar="NAME",
-            show_default=False,
             help="A number to judge: 'point 1 y', 'factor', 'max(history/energy[0])'; may be repeated. Default: all "
             "measured points at the end of every stage.",
         ),
     ] = None,
-    fos: Annotated[bool, typer.Option("--fos", help="Judge the critical factor, too, with the options below.")] = False,
-    limit: Annotated[
-        str, typer.Option("--limit", help="Share of a number by which it may change: 0.05 or 5%.")
-    ] = "0.05",
+    fos: Annotated[bool, Option("--fos", help="Judge the critical factor, too, with the options below.")] = False,
+    limit: Annotated[str, Option("--limit", help="Share of a number by which it may change: 0.05 or 5%.")] = "0.05",
     *,
     options: dict[str, Any],
     running: Running,
@@ -202,35 +170,34 @@ def reliability_command(
     model: ModelFiles,
     vary: Annotated[
         str,
-        typer.Option(
-            "--vary", metavar="INPUTS", show_default=False,
+        Option(
+            "--vary", metavar="INPUTS",
             help="'NAME.OPTION = LAW(…); …': normal(mean, sd[, low, high]), lognormal(mean, sd), uniform(low, high), "
             "triangular(low, mode, high); tan(NAME.friction) is the tangent, NAME.table[4] one number of a list.",
         ),
     ] = "",
-    runs: Annotated[int, typer.Option("--runs", min=1, help="Values of a Latin hypercube.")] = 30,
-    seed: Annotated[int, typer.Option("--seed", min=0, help="Of the values, and of the first network.")] = 1,
+    runs: Annotated[int, Option("--runs", min=1, help="Values of a Latin hypercube.")] = 30,
+    seed: Annotated[int, Option("--seed", min=0, help="Of the values, and of the first network.")] = 1,
     correlate: Annotated[
-        str, typer.Option("--correlate", metavar="PAIRS", help="'A, B = -0.5; …'", show_default=False)
+        str, Option("--correlate", metavar="PAIRS", help="'A, B = -0.5; …'")
     ] = "",
     seeds: Annotated[
         int | None,
-        typer.Option(
-            "--seeds", metavar="N", min=1, show_default=False,
+        Option(
+            "--seeds", metavar="N", min=1,
             help="Draw up to N joint networks anew, from the statistics file beside the geometry.",
         ),
     ] = None,
     precision: Annotated[
-        float, typer.Option("--precision", help="Half of the interval at which no more networks are drawn; 0: all.")
+        float, Option("--precision", help="Half of the interval at which no more networks are drawn; 0: all.")
     ] = 0.05,
     below: Annotated[
         float | None,
-        typer.Option("--below", help="Factor below which the model counts as failing; default: 1.", show_default=False),
+        Option("--below", help="Factor below which the model counts as failing; default: 1."),
     ] = None,
     back_analysis: Annotated[
         float | None,
-        typer.Option("--back-analysis", metavar="F", help="Find the pairs of inputs that give this factor.",
-                     show_default=False),
+        Option("--back-analysis", metavar="F", help="Find the pairs of inputs that give this factor."),
     ] = None,
     *,
     options: dict[str, Any],

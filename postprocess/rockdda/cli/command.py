@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Annotated, Any, TextIO
 
 import typer
+from typer import Argument, Option
 
 from ..errors import ConvergenceError, InputError, InputWarning, OutputError, RockddaError
 from ..fields import JOINT_FIELDS
@@ -68,68 +69,46 @@ app = typer.Typer(
 
 @app.command(name="plot")
 def plot_command(
-    files: Annotated[
-        list[Path],
-        typer.Argument(metavar="FILE...", help="Results files, or one geometry or block file.", show_default=False),
-    ],
+    files: Annotated[list[Path], Argument(metavar="FILE...", help="Results files, or one geometry or block file.")],
     output: Output = None,
     kind: Annotated[
         str | None,
-        typer.Option(
+        Option(
             "--kind",
             "-k",
             help="blocks (the default), contours, stress (crosses), trajectories, thrust, contacts, joints, "
             "displacements, water, bolts, liner (N, M, Q; or one by --field), capacity, "
             "history, profile, joint-profile, energy, iterations, ground-reaction, "
             "mechanism or factor; of a geometry file lines (the default) or blocks.",
-            show_default=False,
         ),
     ] = None,
     field: PlotFieldName = "displacement",
     frame: FrameNumber = -1,
-    time: Annotated[
-        float | None, typer.Option("--time", help="Take the frame nearest to this time.", show_default=False)
-    ] = None,
-    scale: Annotated[
-        float | None,
-        typer.Option("--scale", help="Factor on the displacements, or on the arrows.", show_default=False),
-    ] = None,
+    time: Annotated[float | None, Option("--time", help="Take the frame nearest to this time.")] = None,
+    scale: Annotated[float | None, Option("--scale", help="Factor on the displacements, or on the arrows.")] = None,
     units: UnitNames = None,
     show: ShownUnits = None,
     limits: Limits = None,
     line: Annotated[
-        str | None,
-        typer.Option("--line", metavar="X1,Y1,X2,Y2", help="Line of a profile or joint profile.", show_default=False),
+        str | None, Option("--line", metavar="X1,Y1,X2,Y2", help="Line of a profile or joint profile.")
     ] = None,
-    columns: Annotated[
-        list[str] | None,
-        typer.Option("--column", "-c", help="Column of a history; may be repeated.", show_default=False),
-    ] = None,
+    columns: Annotated[list[str] | None, Option("--column", "-c", help="Column of a history; may be repeated.")] = None,
     stage: Annotated[
         str | None,
-        typer.Option(
-            "--stage",
-            help="Stage of a history, of energies or iterations; excavation of a ground reaction.",
-            show_default=False,
-        ),
+        Option("--stage", help="Stage of a history, of energies or iterations; excavation of a ground reaction."),
     ] = None,
     joints: Annotated[
-        list[int] | None,
-        typer.Option("--joint", help="Joint material with water pressures; may be repeated.", show_default=False),
+        list[int] | None, Option("--joint", help="Joint material with water pressures; may be repeated.")
     ] = None,
-    heads: Annotated[bool, typer.Option("--heads", help="Contours of the head of water.")] = False,
+    heads: Annotated[bool, Option("--heads", help="Contours of the head of water.")] = False,
     window: Annotated[
-        str | None,
-        typer.Option("--window", metavar="X0,Y0,X1,Y1", help="Part of the model that is shown.", show_default=False),
+        str | None, Option("--window", metavar="X0,Y0,X1,Y1", help="Part of the model that is shown.")
     ] = None,
-    labels: Annotated[
-        list[str] | None,
-        typer.Option("--label", help="Name of a run among several, in their order.", show_default=False),
-    ] = None,
-    title: Annotated[str | None, typer.Option("--title", help="Title of the picture.", show_default=False)] = None,
-    outline: Annotated[bool, typer.Option("--outline/--no-outline", help="Show the start, too.")] = True,
-    dpi: Annotated[int, typer.Option("--dpi", min=20, max=2400, help="Resolution of .png.")] = 200,
-    interactive: Annotated[bool, typer.Option("--interactive", help="Open a window (PyVista) instead.")] = False,
+    labels: Annotated[list[str] | None, Option("--label", help="Name of a run among several, in their order.")] = None,
+    title: Annotated[str | None, Option("--title", help="Title of the picture.")] = None,
+    outline: Annotated[bool, Option("--outline/--no-outline", help="Show the start, too.")] = True,
+    dpi: Annotated[int, Option("--dpi", min=20, max=2400, help="Resolution of .png.")] = 200,
+    interactive: Annotated[bool, Option("--interactive", help="Open a window (PyVista) instead.")] = False,
     quiet: Quiet = False,
     as_json: Json = False,
 ) -> None:
@@ -245,20 +224,18 @@ def animate_command(
     file: ResultsFile,
     output: Output = None,
     field: FieldName = "displacement",
-    every: Annotated[int, typer.Option("--every", min=1, help="Take every n-th frame.")] = 1,
-    fps: Annotated[float, typer.Option("--fps", min=0.1, max=240, help="Frames per second of .mp4 and .gif.")] = 20.0,
+    every: Annotated[int, Option("--every", min=1, help="Take every n-th frame.")] = 1,
+    fps: Annotated[float, Option("--fps", min=0.1, max=240, help="Frames per second of .mp4 and .gif.")] = 20.0,
     scale: Scale = 1.0,
     limits: Limits = None,
     units: UnitNames = None,
     show: ShownUnits = None,
-    title: Annotated[str | None, typer.Option("--title", help="Title of the film.", show_default=False)] = None,
-    outline: Annotated[bool, typer.Option("--outline/--no-outline", help="Show the start, too.")] = True,
-    dpi: Annotated[int, typer.Option("--dpi", min=20, max=600, help="Resolution of .mp4 and .gif.")] = 120,
-    joints: Annotated[
-        bool, typer.Option("--joints", help="Of .html: keep stresses, opening and slip of joints.")
-    ] = False,
+    title: Annotated[str | None, Option("--title", help="Title of the film.")] = None,
+    outline: Annotated[bool, Option("--outline/--no-outline", help="Show the start, too.")] = True,
+    dpi: Annotated[int, Option("--dpi", min=20, max=600, help="Resolution of .mp4 and .gif.")] = 120,
+    joints: Annotated[bool, Option("--joints", help="Of .html: keep stresses, opening and slip of joints.")] = False,
     liner: Annotated[
-        str, typer.Option("--liner", help="Of .mp4 and .gif: colour of linings, use (of strength), N, M or Q.")
+        str, Option("--liner", help="Of .mp4 and .gif: colour of linings, use (of strength), N, M or Q.")
     ] = "use",
     quiet: Quiet = False,
     as_json: Json = False,
@@ -298,12 +275,10 @@ def animate_command(
 
 @app.command(name="view")
 def view_command(
-    file: Annotated[Path, typer.Argument(metavar="FILE", help="Results, or a model.", show_default=False)],
-    beside: Annotated[
-        Path | None, typer.Argument(metavar="OTHER.h5", help="Results to compare with.", show_default=False)
-    ] = None,
-    port: Annotated[int, typer.Option("--port", min=0, max=65535, help="Port on this machine; 0: any free one.")] = 0,
-    browser: Annotated[bool, typer.Option("--browser/--no-browser", help="Open the browser.")] = True,
+    file: Annotated[Path, Argument(metavar="FILE", help="Results, or a model.")],
+    beside: Annotated[Path | None, Argument(metavar="OTHER.h5", help="Results to compare with.")] = None,
+    port: Annotated[int, Option("--port", min=0, max=65535, help="Port on this machine; 0: any free one.")] = 0,
+    browser: Annotated[bool, Option("--browser/--no-browser", help="Open the browser.")] = True,
     field: FieldName = "displacement",
     units: UnitNames = None,
     show: ShownUnits = None,
@@ -338,15 +313,7 @@ def view_command(
         return
     other = None if beside is None else in_shown_units(open_results(beside, field=field), units, show)[0]
     results, units = in_shown_units(open_results(file, field=field), units, show)
-    view(
-        results,
-        port,
-        browser,
-        field,
-        units,
-        ready,
-        other,
-    )
+    view(results, port, browser, field, units, ready, other)
 
 
 @app.command(name="report")
@@ -354,28 +321,24 @@ def report_command(
     file: ResultsFile,
     output: Output = None,
     units: UnitNames = None,
-    title: Annotated[str | None, typer.Option("--title", help="Title of the report.", show_default=False)] = None,
-    project: Annotated[str, typer.Option("--project", help="Project, at the head.", show_default=False)] = "",
-    author: Annotated[str, typer.Option("--author", help="Who signs it.", show_default=False)] = "",
-    date: Annotated[str, typer.Option("--date", help="Date of the report.", show_default=False)] = "",
-    question: Annotated[str, typer.Option("--question", help="What the model is to answer.", show_default=False)] = "",
+    title: Annotated[str | None, Option("--title", help="Title of the report.")] = None,
+    project: Annotated[str, Option("--project", help="Project, at the head.")] = "",
+    author: Annotated[str, Option("--author", help="Who signs it.")] = "",
+    date: Annotated[str, Option("--date", help="Date of the report.")] = "",
+    question: Annotated[str, Option("--question", help="What the model is to answer.")] = "",
     sources: Annotated[
         list[str] | None,
-        typer.Option(
+        Option(
             "--source",
             metavar="NAME=TEXT",
             help="Where the values of a material, or of loads, water …, come from; may be repeated.",
-            show_default=False,
         ),
     ] = None,
     check_step: Annotated[
-        bool, typer.Option("--check-step", help="Run the model again at half the time step, and compare.")
+        bool, Option("--check-step", help="Run the model again at half the time step, and compare.")
     ] = False,
     half: Annotated[
-        Path | None,
-        typer.Option(
-            "--half", metavar="OTHER.h5", help="Compare with this run at half the time step.", show_default=False
-        ),
+        Path | None, Option("--half", metavar="OTHER.h5", help="Compare with this run at half the time step.")
     ] = None,
     quiet: Quiet = False,
     as_json: Json = False,
@@ -435,9 +398,7 @@ def _version_option(value: bool) -> None:
 
 @app.callback()
 def _common(
-    _: Annotated[
-        bool, typer.Option("--version", callback=_version_option, is_eager=True, help="Show the version.")
-    ] = False,
+    _: Annotated[bool, Option("--version", callback=_version_option, is_eager=True, help="Show the version.")] = False,
 ) -> None:
     pass
 

@@ -16,6 +16,7 @@ from types import FrameType
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
+from typer import Argument, Option
 
 from ..errors import InputError, OutputError
 from ..fields import FIELD_TEXTS, JOINT_FIELDS
@@ -26,13 +27,13 @@ if TYPE_CHECKING:
 DONE, INTERNAL, BAD_INPUT, NO_CONVERGENCE, STOPPED, NO_OUTPUT = range(6)
 DIFFERENT = 1  # of `compare`, as of diff and cmp; of `validate`: a promise is broken
 
-ResultsFile = Annotated[Path, typer.Argument(metavar="OUT.h5", help="Results file.", show_default=False)]
-Output = Annotated[Path | None, typer.Option("-o", "--output", help="File to write.", show_default=False)]
+ResultsFile = Annotated[Path, Argument(metavar="OUT.h5", help="Results file.")]
+Output = Annotated[Path | None, Option("-o", "--output", help="File to write.")]
 
 
 FieldName = Annotated[
     str,
-    typer.Option(
+    Option(
         "--field",
         help=f"Field shown by the colours: {', '.join(FIELD_TEXTS)}.",
         autocompletion=lambda: list(FIELD_TEXTS),
@@ -40,37 +41,25 @@ FieldName = Annotated[
 ]
 PlotFieldName = Annotated[
     str,
-    typer.Option(
+    Option(
         "--field",
         help=f"Field shown by the colours: {', '.join(FIELD_TEXTS)}; of joints: "
         f"{', '.join(JOINT_FIELDS)}; of bolts: force, use; of linings: N, M, Q.",
         autocompletion=lambda: [*FIELD_TEXTS, *JOINT_FIELDS],
     ),
 ]
-FrameNumber = Annotated[int, typer.Option("--frame", help="Number of the frame; negative: from the end.")]
+FrameNumber = Annotated[int, Option("--frame", help="Number of the frame; negative: from the end.")]
 UnitNames = Annotated[
-    str | None,
-    typer.Option(
-        "--units",
-        help="Units of a file that does not state them: length, time, force, as m,s,N or SI.",
-        show_default=False,
-    ),
+    str | None, Option("--units", help="Units of a file that does not state them: length, time, force, as m,s,N or SI.")
 ]
 ShownUnits = Annotated[
     str | None,
-    typer.Option(
-        "--show",
-        help="Units to convert to, as m,s,kN; where the file does not state its own, with --units.",
-        show_default=False,
-    ),
+    Option("--show", help="Units to convert to, as m,s,kN; where the file does not state its own, with --units."),
 ]
-Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="No progress, no summary.")]
-Json = Annotated[bool, typer.Option("--json", help="Summary on standard output as JSON.")]
-Limits = Annotated[
-    tuple[float, float] | None,
-    typer.Option("--limits", metavar="LOW HIGH", help="Ends of the colour scale.", show_default=False),
-]
-Scale = Annotated[float, typer.Option("--scale", help="Factor on the displacements.")]
+Quiet = Annotated[bool, Option("--quiet", "-q", help="No progress, no summary.")]
+Json = Annotated[bool, Option("--json", help="Summary on standard output as JSON.")]
+Limits = Annotated[tuple[float, float] | None, Option("--limits", metavar="LOW HIGH", help="Ends of the colour scale.")]
+Scale = Annotated[float, Option("--scale", help="Factor on the displacements.")]
 
 
 def print_summary(quiet: bool, as_json: bool, text: str, **summary: Any) -> None:

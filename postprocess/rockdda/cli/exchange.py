@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
+from typer import Argument, Option
 
 from ..errors import InputError
 from .common import DIFFERENT, DONE, Json, Output, Quiet, ResultsFile, open_results, print_summary, progress_bar, target
@@ -27,25 +28,17 @@ def export_command(
     output: Output = None,
     kind: Annotated[
         str | None,
-        typer.Option(
-            "--format",
-            help="pvd (or vtk), vtkhdf, vtu, csv, txt (or text), dxf; by default the output's ending.",
-            show_default=False,
-        ),
+        Option("--format", help="pvd (or vtk), vtkhdf, vtu, csv, txt (or text), dxf; by default the output's ending."),
     ] = None,
     table: Annotated[
         str | None,
-        typer.Option(
+        Option(
             "--table",
             help="As .csv: history (default), boundaries, blocks, vertices, contacts, joints, joint_points, bolts or "
             "liner.",
-            show_default=False,
         ),
     ] = None,
-    frames: Annotated[
-        str | None,
-        typer.Option("--frames", help="Such as -1, 0,5,10 or 0:50:10; by default all.", show_default=False),
-    ] = None,
+    frames: Annotated[str | None, Option("--frames", help="Such as -1, 0,5,10 or 0:50:10; by default all.")] = None,
     quiet: Quiet = False,
     as_json: Json = False,
 ) -> None:
@@ -116,46 +109,31 @@ def export_command(
 def convert_command(
     files: Annotated[
         list[Path],
-        typer.Argument(
+        Argument(
             metavar="FILE...",
             help="DDAML (.geo, .ana, or their folder), .dxf, .geojson, .gpkg, .shp, traces (.txt), COMPAS (.json).",
-            show_default=False,
         ),
     ],
-    output: Annotated[
-        Path | None,
-        typer.Option("-o", "--output", help="Stem or folder of the files to write.", show_default=False),
-    ] = None,
+    output: Annotated[Path | None, Option("-o", "--output", help="Stem or folder of the files to write.")] = None,
     layers: Annotated[
-        list[str] | None,
-        typer.Option("--layer", metavar="NAME=KIND", help="What a layer of a drawing is.", show_default=False),
+        list[str] | None, Option("--layer", metavar="NAME=KIND", help="What a layer of a drawing is.")
     ] = None,
-    e0: Annotated[float | None, typer.Option("--e0", help="Edge-node distance.", show_default=False)] = None,
-    chord: Annotated[
-        float | None, typer.Option("--chord", help="Distance of chords from curves.", show_default=False)
-    ] = None,
-    scale: Annotated[
-        float | None,
-        typer.Option("--scale", help="Length of a drawing's unit, such as 0.001 for mm.", show_default=False),
-    ] = None,
+    e0: Annotated[float | None, Option("--e0", help="Edge-node distance.")] = None,
+    chord: Annotated[float | None, Option("--chord", help="Distance of chords from curves.")] = None,
+    scale: Annotated[float | None, Option("--scale", help="Length of a drawing's unit, such as 0.001 for mm.")] = None,
     origin: Annotated[
-        str | None,
-        typer.Option("--origin", metavar="X,Y", help="Point of the drawing that becomes 0,0.", show_default=False),
+        str | None, Option("--origin", metavar="X,Y", help="Point of the drawing that becomes 0,0.")
     ] = None,
-    areas: Annotated[
-        list[Path] | None,
-        typer.Option("--area", metavar="FILE", help="Polygons that clip the lines.", show_default=False),
-    ] = None,
+    areas: Annotated[list[Path] | None, Option("--area", metavar="FILE", help="Polygons that clip the lines.")] = None,
     window: Annotated[
-        str | None,
-        typer.Option("--window", metavar="X1,Y1,X2,Y2", help="A rectangle that clips the lines.", show_default=False),
+        str | None, Option("--window", metavar="X1,Y1,X2,Y2", help="A rectangle that clips the lines.")
     ] = None,
-    blocks: Annotated[bool, typer.Option("--blocks", help="Each polygon is a block: nothing is cut (.blk).")] = False,
+    blocks: Annotated[bool, Option("--blocks", help="Each polygon is a block: nothing is cut (.blk).")] = False,
     geographic: Annotated[
-        bool, typer.Option("--geographic", help="Coordinates are longitudes and latitudes: make them metres.")
+        bool, Option("--geographic", help="Coordinates are longitudes and latitudes: make them metres.")
     ] = False,
-    template: Annotated[bool, typer.Option("--template", help="Write a labelled file that runs, too.")] = False,
-    force: Annotated[bool, typer.Option("--force", help="Overwrite existing files.")] = False,
+    template: Annotated[bool, Option("--template", help="Write a labelled file that runs, too.")] = False,
+    force: Annotated[bool, Option("--force", help="Overwrite existing files.")] = False,
     quiet: Quiet = False,
     as_json: Json = False,
 ) -> None:
@@ -235,11 +213,10 @@ def rectangle(text: str) -> tuple[float, float, float, float]:
 
 
 def compare_command(
-    first: Annotated[Path, typer.Argument(metavar="A.h5", help="One run.", show_default=False)],
-    second: Annotated[Path, typer.Argument(metavar="B.h5", help="The other run.", show_default=False)],
+    first: Annotated[Path, Argument(metavar="A.h5", help="One run.")],
+    second: Annotated[Path, Argument(metavar="B.h5", help="The other run.")],
     tolerance: Annotated[
-        float,
-        typer.Option("--tol", min=0.0, help="Allowed difference over the largest value of a dataset; 0: same bits."),
+        float, Option("--tol", min=0.0, help="Allowed difference over the largest value of a dataset; 0: same bits.")
     ] = 0.0,
     quiet: Quiet = False,
     as_json: Json = False,

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
+from typer import Argument, Option
 
 from ..errors import InputError
 from .common import Json, Output, Quiet, UnitNames, print_summary, target
@@ -20,31 +21,23 @@ def register(app: typer.Typer) -> None:
 
 
 def record_command(
-    file: Annotated[Path, typer.Argument(metavar="RECORD", help="Record: .csv or .at2 (PEER).", show_default=False)],
+    file: Annotated[Path, Argument(metavar="RECORD", help="Record: .csv or .at2 (PEER).")],
     output: Output = None,
-    kind: Annotated[
-        str | None, typer.Option("--format", help="csv or at2; by default by the ending.", show_default=False)
-    ] = None,
-    column: Annotated[
-        str | None, typer.Option("--column", "-c", help="Column of a .csv: name or number.", show_default=False)
-    ] = None,
+    kind: Annotated[str | None, Option("--format", help="csv or at2; by default by the ending.")] = None,
+    column: Annotated[str | None, Option("--column", "-c", help="Column of a .csv: name or number.")] = None,
     scale: Annotated[
-        float | None,
-        typer.Option("--scale", help="Factor of the values; by default from their unit to m/s².", show_default=False),
+        float | None, Option("--scale", help="Factor of the values; by default from their unit to m/s².")
     ] = None,
-    start: Annotated[float | None, typer.Option("--from", help="Begin at this time.", show_default=False)] = None,
-    end: Annotated[float | None, typer.Option("--to", help="End at this time.", show_default=False)] = None,
+    start: Annotated[float | None, Option("--from", help="Begin at this time.")] = None,
+    end: Annotated[float | None, Option("--to", help="End at this time.")] = None,
     baseline: Annotated[
-        int | None,
-        typer.Option("--baseline", metavar="DEGREE", help="Correct the baseline by a polynomial.", show_default=False),
+        int | None, Option("--baseline", metavar="DEGREE", help="Correct the baseline by a polynomial.")
     ] = None,
-    step: Annotated[float | None, typer.Option("--step", help="Resample to this step.", show_default=False)] = None,
-    damping: Annotated[float, typer.Option("--damping", help="Damping ratio of the response spectrum.")] = 0.05,
-    write: Annotated[
-        Path | None, typer.Option("--write", metavar="OUT.csv", help="Write the record, too.", show_default=False)
-    ] = None,
+    step: Annotated[float | None, Option("--step", help="Resample to this step.")] = None,
+    damping: Annotated[float, Option("--damping", help="Damping ratio of the response spectrum.")] = 0.05,
+    write: Annotated[Path | None, Option("--write", metavar="OUT.csv", help="Write the record, too.")] = None,
     units: UnitNames = None,
-    dpi: Annotated[int, typer.Option("--dpi", min=20, max=2400, help="Resolution of .png.")] = 200,
+    dpi: Annotated[int, Option("--dpi", min=20, max=2400, help="Resolution of .png.")] = 200,
     quiet: Quiet = False,
     as_json: Json = False,
 ) -> None:

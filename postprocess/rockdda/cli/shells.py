@@ -7,6 +7,7 @@ from enum import StrEnum
 from typing import Annotated
 
 import typer
+from typer import Argument
 from typer.completion import get_completion_script
 
 __all__ = ["register"]
@@ -25,9 +26,7 @@ def register(app: typer.Typer) -> None:
     app.command(name="completion")(completion_command)
 
 
-def completion_command(
-    shell: Annotated[Shell, typer.Argument(metavar="bash|zsh|fish", help="The shell.", show_default=False)],
-) -> None:
+def completion_command(shell: Annotated[Shell, Argument(metavar="bash|zsh|fish", help="The shell.")]) -> None:
     """Print a script that completes commands, options and field names.
 
     Examples:

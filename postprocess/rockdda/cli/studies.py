@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
+from typer import Argument, Option
 
 from ..analysis.limits import GRADIENT_LIMIT, WINDOW
 from ..errors import InputError, OutputError
@@ -42,34 +43,25 @@ def register(app: typer.Typer) -> None:
 
 
 def study_command(
-    file: Annotated[Path, typer.Argument(metavar="STUDY.toml", help="The study.", show_default=False)],
+    file: Annotated[Path, Argument(metavar="STUDY.toml", help="The study.")],
     workers: Annotated[
-        int | None,
-        typer.Option("--workers", "-j", min=1, help="Runs at a time; default: one a core.", show_default=False),
+        int | None, Option("--workers", "-j", min=1, help="Runs at a time; default: one a core.")
     ] = None,
-    retry: Annotated[bool, typer.Option("--retry", help="Run failed cases again, too.")] = False,
+    retry: Annotated[bool, Option("--retry", help="Run failed cases again, too.")] = False,
     dask: Annotated[
         str | None,
-        typer.Option(
+        Option(
             "--dask",
             metavar="WHERE",
             help="Run through Dask: tcp://HOST:PORT, local, or slurm, pbs, lsf … with the study's [cluster] table.",
-            show_default=False,
         ),
     ] = None,
-    slurm: Annotated[
-        bool, typer.Option("--slurm", help="Only write a Slurm job array for the remaining cases.")
-    ] = False,
-    table: Annotated[bool, typer.Option("--table", help="Run nothing: collect the results so far.")] = False,
-    case: Annotated[
-        int | None, typer.Option("--case", min=1, help="Run this case only, by its number.", show_default=False)
-    ] = None,
-    output: Annotated[
-        Path | None,
-        typer.Option("-o", "--output", metavar="FOLDER", help="Write here instead.", show_default=False),
-    ] = None,
-    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress, no summary.")] = False,
-    as_json: Annotated[bool, typer.Option("--json", help="Summary on standard output as JSON.")] = False,
+    slurm: Annotated[bool, Option("--slurm", help="Only write a Slurm job array for the remaining cases.")] = False,
+    table: Annotated[bool, Option("--table", help="Run nothing: collect the results so far.")] = False,
+    case: Annotated[int | None, Option("--case", min=1, help="Run this case only, by its number.")] = None,
+    output: Annotated[Path | None, Option("-o", "--output", metavar="FOLDER", help="Write here instead.")] = None,
+    quiet: Annotated[bool, Option("--quiet", "-q", help="No progress, no summary.")] = False,
+    as_json: Annotated[bool, Option("--json", help="Summary on standard output as JSON.")] = False,
 ) -> None:
     """Run a template over a grid of parameters; one table and small multiples at the end.
 
@@ -220,18 +212,18 @@ def _write_table(study: Any, rows: Any) -> list[Path]:
 
 
 def loosening_command(
-    files: Annotated[list[Path], typer.Argument(metavar="OUT.h5...", help="Results files.", show_default=False)],
+    files: Annotated[list[Path], Argument(metavar="OUT.h5...", help="Results files.")],
     window: Annotated[
         float,
-        typer.Option(
+        Option(
             "--window", show_default="2/3", help="Share of the run, at its end, in which oscillations are looked at."
         ),
     ] = WINDOW,
     limit: Annotated[
-        float, typer.Option("--limit", help="Difference over distance up to which points move together.")
+        float, Option("--limit", help="Difference over distance up to which points move together.")
     ] = GRADIENT_LIMIT,
-    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No summary.")] = False,
-    as_json: Annotated[bool, typer.Option("--json", help="Summary on standard output as JSON.")] = False,
+    quiet: Annotated[bool, Option("--quiet", "-q", help="No summary.")] = False,
+    as_json: Annotated[bool, Option("--json", help="Summary on standard output as JSON.")] = False,
 ) -> None:
     """Height of loosened rock above an opening, from measured points on a vertical line above its crown.
 
@@ -281,21 +273,15 @@ def loosening_command(
 
 
 def voussoir_command(
-    span: Annotated[float, typer.Option("--span", help="Span of the roof layer.", show_default=False)],
-    thickness: Annotated[float, typer.Option("--thickness", help="Thickness of the layer.", show_default=False)],
-    unit_weight: Annotated[float, typer.Option("--unit-weight", help="Weight per volume.", show_default=False)],
-    modulus: Annotated[float, typer.Option("--modulus", help="Elastic modulus of the rock mass.", show_default=False)],
-    strength: Annotated[
-        float | None, typer.Option("--strength", help="Uniaxial compressive strength.", show_default=False)
-    ] = None,
-    friction: Annotated[
-        float | None, typer.Option("--friction", help="Friction angle of the joints [deg].", show_default=False)
-    ] = None,
-    variant: Annotated[
-        str, typer.Option("--variant", help="Average stress: beer-meek or diederichs-kaiser.")
-    ] = "beer-meek",
-    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No summary.")] = False,
-    as_json: Annotated[bool, typer.Option("--json", help="Summary on standard output as JSON.")] = False,
+    span: Annotated[float, Option("--span", help="Span of the roof layer.")],
+    thickness: Annotated[float, Option("--thickness", help="Thickness of the layer.")],
+    unit_weight: Annotated[float, Option("--unit-weight", help="Weight per volume.")],
+    modulus: Annotated[float, Option("--modulus", help="Elastic modulus of the rock mass.")],
+    strength: Annotated[float | None, Option("--strength", help="Uniaxial compressive strength.")] = None,
+    friction: Annotated[float | None, Option("--friction", help="Friction angle of the joints [deg].")] = None,
+    variant: Annotated[str, Option("--variant", help="Average stress: beer-meek or diederichs-kaiser.")] = "beer-meek",
+    quiet: Annotated[bool, Option("--quiet", "-q", help="No summary.")] = False,
+    as_json: Annotated[bool, Option("--json", help="Summary on standard output as JSON.")] = False,
 ) -> None:
     """The classic voussoir beam: does a roof layer carry itself as a flat arch?
 
@@ -331,11 +317,11 @@ def voussoir_command(
 
 
 def rock_load_command(
-    span: Annotated[float, typer.Option("--span", help="Width B of the tunnel.", show_default=False)],
-    height: Annotated[float, typer.Option("--height", help="Height of the tunnel.", show_default=False)],
-    rqd: Annotated[float | None, typer.Option("--rqd", help="Rock quality [%], for Rose.", show_default=False)] = None,
-    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No summary.")] = False,
-    as_json: Annotated[bool, typer.Option("--json", help="Summary on standard output as JSON.")] = False,
+    span: Annotated[float, Option("--span", help="Width B of the tunnel.")],
+    height: Annotated[float, Option("--height", help="Height of the tunnel.")],
+    rqd: Annotated[float | None, Option("--rqd", help="Rock quality [%], for Rose.")] = None,
+    quiet: Annotated[bool, Option("--quiet", "-q", help="No summary.")] = False,
+    as_json: Annotated[bool, Option("--json", help="Summary on standard output as JSON.")] = False,
 ) -> None:
     """Height of loosened rock above a tunnel by the rules of Terzaghi and Rose.
 
@@ -355,22 +341,19 @@ def rock_load_command(
 
 
 def calibrate_bolt_command(
-    file: Annotated[
-        Path, typer.Argument(metavar="TEST.csv", help="Displacement of the head and force.", show_default=False)
-    ],
-    length: Annotated[float, typer.Option("--length", help="Length in grout [m].", show_default=False)],
-    young: Annotated[float, typer.Option("--young", help="Young's modulus of the steel [Pa].")] = 200e9,
-    diameter: Annotated[float | None, typer.Option("--diameter", help="Of the steel [m].", show_default=False)] = None,
-    area: Annotated[float | None, typer.Option("--area", help="Of the steel [m²].", show_default=False)] = None,
+    file: Annotated[Path, Argument(metavar="TEST.csv", help="Displacement of the head and force.")],
+    length: Annotated[float, Option("--length", help="Length in grout [m].")],
+    young: Annotated[float, Option("--young", help="Young's modulus of the steel [Pa].")] = 200e9,
+    diameter: Annotated[float | None, Option("--diameter", help="Of the steel [m].")] = None,
+    area: Annotated[float | None, Option("--area", help="Of the steel [m²].")] = None,
     free_length: Annotated[
-        float, typer.Option("--free-length", help="Steel between the measured point and the grout [m].")
+        float, Option("--free-length", help="Steel between the measured point and the grout [m].")
     ] = 0.0,
     yield_force: Annotated[
-        float | None,
-        typer.Option("--yield-force", help="Of the steel [N]: points there are left out.", show_default=False),
+        float | None, Option("--yield-force", help="Of the steel [N]: points there are left out.")
     ] = None,
     output: Output = None,
-    dpi: Annotated[int, typer.Option("--dpi", min=20, max=2400, help="Resolution of .png.")] = 200,
+    dpi: Annotated[int, Option("--dpi", min=20, max=2400, help="Resolution of .png.")] = 200,
     quiet: Quiet = False,
     as_json: Json = False,
 ) -> None:
@@ -414,19 +397,13 @@ def calibrate_bolt_command(
 
 
 def ground_reaction_command(
-    model: Annotated[Path, typer.Argument(metavar="MODEL", help="Labelled file or folder.", show_default=False)],
-    liner: Annotated[
-        str | None, typer.Option("--liner", help="Lining; by default the first that a stage installs.")
-    ] = None,
-    point: Annotated[int, typer.Option("--point", min=1, help="Measured point whose convergence counts.")] = 1,
-    releases: Annotated[
-        int, typer.Option("--releases", min=2, max=1000, help="Parts of the release without support.")
-    ] = 10,
-    work: Annotated[
-        Path | None, typer.Option("--work", help="Folder that keeps both runs.", show_default=False)
-    ] = None,
+    model: Annotated[Path, Argument(metavar="MODEL", help="Labelled file or folder.")],
+    liner: Annotated[str | None, Option("--liner", help="Lining; by default the first that a stage installs.")] = None,
+    point: Annotated[int, Option("--point", min=1, help="Measured point whose convergence counts.")] = 1,
+    releases: Annotated[int, Option("--releases", min=2, max=1000, help="Parts of the release without support.")] = 10,
+    work: Annotated[Path | None, Option("--work", help="Folder that keeps both runs.")] = None,
     output: Output = None,
-    dpi: Annotated[int, typer.Option("--dpi", min=20, max=2400, help="Resolution of .png.")] = 200,
+    dpi: Annotated[int, Option("--dpi", min=20, max=2400, help="Resolution of .png.")] = 200,
     quiet: Quiet = False,
     as_json: Json = False,
 ) -> None:

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
+from typer import Option
 
 from ..errors import InputError, RockddaError
 from .common import DIFFERENT, DONE, NO_CONVERGENCE, print_summary, progress_bar
@@ -34,37 +35,30 @@ def register(app: typer.Typer) -> None:
 
 
 def validate_command(
-    quick: Annotated[bool, typer.Option("--quick", help="Fewer runs, minutes; the default.")] = False,
-    full: Annotated[bool, typer.Option("--full", help="All runs of all cases.")] = False,
-    case: Annotated[
-        list[str] | None,
-        typer.Option("--case", metavar="ID", help="Only this case; may be repeated.", show_default=False),
-    ] = None,
+    quick: Annotated[bool, Option("--quick", help="Fewer runs, minutes; the default.")] = False,
+    full: Annotated[bool, Option("--full", help="All runs of all cases.")] = False,
+    case: Annotated[list[str] | None, Option("--case", metavar="ID", help="Only this case; may be repeated.")] = None,
     formulation: Annotated[
-        Formulation, typer.Option("--formulation", help="Of the contacts: one of them, or both one after the other.")
+        Formulation, Option("--formulation", help="Of the contacts: one of them, or both one after the other.")
     ] = Formulation.VERTEX,
     missing: Annotated[
-        bool, typer.Option("--missing", help="Only cases without a result in DIR, to continue after Ctrl-C.")
+        bool, Option("--missing", help="Only cases without a result in DIR, to continue after Ctrl-C.")
     ] = False,
-    show: Annotated[bool, typer.Option("--list", help="Run nothing: list the cases.")] = False,
-    report_only: Annotated[bool, typer.Option("--report-only", help="Run nothing: write the report again.")] = False,
-    pdf: Annotated[bool, typer.Option("--pdf", help="Also as DIR/report.pdf; by WeasyPrint or Chromium.")] = False,
-    output: Annotated[Path, typer.Option("-o", "--output", metavar="DIR", help="Folder of the report.")] = Path(
-        "validation"
-    ),
+    show: Annotated[bool, Option("--list", help="Run nothing: list the cases.")] = False,
+    report_only: Annotated[bool, Option("--report-only", help="Run nothing: write the report again.")] = False,
+    pdf: Annotated[bool, Option("--pdf", help="Also as DIR/report.pdf; by WeasyPrint or Chromium.")] = False,
+    output: Annotated[Path, Option("-o", "--output", metavar="DIR", help="Folder of the report.")] = Path("validation"),
     work: Annotated[
-        Path | None,
-        typer.Option("--work", metavar="DIR", help="Keep input files and results of all runs.", show_default=False),
+        Path | None, Option("--work", metavar="DIR", help="Keep input files and results of all runs.")
     ] = None,
     workers: Annotated[
-        int | None,
-        typer.Option("--workers", "-j", min=1, help="Cases at a time; default: one a core.", show_default=False),
+        int | None, Option("--workers", "-j", min=1, help="Cases at a time; default: one a core.")
     ] = None,
     force: Annotated[
-        bool, typer.Option("--force", help="Write into a folder with other files; replace --full by --quick.")
+        bool, Option("--force", help="Write into a folder with other files; replace --full by --quick.")
     ] = False,
-    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress, no summary.")] = False,
-    as_json: Annotated[bool, typer.Option("--json", help="Summary on standard output as JSON.")] = False,
+    quiet: Annotated[bool, Option("--quiet", "-q", help="No progress, no summary.")] = False,
+    as_json: Annotated[bool, Option("--json", help="Summary on standard output as JSON.")] = False,
 ) -> None:
     """Run the cases of the validation, compare with closed forms and published values, write the report.
 
