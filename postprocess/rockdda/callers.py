@@ -6,8 +6,6 @@ from __future__ import annotations
 import os
 import sys
 
-__all__ = ["stack_level"]
-
 
 def stack_level() -> int:
     """The `stacklevel` at which `warnings.warn`, in the function that calls this, names code outside this package."""

@@ -13,8 +13,6 @@ from .errors import need
 if TYPE_CHECKING:
     import pandas
 
-__all__ = ["Columns"]
-
 
 class Columns(dict[str, npt.NDArray[Any]]):
     """The columns of a table by name, all of one length."""

@@ -5,8 +5,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-__all__ = ["FIELD_TEXTS", "JOINT_FIELDS", "JointField"]
-
 
 @dataclass(frozen=True)
 class JointField:

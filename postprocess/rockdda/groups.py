@@ -19,8 +19,6 @@ from .errors import InputError
 from .namelist import flat_values
 from .options import group_row, name_arguments, option_rows, refuse_problems
 
-__all__ = ["OptionGroups", "as_list", "plain_options", "plain_value"]
-
 Names = str | Sequence[str]
 References = int | str | Sequence[int | str]  # materials by number or name
 Numbers = npt.ArrayLike  # rows as docs/file-formats.md has them, in any nesting

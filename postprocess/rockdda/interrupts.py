@@ -13,8 +13,6 @@ from collections.abc import Callable
 from types import FrameType, TracebackType
 from typing import Any
 
-__all__ = ["HeldInterrupts"]
-
 
 class HeldInterrupts:
     """Within a `with` block SIGINT waits for `check` or the end of the block. A second one takes effect at once.

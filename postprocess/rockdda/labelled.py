@@ -14,19 +14,6 @@ from .deck import BlockMaterial, JointMaterial
 from .groups import as_list
 from .namelist import entry_texts
 
-__all__ = [
-    "OPTION_FIELDS",
-    "block_groups",
-    "block_materials",
-    "describes_itself",
-    "joint_groups",
-    "joint_materials",
-    "labelled_text",
-    "merged_groups",
-    "point_groups",
-    "take_point_tables",
-]
-
 FloatArray = npt.NDArray[np.float64]
 #: Groups in the order of the file: what there is, what acts, what happens; then those that are not named here, and
 #: how it is computed.

@@ -6,8 +6,6 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-__all__ = ["crack_limit", "cracked_limit", "plastic_limit", "sound_limit"]
-
 FloatArray = npt.NDArray[np.float64]
 
 

@@ -13,8 +13,6 @@ import numpy.typing as npt
 from .namelist import parse_groups
 from .text import input_numbers
 
-__all__ = ["JointStrength", "block_material_names", "densities_and_weights", "joint_strengths", "material_rows"]
-
 Rows = list[list[float]]
 FloatArray = npt.NDArray[np.float64]
 STEEPEST = 70.0  # degrees: the largest angle of Barton and Bandis

@@ -13,8 +13,6 @@ import numpy as np
 
 from .errors import InputError
 
-__all__ = ["entry_texts", "flat_values", "format_groups", "format_real", "parse_groups", "short_real"]
-
 _TOKEN = re.compile(
     r"""\s+ | [!\#][^\n]*                  # blanks and comments
     | (?P<text>'(?:[^']|'')*'|"(?:[^"]|"")*")

@@ -13,8 +13,6 @@ import numpy.typing as npt
 
 from .text import readable
 
-__all__ = ["NotebookBar", "card", "drawing_of_blocks", "drawing_of_lines", "facts_table"]
-
 WIDTH = 340.0  # pixels of a drawing
 MOST = 5000  # shapes that are drawn
 EDGE, FILL, FIXED = "#333333", "#dde3e8", "#000000"

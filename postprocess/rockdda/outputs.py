@@ -10,6 +10,4 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-__all__ = ["OUTPUTS"]
-
 OUTPUTS: dict[str, Callable[..., Any]] = {}

@@ -10,8 +10,6 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
-__all__ = ["bridged", "rings_of", "signed_area", "split_outlines", "triangles"]
-
 Point = tuple[float, float]
 Indices = npt.NDArray[np.int64]
 

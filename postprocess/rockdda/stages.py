@@ -20,8 +20,6 @@ from .start import StartArrays
 if TYPE_CHECKING:
     import pandas
 
-__all__ = ["BOUNDARY_FORCE", "STAGE_TABLES", "Stage", "StageTables"]
-
 FloatArray = npt.NDArray[np.float64]
 #: Path of the forces of boundaries; files of versions without boundaries do not have it.
 BOUNDARY_FORCE = "history/boundary_force"

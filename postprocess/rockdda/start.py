@@ -12,8 +12,6 @@ import numpy.typing as npt
 
 from .rings import split_outlines
 
-__all__ = ["StartArrays"]
-
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
 

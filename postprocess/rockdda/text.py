@@ -13,8 +13,6 @@ from collections.abc import Mapping
 from numbers import Real
 from typing import TYPE_CHECKING, Any
 
-__all__ = ["csv_text", "decoded", "has_controls", "input_numbers", "number", "plain_text", "readable", "short", "shown"]
-
 if TYPE_CHECKING:
     import pandas
 

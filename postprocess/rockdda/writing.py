@@ -12,8 +12,6 @@ from typing import Any, TextIO
 
 from .errors import OutputError
 
-__all__ = ["complete_file", "make_folder", "write_file"]
-
 
 @contextlib.contextmanager
 def complete_file(path: Path) -> Iterator[Path]:

@@ -3,8 +3,6 @@
 
 from __future__ import annotations
 
-__all__ = ["GRADIENT_LIMIT", "WINDOW"]
-
 #: Of loosening: gradient of displacements below which rock moves together, and the share of the planned time at the end
 #: of a run in which a point must be in equilibrium.
 GRADIENT_LIMIT = 0.005

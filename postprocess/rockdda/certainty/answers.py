@@ -13,8 +13,6 @@ from .template import digest_of_texts
 if TYPE_CHECKING:
     from ..results import Results
 
-__all__ = ["Answer", "answers_beside"]
-
 LARGEST = 100_000_000  # bytes of an answer
 
 

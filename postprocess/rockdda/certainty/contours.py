@@ -14,8 +14,6 @@ from .failure import most_likely, shares_of_variance
 from .random_inputs import RandomInput, values_at
 from .surrogate import Surrogate
 
-__all__ = ["BackAnalysis", "back_analysis"]
-
 FloatArray = npt.NDArray[np.float64]
 PLACES = 41  # of the first input, from its smallest to its largest value in the runs
 FINE = 400  # of the second one

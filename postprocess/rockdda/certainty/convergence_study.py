@@ -39,8 +39,6 @@ from .verdict import UNNAMED, WORDS, Finding, judge, listed, percent
 if TYPE_CHECKING:
     import pandas
 
-__all__ = ["Convergence", "convergence", "prepare_convergence"]
-
 PathLike = str | os.PathLike[str]
 LIMIT = 0.05  #: share of a number by which it may change
 FACTOR = "factor"

@@ -14,8 +14,6 @@ from ..errors import need
 from .random_inputs import RandomInput, values_at
 from .surrogate import Surrogate, drawn_coefficients
 
-__all__ = ["Failure", "failure_of", "index_of", "most_likely", "points_of", "shares_of_variance", "wilson"]
-
 FloatArray = npt.NDArray[np.float64]
 POINTS = 17  # 2^17 of the surface
 SOME = 2**14  # of these, the first ones: for each surface as it might be

@@ -24,8 +24,6 @@ from .variants import HALF_STEP, chosen, ends_with_a_stage, template_of
 if TYPE_CHECKING:
     from ..results import Results
 
-__all__ = ["FILES", "HalfStep", "compare_ends", "path_of", "run_half_step"]
-
 #: Options that name files beside the input.
 FILES = ("record", "pressure_file", "base_acceleration")
 

@@ -16,8 +16,6 @@ from .verdict import percent
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = ["draw_convergence", "draw_reliability"]
-
 KINDS = {
     "step": (PALETTE[1], "o"), "corners": (PALETTE[3], "s"), "cells": (PALETTE[6], "D"),
     "elements": (PALETTE[4], "P"), "solver": (PALETTE[5], "v"), "joint stiffness": (PALETTE[2], "^"),

@@ -14,8 +14,6 @@ from ..errors import InputError
 from ..results import Results
 from ..text import shown
 
-__all__ = ["Quantity", "check_names", "measure", "quantities_of"]
-
 #: Component of a point's displacement, over its length, below which it is no quantity of its own.
 SMALL = 0.1
 AT_REST = 1e-10  #: displacement over the extent of the model

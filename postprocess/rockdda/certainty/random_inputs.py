@@ -19,8 +19,6 @@ from ..options import group_problems, option_rows, options_schema
 from ..text import shown
 from .template import Groups, Placeholders
 
-__all__ = ["RandomInput", "correlation_of", "lay_out", "parse_inputs", "sample", "values_at"]
-
 FloatArray = npt.NDArray[np.float64]
 _INPUT = re.compile(
     r"(?P<tan>tan\s*\()?\s*(?P<name>[^=()]+)\.(?P<option>\w+)\s*(?:\[\s*(?P<index>\d+)\s*\])?\s*(?(tan)\))"

@@ -36,8 +36,6 @@ from .verdict import percent, rounded
 if TYPE_CHECKING:
     import pandas
 
-__all__ = ["Reliability", "prepare_reliability", "reliability"]
-
 PathLike = str | os.PathLike[str]
 FloatArray = npt.NDArray[np.float64]
 RUNS = 30

@@ -17,8 +17,6 @@ from ..text import csv_text
 from ..writing import complete_file, write_file
 from .template import remove_others
 
-__all__ = ["Progress", "case_folder", "output_folder", "run_studies", "write_answer", "write_arrays"]
-
 PathLike = str | os.PathLike[str]
 Progress = Callable[[int, int, Outcome], None]
 

@@ -14,8 +14,6 @@ from ..errors import InputError
 from ..study import Study
 from ..study.case import SEARCHED
 
-__all__ = ["FAILS", "STANDS", "UNKNOWN", "WRONG_INPUT", "Found", "found_in", "search_options"]
-
 #: What a model without a factor does at the value that counts.
 STANDS, FAILS, UNKNOWN = "stands", "fails", "unknown"
 WRONG_INPUT = 2  #: exit code of the program

@@ -10,8 +10,6 @@ from itertools import combinations
 import numpy as np
 import numpy.typing as npt
 
-__all__ = ["Surrogate", "fit", "fitting_kinds", "least_runs"]
-
 FloatArray = npt.NDArray[np.float64]
 #: Surfaces from the simplest to the one with most terms.
 KINDS = ("linear", "quadratic", "quadratic with cross terms")

@@ -27,8 +27,6 @@ from ..study import Study
 from ..text import decoded, has_controls
 from ..writing import make_folder, write_file
 
-__all__ = ["Placeholders", "Source", "digest_of_texts", "groups_of", "read_source", "remove_others", "write_study"]
-
 PathLike = str | os.PathLike[str]
 Groups = dict[str, list[dict[str, Any]]]
 

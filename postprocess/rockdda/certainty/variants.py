@@ -15,8 +15,6 @@ from ..errors import InputError
 from ..namelist import short_real
 from .template import Groups, Placeholders, Source
 
-__all__ = ["METHOD", "PROPERTY", "Variant", "template_of", "variants_of"]
-
 #: Kinds of variants: numbers of the method, which must not matter, and the one property, which is to be measured.
 METHOD, PROPERTY = ("step", "corners", "cells", "elements", "solver"), "joint stiffness"
 MOST_STEPS = 5000  # of a stage until equilibrium that names no other number

@@ -10,8 +10,6 @@ from dataclasses import dataclass, field
 from ..units import Units
 from .variants import METHOD, PROPERTY, Variant
 
-__all__ = ["Finding", "judge", "listed", "number_with_error", "percent", "rounded"]
-
 #: Orders of convergence that an extrapolation may use; a larger one is taken as this one.
 LEAST_ORDER, MOST_ORDER = 0.3, 2.0
 #: The error of an extrapolated value, and of one that has no order, over what was measured.

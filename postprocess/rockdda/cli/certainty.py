@@ -20,8 +20,6 @@ from .common import NO_CONVERGENCE, progress_bar
 if TYPE_CHECKING:
     from ..study import Outcome
 
-__all__ = ["register"]
-
 ModelFiles = Annotated[
     list[Path],
     Argument(metavar="MODEL...", help="A labelled file, a folder, or a geometry or block file and its analysis file."),

@@ -45,8 +45,6 @@ from .common import (
     target,
 )
 
-__all__ = ["app", "main"]
-
 #: Commands of the program, which are no commands here.
 # Kinds of pictures with fields of their own, not those of blocks.
 OWN_FIELDS = ("joints", "bolts", "liner", "capacity")

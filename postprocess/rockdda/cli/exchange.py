@@ -13,8 +13,6 @@ from typer import Argument, Option
 from ..errors import InputError
 from .common import DIFFERENT, DONE, Json, Output, Quiet, ResultsFile, open_results, print_summary, progress_bar, target
 
-__all__ = ["register"]
-
 
 def register(app: typer.Typer) -> None:
     """Add the commands."""

@@ -12,8 +12,6 @@ from typer import Argument, Option
 from ..errors import InputError
 from .common import Json, Output, Quiet, UnitNames, print_summary, target
 
-__all__ = ["register"]
-
 
 def register(app: typer.Typer) -> None:
     """Add the command."""

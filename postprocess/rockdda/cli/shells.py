@@ -10,8 +10,6 @@ import typer
 from typer import Argument
 from typer.completion import get_completion_script
 
-__all__ = ["register"]
-
 
 class Shell(StrEnum):
     """Shells with a script."""

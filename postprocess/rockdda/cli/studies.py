@@ -24,8 +24,6 @@ from .common import NO_CONVERGENCE, STOPPED, Json, Output, Quiet, open_results, 
 if TYPE_CHECKING:
     from ..study import Outcome
 
-__all__ = ["register"]
-
 #: Seconds that another process has to end a case, which a scheduler has started once more.
 _PATIENCE = 120.0
 #: A case that is stopped so soon [s] got its signal at once: Slurm sends it up to a minute early.

@@ -18,8 +18,6 @@ from .common import DIFFERENT, DONE, NO_CONVERGENCE, print_summary, progress_bar
 if TYPE_CHECKING:
     from rockdda_validation import Case
 
-__all__ = ["register"]
-
 
 class Formulation(enum.StrEnum):
     """Which formulations of contacts the cases are run with."""

@@ -23,8 +23,6 @@ from .report import Report
 from .systems import ADVICE, WGS84, System, degrees_of_web
 from .template import supports_of, template_text
 
-__all__ = ["Conversion", "convert"]
-
 DRAWINGS = ("dxf", "geojson", "gis", "traces", "compas")
 
 

@@ -6,8 +6,6 @@ from __future__ import annotations
 from ..namelist import short_real
 from .geometry import Geometry
 
-__all__ = ["TEMPLATE_JOINT_STIFFNESS", "supports_of", "template_text"]
-
 TEMPLATE_JOINT_STIFFNESS = 2.0e9  # Pa/m, of a rough, somewhat weathered joint
 Segment = tuple[float, float, float, float]
 Support = tuple[str, str]  # kind, and the places it lies along

@@ -11,8 +11,6 @@ from ..errors import InputError
 if TYPE_CHECKING:
     from ..results import Results
 
-__all__ = ["Progress", "chosen", "parse_frames"]
-
 #: Called with the number of frames written and the number to write.
 Progress = Callable[[int, int], None]
 

@@ -16,8 +16,6 @@ from ..rings import triangles
 if TYPE_CHECKING:
     from ..results import Frame, Results
 
-__all__ = ["Arrays", "Grid", "grids_of", "in_space"]
-
 Arrays = dict[str, npt.NDArray[Any]]
 BOUNDARY_KINDS = ("fixed", "roller", "moving", "traction", "viscous", "free_field")  # 1, 2, … in the files
 INTEGERS = ("material", "block")  # fields that are numbers of things

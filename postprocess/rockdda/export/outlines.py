@@ -16,8 +16,6 @@ from .common import Progress, chosen
 if TYPE_CHECKING:
     from ..results import Results
 
-__all__ = ["to_dxf", "to_text"]
-
 
 def to_text(
     results: Results,

@@ -23,8 +23,6 @@ if TYPE_CHECKING:
     from ..columns import Columns
     from ..results import Frame, Results
 
-__all__ = ["to_csv"]
-
 
 def to_csv(
     results: Results,

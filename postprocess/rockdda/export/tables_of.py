@@ -24,8 +24,6 @@ if TYPE_CHECKING:
 
     from ..results import Frame, Results
 
-__all__ = ["to_geopandas", "to_xarray"]
-
 
 def to_xarray(results: Results, contacts: bool = True) -> xarray.Dataset:
     """Frames, history and contacts as one labelled data set (needs the package xarray: `pip install xarray`).

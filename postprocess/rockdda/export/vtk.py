@@ -21,8 +21,6 @@ from .vtkhdf import to_vtkhdf
 if TYPE_CHECKING:
     from ..results import Frame, Results
 
-__all__ = ["to_vtk"]
-
 
 def to_vtk(
     results: Results,

@@ -26,8 +26,6 @@ from .grids import Grid, grids_of, in_space
 if TYPE_CHECKING:
     from ..results import Frame, Results
 
-__all__ = ["to_vtkhdf"]
-
 ROWS = 4096  # of a chunk
 
 

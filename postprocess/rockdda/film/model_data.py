@@ -19,8 +19,6 @@ from ..program import find_program
 from ..text import decoded
 from ..units import SYSTEMS
 
-__all__ = ["ModelData", "model_files", "read_model"]
-
 PATIENCE = 60.0  # s, for `rockdda check`
 GROUP = re.compile(r"^\s*[&$](\w+)", re.M)
 AT = re.compile(r"\bat \(?(-?[\d.]+(?:[eE][-+]?\d+)?), ?(-?[\d.]+(?:[eE][-+]?\d+)?)")

@@ -16,8 +16,6 @@ from ..plot.style import MATERIALS, PALETTE
 from .model_data import ModelData, model_files, read_model
 from .page import filled
 
-__all__ = ["ModelViewer"]
-
 Stamp = tuple[tuple[str, int, int], ...]
 
 

@@ -14,8 +14,6 @@ from ..units import Units
 from .page import filled
 from .viewer import Viewer
 
-__all__ = ["PairViewer"]
-
 
 class PairViewer:
     """Answers for two results, `a` and `b`, with common ranges of colours."""

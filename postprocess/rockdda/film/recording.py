@@ -35,8 +35,6 @@ if TYPE_CHECKING:
 
     from ..results import Results
 
-__all__ = ["animate"]
-
 Progress = Callable[[int, int], None]
 ENDINGS = (".mp4", ".gif", ".html")
 BAR = 0.95  # inches, of a further scale of colours with its label

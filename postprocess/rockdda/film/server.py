@@ -32,8 +32,6 @@ from .model_viewer import ModelViewer
 from .pair import PairViewer
 from .viewer import Viewer
 
-__all__ = ["Answers", "serve", "view"]
-
 MOST_CONNECTIONS = 32  # at a time; a browser makes six
 MOST_SECONDS = 20.0  # for a request
 MOST_SECONDS_OF_ANSWER = 600.0  # a large page through a slow tunnel

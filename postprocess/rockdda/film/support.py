@@ -20,8 +20,6 @@ if TYPE_CHECKING:
     from ..frames import Frame
     from ..results import Results
 
-__all__ = ["LINER_FIELDS", "Support"]
-
 LINER_FIELDS = ("use", "N", "M", "Q")
 
 

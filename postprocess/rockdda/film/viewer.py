@@ -20,8 +20,6 @@ from ..units import Units
 from .overlays import has_water, joint_entries, joint_range, joint_rows, water_of, widest
 from .page import SHOWN_FIELDS, bolt_rows, colour_range, describe, liner_rows, page, shown_fields, usual_range
 
-__all__ = ["Viewer", "block_history"]
-
 MOST_JOINTS = 5  # the same of joints
 MOST_SAMPLED = 25  # frames whose values make the colour scale of a long run
 

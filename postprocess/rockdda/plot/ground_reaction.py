@@ -21,8 +21,6 @@ if TYPE_CHECKING:
 
     from ..results import Results
 
-__all__ = ["ground_reaction", "ground_reaction_data", "reaction_picture"]
-
 FloatArray = npt.NDArray[np.float64]
 
 

@@ -23,8 +23,6 @@ if TYPE_CHECKING:
 
     from ..cutting import Blocks
 
-__all__ = ["INPUT_KINDS", "input_plot", "is_input"]
-
 FloatArray = npt.NDArray[np.float64]
 INPUT_KINDS = ("lines", "blocks")
 MOST_NUMBERS = 40  # points of a kind that get their numbers

@@ -28,8 +28,6 @@ if TYPE_CHECKING:
 
     from ..results import Results
 
-__all__ = ["joint_profile", "joint_profile_data", "thrust"]
-
 FloatArray = npt.NDArray[np.float64]
 THRUST = "#D55E00"
 LOADED = 0.02  #: of the usual force of joints: less is not drawn

@@ -20,8 +20,6 @@ if TYPE_CHECKING:
 
     from ..results import Results
 
-__all__ = ["joint_field_name", "joints"]
-
 OPEN = 0  # state of a contact
 WIDTH = 2.4  # points; less where joints are short
 RIM = "#6E6E6E"  # beneath the colours, of which zero is white in some scales

@@ -45,8 +45,6 @@ if TYPE_CHECKING:
 
     from ..results import Results
 
-__all__ = ["KINDS", "plot", "save", "small_multiples"]
-
 
 def small_multiples(
     runs: Sequence[Results],

@@ -13,8 +13,6 @@ from .style import PALETTE, PAPER_WIDTH, new_axes, nice_ticks, style
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = ["pull_test"]
-
 
 def pull_test(fit: Any, *, axes: Axes | None = None, title: str | None = None) -> Axes:
     """Measured points, the fit, where the slip begins and the plateau; points that were left out are hollow.

@@ -13,8 +13,6 @@ from ..text import plain_text
 from ..units import Units
 from .style import PALETTE, PAPER_WIDTH, nice_ticks, style
 
-__all__ = ["record"]
-
 
 def record(
     motion: Record,

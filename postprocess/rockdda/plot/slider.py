@@ -13,8 +13,6 @@ from ..frames import FIELDS, field_name
 if TYPE_CHECKING:
     from ..results import Results
 
-__all__ = ["slider"]
-
 DPI = 100
 
 

@@ -35,8 +35,6 @@ if TYPE_CHECKING:
 
     from ..results import Frame, Results
 
-__all__ = ["contours", "trajectories"]
-
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
 BANDS = 10

@@ -25,11 +25,6 @@ if TYPE_CHECKING:
     from ..records import Record
     from ..results import Results, Stage
 
-__all__ = [
-    "boundary_table", "checks", "chosen", "files_of", "groups_of", "in_short", "in_words", "joint_table",
-    "material_tables", "motions", "number", "option_text", "search_table", "stage_table", "stages_before",
-]  # fmt: skip
-
 SEARCHES = {
     "strength": "factor of safety", "tilt": "critical tilt [°]", "push": "critical push over weight",
     "gravity": "critical factor of gravity", "load": "load factor",

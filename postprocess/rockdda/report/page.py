@@ -31,8 +31,6 @@ if TYPE_CHECKING:
     from ..certainty.half_step import HalfStep
     from ..results import Results
 
-__all__ = ["Cover", "report"]
-
 Progress = Callable[[int, int], None]
 MOST_STAGES = 6  # with a picture of their own
 MOST_ROWS = 20  # of a table

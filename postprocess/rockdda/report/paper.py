@@ -12,8 +12,6 @@ from pathlib import Path
 
 from ..errors import OutputError, RockddaError, how_to_install
 
-__all__ = ["needs_for_pdf", "pdf_of"]
-
 BROWSERS = ("chromium", "chromium-browser", "google-chrome")
 LONGEST = 300  #: seconds for a page
 

@@ -14,8 +14,6 @@ from ..units import Units
 if TYPE_CHECKING:
     from ..results import Frame, Results
 
-__all__ = ["bolt_table", "liner_forces", "liner_table", "window"]
-
 MOST_BOLTS = 20  # of a table
 MOST_SHARE = 10.0  # a share above it is that of a section which its crack has left without strength
 Table = tuple[list[str], list[list[str]]]  # names of the columns, rows

@@ -14,8 +14,6 @@ import h5py
 import numpy as np
 import numpy.typing as npt
 
-__all__ = ["attributes_problem", "results_problem", "rows_problem"]
-
 # Columns of the energies, and values of a contact's state.
 ENERGIES, STATES = 10, 3
 LARGEST = 1e30  # size of a number; the square of one is a number, too

@@ -20,17 +20,6 @@ from ..text import readable
 from .heap import heap_problem
 from .structure import structure_problem
 
-__all__ = [
-    "PATIENCE",
-    "GrowingFile",
-    "NoSuchPath",
-    "changed_lately",
-    "check_format",
-    "check_signature",
-    "plain",
-    "reason_of",
-]
-
 FORMAT_VERSIONS = (1, 2)
 # A file that is just being written to can be unreadable for a moment: try again for so many seconds.
 PATIENCE = 5.0

@@ -14,8 +14,6 @@ from typing import BinaryIO
 
 import h5py
 
-__all__ = ["heap_problem"]
-
 ATTRIBUTE, CONTINUATION = 0x000C, 0x0010  # types of header messages
 VARIABLE_LENGTH = 9  # class of a datatype
 REFERENCE = struct.Struct("<IQI")  # to a text: length, address of the heap, number of the object

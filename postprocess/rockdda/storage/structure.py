@@ -13,8 +13,6 @@ import math
 
 import h5py
 
-__all__ = ["structure_problem"]
-
 DEEPEST = 8  # groups in groups
 MOST_ATTRIBUTES = 1000
 MOST_VALUES = 1_000_000  # of an attribute

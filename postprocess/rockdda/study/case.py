@@ -32,11 +32,6 @@ from ..text import decoded
 from ..writing import make_folder, write_file
 from .definition import Case, Quantity, Study
 
-__all__ = [
-    "SEARCHED", "Outcome", "finished_case", "folder_of", "pending", "prepare_case", "quantity", "read_status",
-    "run_case", "wanted_quantities", "write_status",
-]  # fmt: skip
-
 #: Exit code of a case that took longer than its timeout.
 TIMED_OUT = 124
 

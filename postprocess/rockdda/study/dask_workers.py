@@ -19,8 +19,6 @@ from ..text import shown
 from .case import Outcome, read_status, run_case, write_status
 from .definition import Study
 
-__all__ = ["run_dask"]
-
 #: Options of dask-jobqueue that name neither files nor commands, which a study must not choose.
 _OPTIONS = (
     "queue", "project", "account", "cores", "memory", "processes", "walltime", "interface", "death_timeout", "job_cpu",

@@ -24,8 +24,6 @@ from ..errors import InputError
 from ..text import decoded, has_controls, short, shown
 from .formula import Value, evaluate, formatted, names_in
 
-__all__ = ["Case", "Quantity", "Study", "evaluate", "read_study", "render"]
-
 _TAKE = ("last", "first", "min", "max", "mean", "absmax")
 _TOP = ("title", "template", "output", "parameters", "constants", "cases", "run", "results", "cluster")
 _FOR_TEMPLATE = ("parameters", "constants", "cases")

@@ -22,8 +22,6 @@ from ..writing import complete_file, make_folder
 from .case import pending, prepare_case
 from .definition import Study
 
-__all__ = ["last_words", "logs_of", "warning_of", "write_job_array"]
-
 #: Options of sbatch that name files or commands, which a study must not choose.
 _OF_FILES = ("output", "error", "input", "chdir", "wrap", "export-file", "get-user-env", "container", "bbf", "batch")
 

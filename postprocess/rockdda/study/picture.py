@@ -17,8 +17,6 @@ if TYPE_CHECKING:
     import pandas
     from matplotlib.figure import Figure
 
-__all__ = ["plot_study", "save_study_plot"]
-
 
 def plot_study(study: Study, table: pandas.DataFrame) -> Figure:
     """Every result against the first parameter of numbers that varies; further ones distinguish lines and rows.

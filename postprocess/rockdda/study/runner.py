@@ -31,8 +31,6 @@ from .job_array import last_words
 if TYPE_CHECKING:
     import pandas
 
-__all__ = ["collect", "run_study"]
-
 #: Called to report progress: cases finished in this call, cases to do, the last outcome.
 Progress = Callable[[int, int, Outcome], None]
 
