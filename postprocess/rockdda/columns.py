@@ -3,18 +3,18 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
-import numpy.typing as npt
 
+from .arrays import AnyArray, FloatArray
 from .errors import need
 
 if TYPE_CHECKING:
     import pandas
 
 
-class Columns(dict[str, npt.NDArray[Any]]):
+class Columns(dict[str, AnyArray]):
     """The columns of a table by name, all of one length."""
 
     @property
@@ -22,11 +22,11 @@ class Columns(dict[str, npt.NDArray[Any]]):
         """Number of rows."""
         return len(next(iter(self.values()), ()))
 
-    def stack(self, *names: str) -> npt.NDArray[np.float64]:
+    def stack(self, *names: str) -> FloatArray:
         """(n, number of names) some columns as one array."""
         return np.column_stack([np.asarray(self[name], dtype=float) for name in names])
 
-    def rows(self, chosen: npt.NDArray[Any]) -> Columns:
+    def rows(self, chosen: AnyArray) -> Columns:
         """The rows of some indices, or where a mask is true."""
         return Columns({name: values[chosen] for name, values in self.items()})
 

@@ -26,10 +26,10 @@ from .outputs import OUTPUTS
 from .program import find_program
 from .results import Results
 from .results import open as open_results
+from .text import PathLike
 
 __all__ = ["CriticalFactor", "JointState", "Mechanism", "Trial", "factor_of_safety", "read_search"]
 
-PathLike = str | os.PathLike[str]
 
 SEARCHES = ("strength", "tilt", "push", "gravity", "load")
 NAMES = {

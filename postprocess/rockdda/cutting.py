@@ -10,14 +10,13 @@ from typing import Any, Protocol, runtime_checkable
 import numpy as np
 import numpy.typing as npt
 
+from .arrays import FloatArray, IntArray
 from .deck import GeometryDeck, coordinates, line_rows
 from .errors import Problem
 from .native import Session
+from .text import PathLike
 
 __all__ = ["Blocks", "Bolts", "CutReport", "Points", "cut"]
-
-FloatArray = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.int64]
 
 
 @dataclass(frozen=True)
@@ -138,7 +137,7 @@ class Blocks:
         moment = np.add.reduceat((a + b) * cross[:, None], first, axis=0) / 6
         return area, self.vertices[first] + moment / area[:, None]
 
-    def write(self, path: str | os.PathLike[str]) -> None:
+    def write(self, path: PathLike) -> None:
         """Write a block file (.blk), which reads back bit for bit."""
         self._session.write_blocks(path)
 
@@ -154,12 +153,12 @@ class HasGeometry(Protocol):
 
 
 def cut(
-    geometry: str | os.PathLike[str] | HasGeometry | npt.ArrayLike,
+    geometry: PathLike | HasGeometry | npt.ArrayLike,
     *,
     e0: float | None = None,
     joint: npt.ArrayLike = 1,
     holes: npt.ArrayLike = (),
-    output: str | os.PathLike[str] | None = None,
+    output: PathLike | None = None,
     allow_open: bool = False,
 ) -> Blocks:
     """Cut the plane into blocks.

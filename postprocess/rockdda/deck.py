@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from .arrays import FloatArray
 from .errors import InputError
 from .namelist import format_real
 
@@ -192,7 +193,7 @@ def line_rows(lines: npt.ArrayLike, joint: npt.ArrayLike = 1) -> list[tuple[tupl
     ]
 
 
-def coordinates(*points: Numbers | npt.NDArray[np.float64]) -> tuple[Any, ...]:
+def coordinates(*points: Numbers | FloatArray) -> tuple[Any, ...]:
     """Coordinates of points (x, y), in a row."""
     for point in points:
         if len(point) != 2:

@@ -6,11 +6,11 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol, overload
+from typing import TYPE_CHECKING, Protocol, overload
 
 import numpy as np
-import numpy.typing as npt
 
+from .arrays import AnyArray, BoolArray, FloatArray, IntArray
 from .columns import Columns
 from .errors import InputError
 from .fields import FIELD_TEXTS
@@ -32,9 +32,6 @@ __all__ = [
     "Frames",
     "field_name",
 ]
-
-FloatArray = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.int64]
 
 
 class FrameTables(Protocol):
@@ -97,7 +94,7 @@ class FrameTables(Protocol):
     def stage_of(self, step: int) -> int: ...
     def joint_columns(self, frame: int = -1) -> Columns: ...
     def __contains__(self, path: object) -> bool: ...
-    def rows(self, path: str, start: int, stop: int) -> npt.NDArray[Any]: ...
+    def rows(self, path: str, start: int, stop: int) -> AnyArray: ...
 
 
 NODE_TABLES = ["bolt_node", "bolt_force", "bolt_slip", "bolt_state"]
@@ -117,7 +114,7 @@ class Field:
     name: str
     label: str  # for axes and colour bars
     description: str
-    compute: Callable[[Frame], npt.NDArray[Any]]
+    compute: Callable[[Frame], AnyArray]
 
 
 @dataclass(frozen=True)
@@ -173,12 +170,12 @@ class Frame:
     def __init__(self, results: FrameTables, index: int) -> None:
         self.results = results
         self.index = index
-        self._cache: dict[str, npt.NDArray[Any]] = {}
+        self._cache: dict[str, AnyArray] = {}
 
     def __repr__(self) -> str:
         return f"<rockdda.Frame {self.index}: step {self.step}, time {self.time:g}>"
 
-    def _row(self, name: str) -> npt.NDArray[Any]:
+    def _row(self, name: str) -> AnyArray:
         if name not in self._cache:
             self._cache[name] = self.results.rows(f"frames/{name}", self.index, self.index + 1)[0]
         return self._cache[name]
@@ -226,7 +223,7 @@ class Frame:
         return self._row("velocity")
 
     @property
-    def active(self) -> npt.NDArray[np.bool_]:
+    def active(self) -> BoolArray:
         """(nb,) blocks that are there: neither excavated nor still to be placed."""
         if "frames/active" not in self.results:
             return np.ones(self.results.n_blocks, dtype=bool)
@@ -399,14 +396,14 @@ class Frame:
         middle, radius = (sx + sy) / 2, np.hypot((sx - sy) / 2, txy)
         return np.stack([middle + radius, middle - radius], axis=1), np.arctan2(2 * txy, sx - sy) / 2
 
-    def field(self, name: str) -> npt.NDArray[Any]:
+    def field(self, name: str) -> AnyArray:
         """(nb,) a number for each block; `rockdda.FIELDS` lists the names."""
         return FIELDS[field_name(name)].compute(self)
 
 
 def _fields() -> dict[str, Field]:
     """All fields by name."""
-    computed: dict[str, Callable[[Frame], npt.NDArray[Any]]] = {
+    computed: dict[str, Callable[[Frame], AnyArray]] = {
         "displacement": lambda f: np.hypot(*f.displacement.T),
         "displacement_x": lambda f: f.displacement[:, 0],
         "displacement_y": lambda f: f.displacement[:, 1],

@@ -18,6 +18,7 @@ import numpy.typing as npt
 from .errors import InputError
 from .namelist import flat_values
 from .options import group_row, name_arguments, option_rows, refuse_problems
+from .text import PathLike
 
 Names = str | Sequence[str]
 References = int | str | Sequence[int | str]  # materials by number or name
@@ -120,7 +121,7 @@ class OptionGroups:
         *,
         table: Numbers | None = None,
         unit_weight: float | None = None,
-        pressure_file: str | os.PathLike[str] | None = None,
+        pressure_file: PathLike | None = None,
         joints: References | None = None,
         surfaces: bool | None = None,
         region: Names | None = None,

@@ -16,8 +16,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
 
+from .arrays import AnyArray, FloatArray, IntArray
 from .columns import Columns
 from .errors import InputError
 from .fields import JOINT_FIELDS, JointField
@@ -27,9 +27,6 @@ if TYPE_CHECKING:
     import pandas
 
 __all__ = ["JOINT_FIELDS", "JointField", "joint_points", "joint_summary", "need_contacts", "summary_columns"]
-
-FloatArray = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.int64]
 
 
 def need_contacts(results: FrameTables) -> None:
@@ -90,7 +87,7 @@ def summary_columns(points: Columns) -> Columns:
     begin = np.flatnonzero(np.concatenate([[True], joint[1:] != joint[:-1]])) if len(joint) else np.zeros(0, dtype=int)
     row = np.repeat(np.arange(len(begin)), np.diff(np.append(begin, len(joint))))
 
-    def total(values: npt.NDArray[Any]) -> npt.NDArray[Any]:
+    def total(values: AnyArray) -> AnyArray:
         return np.bincount(row, values, len(begin))
 
     def largest(values: FloatArray) -> FloatArray:

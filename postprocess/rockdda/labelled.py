@@ -8,13 +8,12 @@ from collections.abc import Container, Mapping, Sequence
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from .arrays import FloatArray
 from .deck import BlockMaterial, JointMaterial
 from .groups import as_list
 from .namelist import entry_texts
 
-FloatArray = npt.NDArray[np.float64]
 #: Groups in the order of the file: what there is, what acts, what happens; then those that are not named here, and
 #: how it is computed.
 FIRST = (

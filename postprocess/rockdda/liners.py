@@ -4,9 +4,8 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
-FloatArray = npt.NDArray[np.float64]
+from .arrays import FloatArray
 
 
 def sound_limit(thickness: float, compression: float, tension: float) -> tuple[FloatArray, FloatArray]:

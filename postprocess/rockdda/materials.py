@@ -7,14 +7,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
-import numpy as np
-import numpy.typing as npt
-
 from .namelist import parse_groups
 from .text import input_numbers
 
 Rows = list[list[float]]
-FloatArray = npt.NDArray[np.float64]
 STEEPEST = 70.0  # degrees: the largest angle of Barton and Bandis
 
 

@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import math
-import os
 import tempfile
 from collections.abc import Sequence
 from contextlib import ExitStack
@@ -16,6 +15,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from .arrays import FloatArray
 from .cutting import Blocks, cut
 from .deck import AnalysisDeck, BlockMaterial, GeometryDeck, JointMaterial, coordinates, line_rows, whole_number
 from .errors import InputError
@@ -25,16 +25,16 @@ from .namelist import format_groups, format_real
 from .native import ANALYSIS_FILE, CONFIG_FILE, LABELLED_TEXT, Session
 from .notebook import card, drawing_of_lines
 from .options import check_options, name_arguments, refuse_problems
-from .places import Bolt, FloatArray, Line, Place, Table, time_table
+from .places import Bolt, Line, Place, Table, time_table
 from .reading import is_labelled, take_labelled, take_legacy
 from .results import Results
 from .simulation import Simulation, run
+from .text import PathLike
 from .writing import write_file
 
 __all__ = ["BlockMaterial", "JointMaterial", "Model"]
 
-PathLike = str | os.PathLike[str]
-Point = Sequence[float] | npt.NDArray[np.float64]
+Point = Sequence[float] | FloatArray
 _UNSET: Any = object()
 
 

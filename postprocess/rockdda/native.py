@@ -13,10 +13,11 @@ from types import ModuleType
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from .arrays import AnyArray, FloatArray
 from .callers import stack_level
 from .errors import ConvergenceError, InputError, InputWarning, OutputError, Problem, RockddaError
+from .text import PathLike
 
 __all__ = ["Session", "build_description"]
 
@@ -30,8 +31,6 @@ MODEL_FILE, ANALYSIS_FILE, CONFIG_FILE, CONFIG_TEXT, SUMMARISED, OPTIONS_SCHEMA,
 PLAIN_TABLE = 17
 # as many messages as the program shows
 MOST_SHOWN = 50
-
-PathLike = str | os.PathLike[str]
 
 
 def _extension() -> Any:
@@ -197,9 +196,7 @@ class Session:
         status = self._api.draw_text(self.handle, os.fsencode(name), os.fsencode(text), -1 if seed is None else seed)
         self.check(status)
 
-    def read_motion(
-        self, path: PathLike, form: str, column: str, has_scale: bool
-    ) -> tuple[npt.NDArray[np.float64], float]:
+    def read_motion(self, path: PathLike, form: str, column: str, has_scale: bool) -> tuple[FloatArray, float]:
         """Times and values of a record as two rows, and the unit of the values [m/s²], 0 where the file names none."""
         self.check(
             self._api.read_motion(self.handle, os.fsencode(path), form.encode(), column.encode(), int(has_scale))
@@ -260,7 +257,7 @@ class Session:
         names += self.text(ENERGIES).split()
         return dict(zip(names, (float(x) for x in self._values.facts(self.handle)), strict=True))
 
-    def array(self, what: str, *arguments: int) -> list[npt.NDArray[Any]]:
+    def array(self, what: str, *arguments: int) -> list[AnyArray]:
         """Arrays of one of the procedures that give some; the first axis counts blocks, vertices, points, …"""
         found = getattr(self._values, what)(self.handle, *arguments)
         arrays = [np.asarray(array) for array in (found if isinstance(found, tuple) else (found,))]

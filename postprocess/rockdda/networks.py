@@ -3,24 +3,22 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from .arrays import FloatArray, IntArray
 from .cutting import Blocks
 from .errors import InputError, Problem
 from .model import Model
 from .namelist import format_groups
 from .native import Session
+from .text import PathLike
 
 __all__ = ["JointSetReport", "Network", "lines"]
 
-FloatArray = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.int64]
 
 LARGEST_SEED = 2**31 - 2
 
@@ -75,7 +73,7 @@ class Network:
     def __repr__(self) -> str:
         return f"<rockdda.Network: {len(self.lines)} lines, {len(self.sets)} joint sets>"
 
-    def write(self, path: str | os.PathLike[str]) -> None:
+    def write(self, path: PathLike) -> None:
         """Write a geometry file (.dc)."""
         self._session.write_network(path)
 
@@ -102,10 +100,7 @@ class Network:
 
 
 def lines(
-    statistics: str | os.PathLike[str] | Mapping[str, Any],
-    *,
-    seed: int | None = None,
-    output: str | os.PathLike[str] | None = None,
+    statistics: PathLike | Mapping[str, Any], *, seed: int | None = None, output: PathLike | None = None
 ) -> Network:
     """Draw the lines of joint sets from their statistics.
 

@@ -9,14 +9,13 @@ from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from .arrays import AnyArray, BoolArray, FloatArray
 from .text import readable
 
 WIDTH = 340.0  # pixels of a drawing
 MOST = 5000  # shapes that are drawn
 EDGE, FILL, FIXED = "#333333", "#dde3e8", "#000000"
-FloatArray = npt.NDArray[np.float64]
 
 
 def facts_table(facts: Iterable[tuple[str, Any]]) -> str:
@@ -36,7 +35,7 @@ def card(title: str, facts: Iterable[tuple[str, Any]], drawing: str = "") -> str
     return f'<div style="display:flex;gap:24px;flex-wrap:wrap;align-items:flex-start"><div>{left}</div>{drawing}</div>'
 
 
-def drawing_of_blocks(vertices: FloatArray, offset: npt.NDArray[Any], active: npt.NDArray[np.bool_]) -> str:
+def drawing_of_blocks(vertices: FloatArray, offset: AnyArray, active: BoolArray) -> str:
     """The blocks that are there as an SVG; nothing where they are too many to be seen."""
     if not 0 < active.sum() <= MOST:
         return ""

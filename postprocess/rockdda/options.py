@@ -15,6 +15,7 @@ import numpy as np
 
 from .errors import InputError, UnknownNameError
 from .native import OPTIONS_SCHEMA, Session
+from .text import PathLike
 
 C = TypeVar("C", bound=type)
 
@@ -84,7 +85,7 @@ def _groups(options: Mapping[str, Any]) -> Iterator[tuple[str, MutableMapping[st
             yield group, entries
 
 
-def replace_files(options: Mapping[str, Any], folder: str | os.PathLike[str]) -> None:
+def replace_files(options: Mapping[str, Any], folder: PathLike) -> None:
     """Make paths of files to be read absolute; they count from this folder."""
     for group, entries in _groups(options):
         for name, row in _rows().get(group, {}).items():

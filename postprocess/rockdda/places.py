@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from .arrays import FloatArray
 from .errors import InputError
 
-FloatArray = npt.NDArray[np.float64]
 Table = npt.ArrayLike  # (m, 3) rows t x y
 
 

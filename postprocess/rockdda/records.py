@@ -13,7 +13,6 @@ intensity, response spectra and the sliding block are the exact results for thes
 from __future__ import annotations
 
 import math
-import os
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -21,8 +20,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from .arrays import FloatArray
 from .errors import InputError, how_to_install
 from .native import Session
+from .text import PathLike
 from .writing import write_file
 
 __all__ = [
@@ -42,7 +43,6 @@ __all__ = [
     "write",
 ]
 
-FloatArray = npt.NDArray[np.float64]
 GRAVITY = 9.81  # m/s²
 LARGEST = 1e60  # number of a record, as the program has it
 MOST_STEPS = 2_000_000  # of a record, and of the oscillators of its spectrum
@@ -131,11 +131,7 @@ class Spectrum:
 
 
 def read(
-    path: str | os.PathLike[str],
-    format: str | None = None,
-    *,
-    column: str | int | None = None,
-    scale: float | None = None,
+    path: PathLike, format: str | None = None, *, column: str | int | None = None, scale: float | None = None
 ) -> Record:
     """The record in a file, as the program reads it.
 
@@ -163,7 +159,7 @@ def read(
     return Record(time, factor * values, path.stem, is_si=scale is None and unit > 0)
 
 
-def write(record: Record, path: str | os.PathLike[str]) -> Path:
+def write(record: Record, path: PathLike) -> Path:
     """The record as a CSV file that `&quake record = 'PATH'` and `read` read back exactly.
 
     Its header names the units m/s² where the record is known to be in them (`is_si`).

@@ -8,15 +8,14 @@ files.
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import h5py
 import numpy as np
-import numpy.typing as npt
 
+from .arrays import AnyArray, FloatArray, IntArray
 from .columns import Columns
 from .errors import InputError
 from .frames import (
@@ -40,7 +39,7 @@ from .outputs import OUTPUTS
 from .stages import BOUNDARY_FORCE, STAGE_TABLES, Stage, StageTables
 from .storage.check import attributes_problem, results_problem, rows_problem
 from .storage.file import GrowingFile, NoSuchPath, check_format, check_signature, plain
-from .text import readable
+from .text import PathLike, readable
 
 if TYPE_CHECKING:
     import geopandas
@@ -50,8 +49,6 @@ if TYPE_CHECKING:
 
 __all__ = ["FIELDS", "Contacts", "Field", "Frame", "Frames", "Results", "Stage", "open"]
 
-FloatArray = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.int64]
 T = TypeVar("T")
 
 # The tables that grow with the run; `contact_offset` has one row more than there are frames.
@@ -81,10 +78,10 @@ class Results(StageTables):
     the steps and frames that were there when it was opened or last refreshed; `refresh` adds what was written since.
     """
 
-    def __init__(self, path: str | os.PathLike[str]) -> None:
+    def __init__(self, path: PathLike) -> None:
         self.path = Path(path)
         self._source = GrowingFile(self.path)
-        self._cache: dict[str, npt.NDArray[Any]] = {}
+        self._cache: dict[str, AnyArray] = {}
         self._attributes: dict[str, Any] = {}
         self._run: tuple[Any, int] | None = None
         self._n_steps = self._n_frames = 0
@@ -289,7 +286,7 @@ class Results(StageTables):
 
         return self._source.use(read)
 
-    def rows(self, path: str, start: int, stop: int) -> npt.NDArray[Any]:
+    def rows(self, path: str, start: int, stop: int) -> AnyArray:
         """Rows [start, stop) of an array, without reading the others."""
         path = path.strip("/")
         try:
@@ -297,11 +294,11 @@ class Results(StageTables):
         except NoSuchPath:
             raise self._no_such_array(path) from None
 
-    def block_rows(self, name: str, block: int) -> npt.NDArray[Any]:
+    def block_rows(self, name: str, block: int) -> AnyArray:
         """(nk, …) the rows of one block in a table of all frames and blocks, such as 'stress'."""
         return self._table(f"frames/{name}", 0, self._n_frames, block)
 
-    def _table(self, path: str, start: int, stop: int, *rest: int) -> npt.NDArray[Any]:
+    def _table(self, path: str, start: int, stop: int, *rest: int) -> AnyArray:
         rows = self._source.rows(path, start, stop, *rest)
         if problem := rows_problem(path, rows, self._n_blocks):
             raise InputError(f"the file is damaged: {problem}", self.path)
@@ -449,7 +446,7 @@ class Results(StageTables):
         """The blocks of a frame: for each an (m, 2) array of vertices, counter-clockwise, not closed [length]."""
         return self.frames[frame].polygons()
 
-    def field(self, name: str, frame: int = -1) -> npt.NDArray[Any]:
+    def field(self, name: str, frame: int = -1) -> AnyArray:
         """(nb,) a number for each block of a frame; `rockdda.FIELDS` lists the names."""
         return self.frames[frame].field(name)
 
@@ -516,19 +513,19 @@ class Results(StageTables):
         """A slider over the frames, in a notebook (needs ipywidgets). See `rockdda.plot.slider`."""
         return OUTPUTS["slider"](self, field, **options)
 
-    def animate(self, output: str | os.PathLike[str] | None = None, **options: Any) -> Path:
+    def animate(self, output: PathLike | None = None, **options: Any) -> Path:
         """Make a film (.mp4, .gif or .html; by default the stem of the results + .mp4 in the current folder).
 
         Returns its path. See `rockdda.film.animate`.
         """
         return OUTPUTS["animate"](self, f"{self.path.stem}.mp4" if output is None else output, **options)
 
-    def to_vtk(self, path: str | os.PathLike[str], **options: Any) -> Path:
+    def to_vtk(self, path: PathLike, **options: Any) -> Path:
         """Write the frames for ParaView and PyVista; returns the path. See `rockdda.export.to_vtk`."""
         return OUTPUTS["to_vtk"](self, path, **options)
 
 
-def open(path: str | os.PathLike[str]) -> Results:
+def open(path: PathLike) -> Results:
     """Open a results file (.h5), also one that a run is still writing.
 
     Raises InputError, with the reason, for a file that is damaged or no results file.

@@ -8,19 +8,19 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-import numpy.typing as npt
+
+from .arrays import FloatArray, IntArray
 
 Point = tuple[float, float]
-Indices = npt.NDArray[np.int64]
 
 
-def signed_area(corners: npt.NDArray[np.float64]) -> float:
+def signed_area(corners: FloatArray) -> float:
     """The area of a ring, positive where it runs counter-clockwise."""
     x, y = (corners - corners[0]).T
     return float(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y) / 2)
 
 
-def rings_of(corners: npt.NDArray[np.float64]) -> list[Indices]:
+def rings_of(corners: FloatArray) -> list[IntArray]:
     """The simple rings of an outline that walks bridges to islands, as indices of corners: the outer one, then holes.
 
     The outline comes back to the same point at both ends of a bridge, and where an island touches it. The ring between
@@ -47,7 +47,7 @@ def rings_of(corners: npt.NDArray[np.float64]) -> list[Indices]:
     return sorted(found, key=lambda ring: -signed_area(corners[ring]))
 
 
-def split_outlines(vertices: npt.NDArray[np.float64], offset: npt.NDArray[np.int64]) -> list[list[Indices]]:
+def split_outlines(vertices: FloatArray, offset: IntArray) -> list[list[IntArray]]:
     """The rings of all blocks, as indices of vertices."""
     pairs = itertools.pairwise(offset.tolist())
     return [[begin + ring for ring in rings_of(vertices[begin:end])] for begin, end in pairs]
@@ -114,10 +114,10 @@ def _slope(point: Point, corner: Point) -> float:
     return abs(math.atan2(corner[1] - point[1], corner[0] - point[0]))
 
 
-def _turns(corners: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+def _turns(corners: FloatArray) -> FloatArray:
     """Positive where the outline turns left."""
     before, after = corners - np.roll(corners, 1, axis=0), np.roll(corners, -1, axis=0) - corners
-    turns: npt.NDArray[np.float64] = before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0]
+    turns: FloatArray = before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0]
     return turns
 
 
@@ -130,7 +130,7 @@ def _opens_to(outline: list[Point], k: int, point: Point) -> bool:
     return turn[0] <= turn[1] or turn[1] == 0
 
 
-def triangles(corners: npt.NDArray[np.float64]) -> Indices:
+def triangles(corners: FloatArray) -> IntArray:
     """(n - 2, 3) indices of the triangles of an outline, with or without bridges, by clipping ears."""
     left = np.arange(len(corners))
     found: list[tuple[int, int, int]] = []
@@ -149,7 +149,7 @@ def triangles(corners: npt.NDArray[np.float64]) -> Indices:
     return np.array(found)
 
 
-def _is_ear(corners: npt.NDArray[np.float64], left: Indices, before: int, here: int, after: int) -> bool:
+def _is_ear(corners: FloatArray, left: IntArray, before: int, here: int, after: int) -> bool:
     """Does the corner between two others stand out, with nothing of the outline in its triangle?"""
     a, b, c = corners[[before, here, after]]
     if (b[0] - a[0]) * (c[1] - b[1]) - (b[1] - a[1]) * (c[0] - b[0]) <= 0:

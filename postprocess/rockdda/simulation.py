@@ -11,19 +11,17 @@ from types import TracebackType
 from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
-import numpy.typing as npt
 
+from .arrays import FloatArray, IntArray
 from .errors import ConvergenceError, InputError
 from .native import ENERGIES, REASON, RESULTS, TITLE, Session
 from .notebook import NotebookBar, in_notebook
 from .results import Contacts, Results
 from .results import open as open_results
+from .text import PathLike
 
 __all__ = ["Progress", "Simulation", "run"]
 
-FloatArray = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.int64]
-PathLike = str | os.PathLike[str]
 #: Called now and then with the share that is done (0 … 1), the steps done, and the time reached.
 Progress = Callable[[float, int, float], object]
 

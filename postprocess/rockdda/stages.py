@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
 
+from .arrays import AnyArray, BoolArray, FloatArray
 from .columns import Columns
 from .errors import InputError
 from .frames import Frame, Frames
@@ -20,7 +20,6 @@ from .start import StartArrays
 if TYPE_CHECKING:
     import pandas
 
-FloatArray = npt.NDArray[np.float64]
 #: Path of the forces of boundaries; files of versions without boundaries do not have it.
 BOUNDARY_FORCE = "history/boundary_force"
 #: Of the history; not in older files.
@@ -96,7 +95,7 @@ class StageTables(StartArrays):
         row = int(np.searchsorted(self["history/step"], step))
         return int(self["history/stage"][min(row, self.n_steps - 1)])
 
-    def _frame_stages(self, step: npt.NDArray[Any], index: npt.NDArray[Any]) -> npt.NDArray[Any]:
+    def _frame_stages(self, step: AnyArray, index: AnyArray) -> AnyArray:
         """(nk,) stage of each frame."""
         if not len(index):
             return np.zeros(self.n_frames, dtype=int)
@@ -104,7 +103,7 @@ class StageTables(StartArrays):
         return np.asarray(index[np.minimum(rows, len(index) - 1)])
 
     @property
-    def frame_stages(self) -> npt.NDArray[Any]:
+    def frame_stages(self) -> AnyArray:
         """(nk,) index of the stage of each frame; the start belongs to the first one."""
         step = self["history/step"]
         index = self["history/stage"] if "history/stage" in self else np.zeros(len(step), dtype=int)
@@ -144,7 +143,7 @@ class StageTables(StartArrays):
         return np.full(self.n_steps, np.nan)
 
     @property
-    def active(self) -> npt.NDArray[np.bool_]:
+    def active(self) -> BoolArray:
         """(nk, nb) blocks that are there in each frame: neither excavated nor still to be placed."""
         if "frames/active" in self:
             return np.asarray(self["frames/active"]).astype(bool)

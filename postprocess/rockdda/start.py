@@ -8,18 +8,15 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from .arrays import AnyArray, FloatArray, IntArray
 from .rings import split_outlines
-
-FloatArray = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.int64]
 
 
 class StartArrays(ABC):
     """Blocks, points and bolts at the start. Arrays are read when they are first used, and cannot be changed."""
 
-    _cache: dict[str, npt.NDArray[Any]]
+    _cache: dict[str, AnyArray]
 
     @abstractmethod
     def __getitem__(self, path: str) -> Any: ...
@@ -27,7 +24,7 @@ class StartArrays(ABC):
     @abstractmethod
     def __contains__(self, path: object) -> bool: ...
 
-    def _constant(self, path: str) -> npt.NDArray[Any]:
+    def _constant(self, path: str) -> AnyArray:
         if path not in self._cache:
             array = np.asarray(self[path])
             array.flags.writeable = False
@@ -45,7 +42,7 @@ class StartArrays(ABC):
         return self._constant("model/vertices")
 
     @cached_property
-    def rings(self) -> list[list[npt.NDArray[np.int64]]]:
+    def rings(self) -> list[list[IntArray]]:
         """For each block its simple rings as indices of vertices: the outer one, then those of islands."""
         return split_outlines(self.vertices, self.vertex_offset)
 
@@ -154,7 +151,7 @@ class StartArrays(ABC):
         """(n, 3) stiffness [force/length], pretension and strength (0: unlimited) [force]."""
         return self._or_none("bolt_properties", np.zeros((0, 3)))
 
-    def _or_none(self, name: str, none: npt.NDArray[Any]) -> npt.NDArray[Any]:
+    def _or_none(self, name: str, none: AnyArray) -> AnyArray:
         path = f"model/{name}"
         if path not in self._cache and path not in self:
             self._cache[path] = none

@@ -7,6 +7,7 @@ import codecs
 import csv
 import io
 import math
+import os
 import re
 import unicodedata
 from collections.abc import Mapping
@@ -16,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     import pandas
 
+PathLike = str | os.PathLike[str]  # the name of a file or folder
 LONGEST_SHOWN = 60
 LONGEST_IN_PICTURE = 200  # letters of a text; the layout of thousands takes gigabytes
 NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eEdD][-+]?\d+)?", re.ASCII)

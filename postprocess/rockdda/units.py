@@ -14,8 +14,8 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from .arrays import AnyArray
 from .errors import InputError
 from .materials import JointStrength, densities_and_weights
 from .results import Results
@@ -259,7 +259,7 @@ class ConvertedResults(Results):
         found = super().__getitem__(path)
         return found if self._rows(path.strip("/")) is not None else self._converted(path.strip("/"), found)
 
-    def _table(self, path: str, start: int, stop: int, *rest: int) -> npt.NDArray[Any]:
+    def _table(self, path: str, start: int, stop: int, *rest: int) -> AnyArray:
         return self._converted(path, super()._table(path, start, stop, *rest))
 
     @property
@@ -271,11 +271,7 @@ class ConvertedResults(Results):
         length, _, force = self._factors
         stress = force / length**2
         return {
-            number: replace(
-                strength,
-                cohesion=stress * strength.cohesion,
-                tension=stress * strength.tension,
-            )
+            number: replace(strength, cohesion=stress * strength.cohesion, tension=stress * strength.tension)
             for number, strength in super().joint_strengths().items()
         }
 

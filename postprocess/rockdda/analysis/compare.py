@@ -8,7 +8,8 @@ from dataclasses import asdict, dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
+
+from ..arrays import AnyArray, BoolArray, FloatArray
 
 if TYPE_CHECKING:
     from ..results import Results
@@ -97,7 +98,7 @@ def compare(
     return _sorted(result)
 
 
-def _clock(results: Results, group: str) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
+def _clock(results: Results, group: str) -> tuple[AnyArray, AnyArray]:
     return results[f"{group}/step"], results[f"{group}/time"]
 
 
@@ -115,9 +116,7 @@ def _sorted(result: Comparison) -> Comparison:
     return result
 
 
-def _beyond(
-    x: npt.NDArray[Any], y: npt.NDArray[Any], tolerance: float, scale: float
-) -> tuple[npt.NDArray[np.bool_], npt.NDArray[np.float64]]:
+def _beyond(x: AnyArray, y: AnyArray, tolerance: float, scale: float) -> tuple[BoolArray, FloatArray]:
     """Values that differ by more than allowed (NaN in both counts as equal), and by how much."""
     if x.dtype.kind in "iu" and y.dtype.kind in "iu":
         gap = np.abs(x.astype(np.int64) - y.astype(np.int64)).astype(float)
@@ -129,13 +128,13 @@ def _beyond(
     return ~same & (gap > tolerance * scale), gap
 
 
-def _rows(results: Results, path: str, begin: int, end: int) -> npt.NDArray[Any]:
+def _rows(results: Results, path: str, begin: int, end: int) -> AnyArray:
     return results.rows(path, begin, end)
 
 
 def _table(
     path: str, a: Results, b: Results, tolerance: float,
-    clock: tuple[npt.NDArray[Any], npt.NDArray[Any]] | None, offset: npt.NDArray[Any] | None,
+    clock: tuple[AnyArray, AnyArray] | None, offset: AnyArray | None,
 ) -> Difference | None:  # fmt: skip
     """The difference of one dataset, read in pieces."""
     group = path.partition("/")[0]
@@ -188,7 +187,7 @@ def _length(results: Results, path: str, group: str) -> int:
     return len(results[path])
 
 
-def _when(clock: tuple[npt.NDArray[Any], npt.NDArray[Any]] | None, row: int) -> tuple[int | None, float | None]:
+def _when(clock: tuple[AnyArray, AnyArray] | None, row: int) -> tuple[int | None, float | None]:
     if clock is None or row >= len(clock[0]):
         return None, None
     return int(clock[0][row]), float(clock[1][row])
@@ -196,7 +195,7 @@ def _when(clock: tuple[npt.NDArray[Any], npt.NDArray[Any]] | None, row: int) -> 
 
 def _difference(
     path: str, row: int, index: tuple[int, ...], x: Any, y: Any,
-    clock: tuple[npt.NDArray[Any], npt.NDArray[Any]] | None, offset: npt.NDArray[Any] | None,
+    clock: tuple[AnyArray, AnyArray] | None, offset: AnyArray | None,
 ) -> Difference:  # fmt: skip
     step, time = _when(clock, row)
     place = (row, *index) if clock is None else index
@@ -223,9 +222,7 @@ def _native(value: Any) -> Any:
     return value.item() if isinstance(value, np.generic) else value
 
 
-def _contacts(
-    a: Results, b: Results, tolerance: float, clock: tuple[npt.NDArray[Any], npt.NDArray[Any]]
-) -> Difference | None:
+def _contacts(a: Results, b: Results, tolerance: float, clock: tuple[AnyArray, AnyArray]) -> Difference | None:
     """The first frame whose contacts differ in number, blocks, state, place or force."""
     frames = min(a.n_frames, b.n_frames)
     for k in range(frames):

@@ -32,6 +32,7 @@ import numpy as np
 import numpy.typing as npt
 import shapely
 
+from ..arrays import FloatArray, IntArray
 from ..errors import InputError, RockddaError, how_to_install
 
 if TYPE_CHECKING:
@@ -40,8 +41,6 @@ if TYPE_CHECKING:
 
 __all__ = ["Joint", "LimitLoad", "RigidBlocks", "find_joints"]
 
-FloatArray = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.int64]
 
 PARALLEL = 1e-3  # sine of the angle between edges that face each other
 SHORTEST = 1e-6  # share of the shorter edge: shorter stretches are corners that touch

@@ -32,13 +32,13 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from ..arrays import BoolArray, FloatArray
 from ..errors import InputError
 from ..results import Results
 from .limits import GRADIENT_LIMIT, WINDOW
 
 __all__ = ["GRADIENT_LIMIT", "WINDOW", "Loosening", "height_label", "loosening", "loosening_of"]
 
-FloatArray = npt.NDArray[np.float64]
 
 _SAMPLES = 2001  # of the window: steps need not be equally long
 
@@ -52,8 +52,8 @@ class Loosening:
     gradient: FloatArray  #: (n - 1,) of each point and the next one above; positive: the rock opens
     drift: FloatArray  #: (n,) of the fitted line over the window [length]
     oscillation: FloatArray  #: (n,) range of the remainder [length]
-    equilibrium: npt.NDArray[np.bool_]  #: (n,) first criterion
-    homogeneous: npt.NDArray[np.bool_]  #: (n - 1,) second criterion
+    equilibrium: BoolArray  #: (n,) first criterion
+    homogeneous: BoolArray  #: (n - 1,) second criterion
 
     @property
     def height_by_equilibrium(self) -> float:

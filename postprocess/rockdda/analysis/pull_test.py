@@ -15,7 +15,6 @@ from __future__ import annotations
 
 import csv
 import math
-import os
 import re
 from dataclasses import dataclass
 from pathlib import Path
@@ -24,12 +23,13 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from ..arrays import BoolArray, FloatArray
 from ..errors import InputError, need
+from ..text import PathLike
 from ..units import FORCES, LENGTHS
 
 __all__ = ["BoltFit", "PullTest", "calibrate_bolt", "pull_curve", "read_pull_test"]
 
-FloatArray = npt.NDArray[np.float64]
 
 #: A parameter is determined when the half of its 95 % interval is at most this share of it.
 DETERMINED = 0.25
@@ -72,7 +72,7 @@ class BoltFit:
     """What a pull test says of the grout. Errors are half of the 95 % interval."""
 
     test: PullTest
-    used: npt.NDArray[np.bool_]  #: (n,) points of the fit
+    used: BoolArray  #: (n,) points of the fit
     length: float  #: in grout [m]
     axial: float  #: EA [N]
     free_length: float  #: between the place of measurement and the grout [m]
@@ -134,7 +134,7 @@ def pull_curve(
 
 
 def calibrate_bolt(
-    test: PullTest | str | os.PathLike[str],
+    test: PullTest | PathLike,
     *,
     length: float,
     young: float,
@@ -223,7 +223,7 @@ def _refuse_other_units(name: str, value: float | None) -> None:
             )
 
 
-def _used_points(test: PullTest, yield_force: float | None) -> tuple[npt.NDArray[np.bool_], list[str]]:
+def _used_points(test: PullTest, yield_force: float | None) -> tuple[BoolArray, list[str]]:
     """Points that say something of the grout, and what was left out."""
     notes = []
     used = test.force > 0
@@ -309,7 +309,7 @@ def _refuse_undetermined(
     raise InputError(message + "".join(f". What it determines: {text}" for text in known), test.name or None)
 
 
-def read_pull_test(path: str | os.PathLike[str]) -> PullTest:
+def read_pull_test(path: PathLike) -> PullTest:
     """A pull test from a table with its units in the head, such as `displacement [mm], force [kN]`.
 
     Commas, semicolons or tabs lie between the columns. Other columns are ignored; lines that begin with # are comments.

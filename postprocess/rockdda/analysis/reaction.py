@@ -13,7 +13,6 @@ matters.
 from __future__ import annotations
 
 import copy
-import os
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -21,18 +20,18 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from ..arrays import FloatArray
 from ..errors import InputError
 from ..groups import as_list
 from ..model import Model
 from ..plot.ground_reaction import ground_reaction_data
 from ..results import Results
+from ..text import PathLike
 from ..units import Units
 
 __all__ = ["Reaction", "support_reaction"]
 
-FloatArray = npt.NDArray[np.float64]
 Stages = list[dict[str, Any]]
 ROUND = 0.1  # of the radius: a line that is farther from a circle in the mean is no arc
 
@@ -91,12 +90,12 @@ class Reaction:
 
 
 def support_reaction(
-    model: Model | str | os.PathLike[str],
+    model: Model | PathLike,
     *,
     liner: str | None = None,
     point: int = 1,
     releases: int = 10,
-    work: str | os.PathLike[str] | None = None,
+    work: PathLike | None = None,
     progress: Callable[[str], None] | None = None,
     **options: Any,
 ) -> Reaction:

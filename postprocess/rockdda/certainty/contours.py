@@ -8,13 +8,12 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from ..arrays import FloatArray
 from .failure import most_likely, shares_of_variance
 from .random_inputs import RandomInput, values_at
 from .surrogate import Surrogate
 
-FloatArray = npt.NDArray[np.float64]
 PLACES = 41  # of the first input, from its smallest to its largest value in the runs
 FINE = 400  # of the second one
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import html
 import math
-import os
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -16,6 +15,7 @@ from ..errors import ConvergenceError, InputError, need
 from ..model import Model
 from ..results import Results
 from ..study import Study, read_study
+from ..text import PathLike
 from ..units import Units
 from .pictures import draw_convergence
 from .quantities import check_names, measure, quantities_of
@@ -39,7 +39,6 @@ from .verdict import UNNAMED, WORDS, Finding, judge, listed, percent
 if TYPE_CHECKING:
     import pandas
 
-PathLike = str | os.PathLike[str]
 LIMIT = 0.05  #: share of a number by which it may change
 FACTOR = "factor"
 

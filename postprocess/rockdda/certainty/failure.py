@@ -8,13 +8,12 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from ..arrays import BoolArray, FloatArray
 from ..errors import need
 from .random_inputs import RandomInput, values_at
 from .surrogate import Surrogate, drawn_coefficients
 
-FloatArray = npt.NDArray[np.float64]
 POINTS = 17  # 2^17 of the surface
 SOME = 2**14  # of these, the first ones: for each surface as it might be
 FEW = 500  # failing ones below which points are drawn round the most likely failure instead
@@ -75,7 +74,7 @@ def failure_of(
     )
 
 
-def _share(fails: npt.NDArray[np.bool_], weights: FloatArray) -> float:
+def _share(fails: BoolArray, weights: FloatArray) -> float:
     return float(min(np.sum(weights[fails]) / len(weights), 1.0))
 
 

@@ -11,15 +11,14 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from ..arrays import FloatArray
 from ..errors import InputError, need
 from ..groups import as_list
 from ..options import group_problems, option_rows, options_schema
 from ..text import shown
 from .template import Groups, Placeholders
 
-FloatArray = npt.NDArray[np.float64]
 _INPUT = re.compile(
     r"(?P<tan>tan\s*\()?\s*(?P<name>[^=()]+)\.(?P<option>\w+)\s*(?:\[\s*(?P<index>\d+)\s*\])?\s*(?(tan)\))"
 )

@@ -6,15 +6,14 @@ from __future__ import annotations
 import copy
 import html
 import math
-import os
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
 
+from ..arrays import FloatArray
 from ..critical import UNITS as SEARCH_UNITS
 from ..errors import ConvergenceError, InputError, need
 from ..groups import as_list
@@ -22,7 +21,7 @@ from ..labelled import labelled_text
 from ..model import Model
 from ..namelist import parse_groups
 from ..study import Study, read_study
-from ..text import decoded
+from ..text import PathLike, decoded
 from .contours import BackAnalysis, back_analysis
 from .failure import failure_of, index_of, shares_of_variance, wilson
 from .pictures import draw_reliability
@@ -36,8 +35,6 @@ from .verdict import percent, rounded
 if TYPE_CHECKING:
     import pandas
 
-PathLike = str | os.PathLike[str]
-FloatArray = npt.NDArray[np.float64]
 RUNS = 30
 PRECISION = 0.05  #: half of the interval at which networks need not be drawn any more
 BATCH = 10  #: networks after which the interval is looked at

@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
@@ -13,11 +12,10 @@ import numpy as np
 
 from ..errors import InputError
 from ..study import Outcome, Study, pending, run_study, write_job_array
-from ..text import csv_text
+from ..text import PathLike, csv_text
 from ..writing import complete_file, write_file
 from .template import remove_others
 
-PathLike = str | os.PathLike[str]
 Progress = Callable[[int, int, Outcome], None]
 
 

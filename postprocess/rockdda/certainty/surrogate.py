@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
-import numpy.typing as npt
 
-FloatArray = npt.NDArray[np.float64]
+from ..arrays import FloatArray
+
 #: Surfaces from the simplest to the one with most terms.
 KINDS = ("linear", "quadratic", "quadratic with cross terms")
 SPARE = 1.5  # runs for each term

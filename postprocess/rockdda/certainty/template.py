@@ -24,10 +24,9 @@ from ..namelist import parse_groups
 from ..options import names_that_add_up, option_rows, options_schema
 from ..program import find_program
 from ..study import Study
-from ..text import decoded, has_controls
+from ..text import PathLike, decoded, has_controls
 from ..writing import make_folder, write_file
 
-PathLike = str | os.PathLike[str]
 Groups = dict[str, list[dict[str, Any]]]
 
 

@@ -14,15 +14,14 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 import shapely
 
+from ..arrays import FloatArray
 from ..errors import InputError
 from ..text import shown
 from .geometry import Geometry
 from .report import MOST_LINES, Report, check_json, read_text
 
-Points = npt.NDArray[np.float64]
 FLAT = 1e-9  # of the extent
 LARGEST = 1e30
 BETWEEN = ("edge", "edges", "edgedata", "interface", "interfaces", "interactions", "contacts")  # of blocks
@@ -84,9 +83,9 @@ def read_compas(path: Path) -> tuple[Geometry, Report]:
 
 @dataclass
 class Mesh:
-    """Points (n, 3) and the faces on them."""
+    """FloatArray (n, 3) and the faces on them."""
 
-    points: Points
+    points: FloatArray
     faces: list[list[int]]
     is_support: bool = False
 
@@ -141,7 +140,7 @@ def _shapes(data: Any, report: Report, is_support: bool, depth: int) -> Iterator
             raise ValueError("an object without a shape of its own has a transformation: store its members transformed")
 
 
-def _matrix(transformation: Any) -> Points:
+def _matrix(transformation: Any) -> FloatArray:
     """The matrix (4, 4) of a transformation; the unit matrix of none."""
     if transformation is None:
         return np.eye(4)
@@ -184,19 +183,19 @@ def _mesh(inner: dict[str, Any]) -> Mesh:
     return Mesh(_checked(np.array(points).reshape(-1, 3)), [face for face in faces if face])
 
 
-def _checked(points: Points) -> Points:
+def _checked(points: FloatArray) -> FloatArray:
     if not np.all(np.abs(points) < LARGEST):
         raise ValueError(f"there are coordinates that are infinite, no numbers, or beyond {LARGEST:g}")
     return points
 
 
-def _plane(meshes: list[Points]) -> list[int]:
+def _plane(meshes: list[FloatArray]) -> list[int]:
     """The two axes of the plane: x-y for a model that is flat in z, or flatter there than in y; else x-z."""
     sizes = np.ptp(np.concatenate(meshes), axis=0)
     return [0, 1] if sizes[2] <= FLAT * sizes.max() or (sizes[2] < sizes[1] and sizes[2] < sizes[0]) else [0, 2]
 
 
-def _silhouette(rings: list[Points]) -> list[Points]:
+def _silhouette(rings: list[FloatArray]) -> list[FloatArray]:
     """The outline of what faces cover together, and those of its holes."""
     extent = max(float(np.ptp(np.concatenate(rings), axis=0).max()), 1e-300)
     shapes = [shapely.Polygon(ring) for ring in rings if len(ring) > 2]
@@ -209,7 +208,7 @@ def _silhouette(rings: list[Points]) -> list[Points]:
     corners = np.concatenate(rings)
     tree = shapely.STRtree(shapely.points(corners))
 
-    def drawn(ring: Any) -> Points:
+    def drawn(ring: Any) -> FloatArray:
         """A ring whose corners are where the faces have them; the union moved them onto its grid."""
         moved = np.array(ring.coords)[:-1]
         which, nearest = tree.query_nearest(shapely.points(moved), max_distance=1e-9 * extent, all_matches=False)
@@ -219,7 +218,7 @@ def _silhouette(rings: list[Points]) -> list[Points]:
     return [drawn(ring) for ring in (outline.exterior, *outline.interiors)]
 
 
-def _inside(rings: list[Points]) -> list[tuple[float, float]]:
+def _inside(rings: list[FloatArray]) -> list[tuple[float, float]]:
     """Two points inside of a polygon, apart from each other."""
     polygon = shapely.Polygon(rings[0], rings[1:])
     middle = polygon.representative_point()

@@ -14,7 +14,7 @@ from pathlib import Path
 
 from ..errors import InputError, Problem, RockddaError, need
 from ..program import find_program
-from ..text import decoded, has_controls, shown
+from ..text import PathLike, decoded, has_controls, shown
 from ..writing import write_file
 from . import ddaml, dxf, geojson
 from .geometry import Analysis, Geometry
@@ -38,15 +38,15 @@ class Conversion:
 
 
 def convert(
-    inputs: str | os.PathLike[str] | Iterable[str | os.PathLike[str]],
-    output: str | os.PathLike[str] | None = None,
+    inputs: PathLike | Iterable[PathLike],
+    output: PathLike | None = None,
     *,
     layers: dict[str, str] | None = None,
     e0: float | None = None,
     chord: float | None = None,
     template: bool = False,
     force: bool = False,
-    areas: str | os.PathLike[str] | Iterable[str | os.PathLike[str]] = (),
+    areas: PathLike | Iterable[PathLike] = (),
     scale: float | None = None,
     origin: tuple[float, float] | None = None,
     window: tuple[float, float, float, float] | None = None,
@@ -390,7 +390,7 @@ def _kind(path: Path) -> str:
     raise InputError(f"is none of {known}; RockDDA's own files need no conversion", path)
 
 
-def _stem(first: Path, output: str | os.PathLike[str] | None) -> Path:
+def _stem(first: Path, output: PathLike | None) -> Path:
     """Path of the output without ending."""
     if output is None:
         return Path(first.stem)

@@ -20,8 +20,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
 
+from ..arrays import AnyArray
 from ..errors import InputError, need
 from ..text import short
 from ..writing import complete_file
@@ -475,7 +475,7 @@ def write_dxf(frame: Frame, path: Path) -> Path:
         for k, ring in enumerate(of_block if active else []):
             layer = f"block_material_{material}" if k == 0 else "opening"
             space.add_lwpolyline(frame.vertices[ring], close=True, dxfattribs={"layer": layer})
-    points: npt.NDArray[Any] = results.fixed_points
+    points: AnyArray = results.fixed_points
     for x, y in points:
         space.add_point((x, y), dxfattribs={"layer": "fixed_points"})
     parts = frame.moved_pieces("bolt").stack("x1", "y1", "x2", "y2").tolist()

@@ -16,6 +16,7 @@ import numpy.typing as npt
 import shapely
 from shapely.geometry import MultiPolygon, Polygon
 
+from ..arrays import AnyArray, FloatArray
 from .geometry import Geometry, Ring, Segment
 from .report import Report
 
@@ -196,9 +197,7 @@ def _clip(lines: Lines, rock: Any, opening: Any, shortest: float) -> Lines:
     return [((x1, y1, x2, y2), lines[i][1]) for i, (x1, y1, x2, y2) in kept]
 
 
-def _pieces(
-    lines: npt.NDArray[np.float64], outline: shapely.STRtree, shortest: float
-) -> tuple[npt.NDArray[np.intp], npt.NDArray[np.float64]]:
+def _pieces(lines: FloatArray, outline: shapely.STRtree, shortest: float) -> tuple[npt.NDArray[np.intp], FloatArray]:
     """Lines, cut where an outline crosses them or has a corner on them: number of the line and ends of each piece."""
     line, edge = outline.query(_segments(lines), predicate="dwithin", distance=shortest)
     start, along = lines[:, :2], lines[:, 2:] - lines[:, :2]
@@ -224,11 +223,11 @@ def _pieces(
     return owners[:-1][good], pieces[good]
 
 
-def _cross(a: npt.NDArray[np.float64], b: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+def _cross(a: FloatArray, b: FloatArray) -> FloatArray:
     return np.asarray(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])
 
 
-def _segments(lines: Any) -> npt.NDArray[Any]:
+def _segments(lines: Any) -> AnyArray:
     """Lines of two points."""
     return np.asarray(shapely.linestrings(np.asarray(lines, dtype=float).reshape(-1, 2, 2)), dtype=object)
 

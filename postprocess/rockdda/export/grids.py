@@ -4,11 +4,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
-import numpy.typing as npt
 
+from ..arrays import AnyArray, IntArray
 from ..frames import FIELDS
 from ..joints import JOINT_FIELDS
 from ..rings import triangles
@@ -16,7 +16,7 @@ from ..rings import triangles
 if TYPE_CHECKING:
     from ..results import Frame, Results
 
-Arrays = dict[str, npt.NDArray[Any]]
+Arrays = dict[str, AnyArray]
 BOUNDARY_KINDS = ("fixed", "roller", "moving", "traction", "viscous", "free_field")  # 1, 2, … in the files
 INTEGERS = ("material", "block")  # fields that are numbers of things
 LINE, POLYGON = 3, 7  # cells of VTK
@@ -26,15 +26,15 @@ LINE, POLYGON = 3, 7  # cells of VTK
 class Grid:
     """Cells of one shape; cell i has the vertices connectivity[offset[i]:offset[i+1]], without it these themselves."""
 
-    vertices: npt.NDArray[Any]  # (n, 2)
-    offset: npt.NDArray[Any]
+    vertices: AnyArray  # (n, 2)
+    offset: AnyArray
     shape: int  # number of the kind of cell in VTK
     points: Arrays  # values of vertices
     cells: Arrays  # and of cells
-    connectivity: npt.NDArray[Any] | None = None
+    connectivity: AnyArray | None = None
 
     @property
-    def ids(self) -> npt.NDArray[np.int64]:
+    def ids(self) -> IntArray:
         """The vertices of all cells, one cell after the other."""
         if self.connectivity is None:
             return np.arange(len(self.vertices), dtype=np.int64)
@@ -95,10 +95,10 @@ def _blocks(frame: Frame) -> Grid:
 
 def _bolts(frame: Frame) -> Grid:
     """The bolts of a frame as a grid of lines."""
-    pieces, at_start = frame.bolt_pieces, frame.results.frames[0].bolt_pieces
+    pieces, first = frame.bolt_pieces, frame.results.frames[0].bolt_pieces
     there = pieces["there"]
     n_springs = len(frame.bolt_ends)
-    ends, at_start = (p.stack("x1", "y1", "x2", "y2")[there].reshape(-1, 2) for p in (pieces, at_start))
+    ends, at_start = (p.stack("x1", "y1", "x2", "y2")[there].reshape(-1, 2) for p in (pieces, first))
     n = len(ends) // 2
     blocks = np.full((len(there), 2), -1)  # of parts between nodes none is known
     blocks[:n_springs] = frame.results.bolt_blocks + 1
@@ -149,6 +149,6 @@ def _boundaries(results: Results, frame: Frame) -> Grid:
     return Grid(frame.vertices[ends].reshape(-1, 2), 2 * np.arange(len(ends) + 1), LINE, {}, cells)
 
 
-def in_space(vectors: npt.NDArray[Any]) -> npt.NDArray[Any]:
+def in_space(vectors: AnyArray) -> AnyArray:
     """Vectors in the plane with a third component, zero."""
     return np.column_stack([vectors, np.zeros(len(vectors))])

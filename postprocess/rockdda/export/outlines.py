@@ -3,12 +3,12 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, TextIO
 
 from ..convert.dxf import write_dxf
+from ..text import PathLike
 from ..units import description
 from ..writing import write_file
 from .common import Progress, chosen
@@ -18,10 +18,7 @@ if TYPE_CHECKING:
 
 
 def to_text(
-    results: Results,
-    path: str | os.PathLike[str],
-    frames: Iterable[int] | None = None,
-    progress: Progress | None = None,
+    results: Results, path: PathLike, frames: Iterable[int] | None = None, progress: Progress | None = None
 ) -> Path:
     """Write the outlines as plain text for old plotting scripts; returns the path.
 
@@ -52,6 +49,6 @@ def to_text(
     return path
 
 
-def to_dxf(results: Results, path: str | os.PathLike[str], frame: int = -1) -> Path:
+def to_dxf(results: Results, path: PathLike, frame: int = -1) -> Path:
     """Write the outlines of a frame's blocks as a drawing; returns the path."""
     return write_dxf(results.frames[frame], Path(path))

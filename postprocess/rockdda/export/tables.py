@@ -3,18 +3,17 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO
 
 import numpy as np
-import numpy.typing as npt
 
+from ..arrays import AnyArray
 from ..errors import InputError
 from ..joints import need_contacts, summary_columns
 from ..results import FIELDS
-from ..text import csv_text
+from ..text import PathLike, csv_text
 from ..units import Units, with_units
 from ..writing import write_file
 from .common import Progress, chosen
@@ -26,7 +25,7 @@ if TYPE_CHECKING:
 
 def to_csv(
     results: Results,
-    path: str | os.PathLike[str],
+    path: PathLike,
     what: str = "history",
     frames: Iterable[int] | None = None,
     progress: Progress | None = None,
@@ -93,7 +92,7 @@ def _block_rows(frame: Frame) -> dict[str, Any]:
     return places | fields | {"stage": stage, "active": frame.active.astype(int)}
 
 
-def _owner(frame: Frame) -> npt.NDArray[Any]:
+def _owner(frame: Frame) -> AnyArray:
     return np.repeat(np.arange(frame.results.n_blocks), np.diff(frame.results.vertex_offset))
 
 

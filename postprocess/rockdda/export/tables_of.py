@@ -9,8 +9,8 @@ import warnings
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
 
+from ..arrays import AnyArray
 from ..callers import stack_level
 from ..errors import InputError, InputWarning, need
 from ..frames import CONTACT_TABLES, FIELDS, JOINT_TABLES
@@ -96,7 +96,7 @@ def to_xarray(results: Results, contacts: bool = True) -> xarray.Dataset:
     return found
 
 
-def _contacts(results: Results) -> dict[str, tuple[tuple[str, ...], npt.NDArray[Any]]]:
+def _contacts(results: Results) -> dict[str, tuple[tuple[str, ...], AnyArray]]:
     """The contacts of all frames, one frame after the other."""
     tables = CONTACT_TABLES + (JOINT_TABLES if results.has_joints else [])
     shapes = {
@@ -107,17 +107,13 @@ def _contacts(results: Results) -> dict[str, tuple[tuple[str, ...], npt.NDArray[
     return {name: (shapes.get(name, ("contact",)), results[f"frames/{name}"]) for name in tables}
 
 
-def _contact_coordinates(results: Results) -> dict[str, tuple[str, npt.NDArray[Any]]]:
+def _contact_coordinates(results: Results) -> dict[str, tuple[str, AnyArray]]:
     frame = np.repeat(np.arange(results.n_frames), np.diff(results["frames/contact_offset"]))
     return {"contact_frame": ("contact", frame), "contact_time": ("contact", results.times[frame])}
 
 
 def to_geopandas(
-    results: Results,
-    what: str = "blocks",
-    frame: int = -1,
-    crs: Any = None,
-    origin: tuple[float, float] | None = None,
+    results: Results, what: str = "blocks", frame: int = -1, crs: Any = None, origin: tuple[float, float] | None = None
 ) -> geopandas.GeoDataFrame:
     """Shapes and values of a frame as a table of GeoPandas (`pip install geopandas`), ready for a GeoPackage.
 

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import os
 import xml.etree.ElementTree as ElementTree
 from collections.abc import Iterable
 from pathlib import Path
@@ -12,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..errors import InputError, OutputError, RockddaError, how_to_install
+from ..text import PathLike
 from ..units import description
 from ..writing import make_folder, write_file
 from .common import Progress, chosen
@@ -23,10 +23,7 @@ if TYPE_CHECKING:
 
 
 def to_vtk(
-    results: Results,
-    path: str | os.PathLike[str],
-    frames: Iterable[int] | None = None,
-    progress: Progress | None = None,
+    results: Results, path: PathLike, frames: Iterable[int] | None = None, progress: Progress | None = None
 ) -> Path:
     """Write frames for ParaView and PyVista; returns the path.
 
@@ -104,8 +101,7 @@ def _grid(frame: Frame, found: Grid) -> Any:
     grid.SetPoints(places)
     cell_array = vtkCellArray()
     cell_array.SetData(
-        numpy_to_vtkIdTypeArray(found.offset.astype(np.int64), deep=True),
-        numpy_to_vtkIdTypeArray(found.ids, deep=True),
+        numpy_to_vtkIdTypeArray(found.offset.astype(np.int64), deep=True), numpy_to_vtkIdTypeArray(found.ids, deep=True)
     )
     grid.SetCells(found.shape, cell_array)
     for data, arrays in ((grid.GetPointData(), found.points), (grid.GetCellData(), found.cells)):

@@ -8,16 +8,16 @@ grid). A *part* is the connectivity of the cells; frames with the same cells sha
 from __future__ import annotations
 
 import contextlib
-import os
 from collections.abc import Iterable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import h5py
 import numpy as np
-import numpy.typing as npt
 
+from ..arrays import AnyArray
 from ..errors import InputError
+from ..text import PathLike
 from ..units import description
 from ..writing import complete_file
 from .common import Progress, chosen
@@ -30,10 +30,7 @@ ROWS = 4096  # of a chunk
 
 
 def to_vtkhdf(
-    results: Results,
-    path: str | os.PathLike[str],
-    frames: Iterable[int] | None = None,
-    progress: Progress | None = None,
+    results: Results, path: PathLike, frames: Iterable[int] | None = None, progress: Progress | None = None
 ) -> Path:
     """Write frames (all by default) as VTKHDF with time steps (for ParaView 5.12, VTK 9.3, or later); returns the path.
 
@@ -72,11 +69,11 @@ class _Writer:
         self.root.attrs.create("Type", b"UnstructuredGrid", dtype=h5py.string_dtype("ascii", 16))
         self.steps = self.root.create_group("Steps")
         self.count = 0
-        self._offset: npt.NDArray[Any] | None = None  # of the last part
+        self._offset: AnyArray | None = None  # of the last part
         self._last_ids = np.zeros(0, dtype=np.int64)
         self._parts = self._cells = self._ids = 0  # before the last part: parts, cells, ids
 
-    def _append(self, name: str, rows: npt.NDArray[Any]) -> int:
+    def _append(self, name: str, rows: AnyArray) -> int:
         """Append rows to a dataset; returns how many it had."""
         if name not in self.root:
             self.root.create_dataset(

@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from ..errors import InputError
 from ..namelist import parse_groups
@@ -24,7 +23,6 @@ GROUP = re.compile(r"^\s*[&$](\w+)", re.M)
 AT = re.compile(r"\bat \(?(-?[\d.]+(?:[eE][-+]?\d+)?), ?(-?[\d.]+(?:[eE][-+]?\d+)?)")
 SECTIONS = ("lines", "materials", "bolts", "fixed", "loading", "measured", "holes")  # of a geometry file
 Groups = dict[str, list[dict[str, Any]]]
-FloatArray = npt.NDArray[np.float64]
 
 
 @dataclass

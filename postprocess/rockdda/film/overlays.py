@@ -6,8 +6,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
 
+from ..arrays import BoolArray, FloatArray
 from ..joints import JOINT_FIELDS
 from ..plot.boundary_marks import boundary_tables, edge_arrows
 from ..plot.water_levels import water_tables, wetted_stretches
@@ -16,7 +16,6 @@ if TYPE_CHECKING:
     from ..results import Frame, Results
     from ..units import Units
 
-FloatArray = npt.NDArray[np.float64]
 Shown = dict[str, tuple[float, str]]  # factor and unit of fields
 PREFIX = "joint_"  # of the names that joint fields have in the page
 STATE = "joint_state"
@@ -124,7 +123,7 @@ def water_of(results: Results, frame: Frame) -> dict[str, Any]:
     return {"tables": tables, "bands": bands, "largest": largest}
 
 
-def _corners(x: FloatArray, y: FloatArray, tolerance: float) -> npt.NDArray[np.bool_]:
+def _corners(x: FloatArray, y: FloatArray, tolerance: float) -> BoolArray:
     """The points of a line that bends there, and its ends."""
     keep = np.ones(len(x), dtype=bool)
     span = x[2:] - x[:-2]

@@ -13,8 +13,8 @@ from importlib.resources import files
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
 
+from ..arrays import AnyArray
 from ..plot.style import (
     DIVERGING,
     MATERIALS,
@@ -39,7 +39,7 @@ SHOWN_FIELDS = (
 )  # fmt: skip
 
 
-def pack(array: npt.NDArray[Any], kind: str) -> str:
+def pack(array: AnyArray, kind: str) -> str:
     """Numbers as compressed base64, little endian."""
     data = np.ascontiguousarray(array, dtype=np.dtype(kind).newbyteorder("<")).tobytes()
     return base64.b64encode(zlib.compress(data, 9)).decode()
@@ -143,7 +143,7 @@ def bolt_titles(results: Results) -> list[str]:
     return [names[k] if names else f"bolt {k + 1}" for k in results.frames[0].bolt_pieces["bolt"].tolist()]
 
 
-def bolt_rows(frame: Frame, shown: Shown) -> npt.NDArray[Any]:
+def bolt_rows(frame: Frame, shown: Shown) -> AnyArray:
     """(n, 6) x1 y1 x2 y2, force and share of a strength of the pieces of bolts of a frame; -1: none is known.
 
     The places of what is not there are no numbers.
@@ -152,18 +152,18 @@ def bolt_rows(frame: Frame, shown: Shown) -> npt.NDArray[Any]:
     return np.column_stack([_places(pieces), shown["bolts"][0] * pieces["force"], _use(pieces)])
 
 
-def liner_rows(frame: Frame, shown: Shown) -> npt.NDArray[Any]:
+def liner_rows(frame: Frame, shown: Shown) -> AnyArray:
     """(n, 8) x1 y1 x2 y2, share of the strength, N, M, Q of the pieces of linings of a frame, as `bolt_rows`."""
     pieces = frame.liner_pieces
     forces = [shown[name][0] * pieces[name] for name in "NMQ"]
     return np.column_stack([_places(pieces), _use(pieces), *forces])
 
 
-def _places(pieces: Columns) -> npt.NDArray[Any]:
+def _places(pieces: Columns) -> AnyArray:
     return np.where(pieces["there"][:, None], pieces.stack("x1", "y1", "x2", "y2"), np.nan)
 
 
-def _use(pieces: Columns) -> npt.NDArray[Any]:
+def _use(pieces: Columns) -> AnyArray:
     """Shares of a strength, at most 10 (of a cracked section that is pulled: infinite); -1: none is known."""
     return np.where(np.isnan(pieces["use"]), -1.0, np.minimum(pieces["use"], 10.0))
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import contextlib
 import math
-import os
 import shutil
 import subprocess
 from collections.abc import Callable, Sequence
@@ -21,7 +20,7 @@ from ..plot.block_maps import MANY, add_colour_bar, add_fixed_points, add_outlin
 from ..plot.boundary_marks import add_boundaries
 from ..plot.style import MATERIALS, field_words, limits_of, size_of, style, without_splinters
 from ..plot.water_levels import add_water_tables
-from ..text import plain_text
+from ..text import PathLike, plain_text
 from ..units import Units
 from ..writing import complete_file
 from .page import SHOWN_FIELDS, film_page
@@ -42,7 +41,7 @@ BAR = 0.95  # inches, of a further scale of colours with its label
 
 def animate(
     results: Results,
-    output: str | os.PathLike[str],
+    output: PathLike,
     field: str = "displacement",
     *,
     every: int = 1,

@@ -10,7 +10,6 @@ from __future__ import annotations
 import contextlib
 import html
 import math
-import os
 import secrets
 import socket
 import sys
@@ -28,6 +27,7 @@ from ..errors import InputError, RockddaError
 from ..frames import field_name
 from ..plot.input_files import is_input
 from ..results import Results
+from ..text import PathLike
 from .model_viewer import ModelViewer
 from .pair import PairViewer
 from .viewer import Viewer
@@ -193,7 +193,7 @@ def serve(viewer: Answers, port: int = 0) -> ThreadingHTTPServer:
 
 
 def view(
-    path: str | os.PathLike[str] | Results,
+    path: PathLike | Results,
     port: int = 0,
     browser: bool = True,
     field: str = "displacement",

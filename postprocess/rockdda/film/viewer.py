@@ -11,8 +11,8 @@ from typing import Any
 from urllib.parse import unquote, urlsplit
 
 import numpy as np
-import numpy.typing as npt
 
+from ..arrays import AnyArray
 from ..errors import InputError
 from ..frames import FIELDS, Frame, field_name
 from ..results import Results
@@ -28,11 +28,7 @@ class Viewer:
     """Answers to the requests of the page. One results file, used by one request at a time."""
 
     def __init__(
-        self,
-        results: Results,
-        field: str = "displacement",
-        units: str | Units | None = None,
-        paired: bool = False,
+        self, results: Results, field: str = "displacement", units: str | Units | None = None, paired: bool = False
     ) -> None:
         self.results, self.paired = results, paired
         self.units = Units.parse(units, results)
@@ -155,13 +151,13 @@ class _BlockInTime(Frame):
         )
         self._source = results
 
-    def _row(self, name: str) -> npt.NDArray[Any]:
+    def _row(self, name: str) -> AnyArray:
         if name not in self._cache:
             self._cache[name] = self._source.block_rows(name, self.block)
         return self._cache[name]
 
 
-def block_history(results: Results, field: str, block: int) -> npt.NDArray[Any]:
+def block_history(results: Results, field: str, block: int) -> AnyArray:
     """(nk,) a field of one block in every frame."""
     if field == "block":
         return np.full(results.n_frames, block + 1)

@@ -8,8 +8,8 @@ import textwrap
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
 
+from ..arrays import AnyArray, BoolArray, FloatArray
 from ..columns import Columns
 from ..frames import field_name
 from ..joints import need_contacts
@@ -46,7 +46,6 @@ if TYPE_CHECKING:
 
     from ..results import Frame, Results
 
-FloatArray = npt.NDArray[np.float64]
 MANY = 20_000  # blocks from which on outlines are thinner than they can be printed, and left out of vector files
 FLAT = 40  #: height of a picture with room for few numbers beside it [points]
 LEAST_BAR = 60  #: height of a colour bar [points]
@@ -55,7 +54,7 @@ LETTERS = 16  #: of a line of a label beside a colour bar
 STATE_NAMES = ("open", "sliding", "locked")
 
 
-def outlines(vertices: FloatArray, offset: npt.NDArray[Any]) -> Any:
+def outlines(vertices: FloatArray, offset: AnyArray) -> Any:
     """All polygons as one matplotlib path: much faster than one for each."""
     from matplotlib.path import Path
 
@@ -74,7 +73,7 @@ def outlines(vertices: FloatArray, offset: npt.NDArray[Any]) -> Any:
     return Path(points, codes)
 
 
-def add_blocks(axes: Axes, vertices: FloatArray, offset: npt.NDArray[Any], **options: Any) -> PolyCollection:
+def add_blocks(axes: Axes, vertices: FloatArray, offset: AnyArray, **options: Any) -> PolyCollection:
     """Add polygons to axes, one for each block."""
     from matplotlib.collections import PolyCollection
 
@@ -93,7 +92,7 @@ def add_blocks(axes: Axes, vertices: FloatArray, offset: npt.NDArray[Any], **opt
     return collection
 
 
-def add_outline(axes: Axes, vertices: FloatArray, offset: npt.NDArray[Any], **options: Any) -> None:
+def add_outline(axes: Axes, vertices: FloatArray, offset: AnyArray, **options: Any) -> None:
     """Add the outlines of all blocks as one artist, beneath the blocks: it shows where they have gone away."""
     from matplotlib.patches import PathPatch
 
@@ -141,7 +140,7 @@ def frame_axes(
     return axes
 
 
-def _outside(shown: FloatArray, offset: npt.NDArray[Any], low: FloatArray, high: FloatArray) -> npt.NDArray[np.bool_]:
+def _outside(shown: FloatArray, offset: AnyArray, low: FloatArray, high: FloatArray) -> BoolArray:
     """(nb,) blocks of which nothing lies within limits."""
     with np.errstate(invalid="ignore"):
         right = np.minimum.reduceat(shown, offset[:-1], axis=0) > high
@@ -209,7 +208,7 @@ def _enlarged(axes: Axes, scale: float) -> None:
 
 
 def add_colour_bar(
-    axes: Axes, mappable: Collection, units: Units, text: str, dimension: str, values: npt.NDArray[Any] | None = None
+    axes: Axes, mappable: Collection, units: Units, text: str, dimension: str, values: AnyArray | None = None
 ) -> None:
     """Add a colour bar at the right of the axes, with a tip where some of the values lie beyond its end."""
     figure = axes.get_figure()
@@ -227,7 +226,7 @@ def add_colour_bar(
     nice_ticks(bar.ax.yaxis)
 
 
-def _beyond(mappable: Collection, values: npt.NDArray[Any] | None) -> str:
+def _beyond(mappable: Collection, values: AnyArray | None) -> str:
     """At which ends of a colour scale there are values beyond it, as matplotlib names them."""
     low, high = mappable.get_clim()
     if values is None or not len(values) or low is None or high is None:

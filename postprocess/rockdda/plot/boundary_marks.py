@@ -6,8 +6,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
 
+from ..arrays import AnyArray, BoolArray, FloatArray
 from ..namelist import parse_groups
 from .style import BOUNDARIES
 
@@ -17,7 +17,6 @@ if TYPE_CHECKING:
 
     from ..results import Results
 
-FloatArray = npt.NDArray[np.float64]
 SIZE = 0.012  # of a symbol over the larger extent of the model
 #: How an edge is loaded or moved: not, along its inward or outward normal, along a vector.
 NONE, INWARD, OUTWARD, ALONG = 0, 1, 2, 3
@@ -74,7 +73,7 @@ def _signed(arrows: FloatArray, sign: float) -> FloatArray:
     return turned
 
 
-def _traction(group: dict[str, Any], results: Results, chosen: npt.NDArray[np.bool_]) -> FloatArray:
+def _traction(group: dict[str, Any], results: Results, chosen: BoolArray) -> FloatArray:
     """(m, 3) arrows of the chosen edges of a loaded boundary."""
     ends = results.vertices[results.boundary_ends[chosen]]
     along = ends[:, 1] - ends[:, 0]
@@ -159,7 +158,7 @@ def _dashpots(foot: FloatArray, tangent: FloatArray, outward: FloatArray, size: 
     return np.concatenate([np.stack([at(*first), at(*second)], axis=1) for first, second in strokes])
 
 
-def _feet(lines: FloatArray, size: float) -> tuple[FloatArray, FloatArray, FloatArray, npt.NDArray[Any]]:
+def _feet(lines: FloatArray, size: float) -> tuple[FloatArray, FloatArray, FloatArray, AnyArray]:
     """Places along edges about 2.5 symbols apart, tangent and outward normal there, and the number of the edge."""
     along = lines[:, 1] - lines[:, 0]
     length = np.linalg.norm(along, axis=1)

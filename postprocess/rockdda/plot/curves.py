@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
 
+from ..arrays import AnyArray, FloatArray, IntArray
 from ..errors import InputError
 from ..frames import field_name
 from ..text import plain_text
@@ -21,7 +21,6 @@ if TYPE_CHECKING:
     from ..columns import Columns
     from ..results import Results
 
-FloatArray = npt.NDArray[np.float64]
 DASHES = ("-", (0, (5, 1.5)), (0, (1, 1)), (0, (5, 1.5, 1, 1.5)))
 STORED = ("kinetic", "strain", "gravity", "springs")
 CHECKS = ("geometry", "residual")
@@ -166,7 +165,7 @@ def history(
 
 def profile_data(
     results: Results, field: str, line: Sequence[float], frame: int = -1
-) -> tuple[FloatArray, FloatArray, npt.NDArray[np.int64]]:
+) -> tuple[FloatArray, FloatArray, IntArray]:
     """(n,) distances along the line x1 y1 x2 y2, (n,) values there, (n,) blocks; two points for each block it crosses.
 
     The line is drawn through the blocks at the start. Displacements are those of the points of the line, which move
@@ -263,7 +262,7 @@ def energy(
     units: str | Units | None = None,
     title: str | None = None,
     stage: str | None = None,
-) -> npt.NDArray[Any]:
+) -> AnyArray:
     """The energy balance: stored energies and losses, and below the residual relative to the turnover.
 
     `stage`: of this stage only.
@@ -318,7 +317,7 @@ def iterations(
     units: str | Units | None = None,
     title: str | None = None,
     stage: str | None = None,
-) -> npt.NDArray[Any]:
+) -> AnyArray:
     """Step size, rounds of the open-close loop and attempts, and numbers of contacts, over the steps.
 
     `stage`: of this stage only.

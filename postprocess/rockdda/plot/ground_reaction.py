@@ -6,8 +6,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
 
+from ..arrays import AnyArray, FloatArray
 from ..errors import InputError
 from ..namelist import parse_groups
 from ..text import plain_text
@@ -21,10 +21,8 @@ if TYPE_CHECKING:
 
     from ..results import Results
 
-FloatArray = npt.NDArray[np.float64]
 
-
-def ground_reaction_data(results: Results, stage: str | None = None) -> tuple[FloatArray, FloatArray, npt.NDArray[Any]]:
+def ground_reaction_data(results: Results, stage: str | None = None) -> tuple[FloatArray, FloatArray, AnyArray]:
     """(n,) released shares, (n, points) convergence of the measured points [length], (n,) rows that end a stage.
 
     The rows are those from the end of the stage before the excavation on: of the first excavation, or of the one in
@@ -59,7 +57,7 @@ def ground_reaction_data(results: Results, stage: str | None = None) -> tuple[Fl
     return np.concatenate([[0.0], released]), convergence, np.flatnonzero(ends)
 
 
-def _is_new(share: FloatArray, index: npt.NDArray[Any], stage: int, digs: set[int]) -> bool:
+def _is_new(share: FloatArray, index: AnyArray, stage: int, digs: set[int]) -> bool:
     """Does the share begin in this stage: at less than it was before, or with an excavation?"""
     rows = np.flatnonzero(index == stage)
     before = share[rows[0] - 1] if rows[0] > 0 else 0.0
@@ -76,7 +74,7 @@ def _stages_with(results: Results, holds: Callable[[dict[str, Any]], bool]) -> s
     return {k for k, stage in enumerate(stages) if holds(stage)}
 
 
-def _way(results: Results, rows: npt.NDArray[Any]) -> FloatArray:
+def _way(results: Results, rows: AnyArray) -> FloatArray:
     """(n, points, 2) displacements of the measured points since the row before the first, across stages that let them
     count anew."""
     moved, index = results["history/measured_displacement"], results["history/stage"]

@@ -3,17 +3,16 @@
 
 from __future__ import annotations
 
-import os
 import re
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
 
+from ..arrays import AnyArray, FloatArray
 from ..errors import InputError
-from ..text import decoded, plain_text
+from ..text import PathLike, decoded, plain_text
 from ..units import Units
 from .block_maps import MANY, add_blocks, add_bolts
 from .style import MATERIALS, PALETTE, clip_to_window, new_axes, set_limits, size_of, style, window_axes
@@ -23,7 +22,6 @@ if TYPE_CHECKING:
 
     from ..cutting import Blocks
 
-FloatArray = npt.NDArray[np.float64]
 INPUT_KINDS = ("lines", "blocks")
 MOST_NUMBERS = 40  # points of a kind that get their numbers
 DASHES: tuple[Any, ...] = ("-", (0, (6, 2)), (0, (2, 1.5)), (0, (6, 2, 1.5, 2)))
@@ -36,7 +34,7 @@ POINTS = {
 }
 
 
-def is_input(path: str | os.PathLike[str]) -> bool:
+def is_input(path: PathLike) -> bool:
     """True for a file that is neither named as results nor HDF5: it is drawn as a geometry or block file."""
     if Path(path).suffix.lower() in (".h5", ".hdf5"):
         return False
@@ -48,7 +46,7 @@ def is_input(path: str | os.PathLike[str]) -> bool:
     return bool(head) and head != b"\x89HDF\r\n\x1a\n"
 
 
-def _is_namelist(path: str | os.PathLike[str]) -> bool:
+def _is_namelist(path: PathLike) -> bool:
     """True for a file whose first line that is no comment begins a group, as `&model`."""
     with Path(path).open("rb") as stream:
         head = decoded(stream.read(65536))
@@ -57,7 +55,7 @@ def _is_namelist(path: str | os.PathLike[str]) -> bool:
 
 
 def input_plot(
-    path: str | os.PathLike[str],
+    path: PathLike,
     kind: str | None = None,
     *,
     axes: Axes | None = None,
@@ -120,7 +118,7 @@ def _map_axes(points: FloatArray, axes: Axes | None, units: Units) -> Axes:
     return axes
 
 
-def _lines(arrays: list[npt.NDArray[Any]], sizes: dict[str, int], axes: Axes | None, units: Units) -> Axes:
+def _lines(arrays: list[AnyArray], sizes: dict[str, int], axes: Axes | None, units: Units) -> Axes:
     """The lines as they are in the file, before cutting."""
     from matplotlib.collections import LineCollection
 
@@ -163,12 +161,7 @@ def _lines(arrays: list[npt.NDArray[Any]], sizes: dict[str, int], axes: Axes | N
             LineCollection(list(fixed[lined].reshape(-1, 2, 2)), colors="#8C510A", linewidths=2.6, label="fixed line"),
             autolim=False,
         )
-    for kind, points in (
-        ("fixed", fixed[~lined, :2]),
-        ("loading", loading),
-        ("measured", measured),
-        ("hole", holes),
-    ):
+    for kind, points in (("fixed", fixed[~lined, :2]), ("loading", loading), ("measured", measured), ("hole", holes)):
         _add_points(axes, kind, points)
     return axes
 
@@ -192,7 +185,7 @@ def _blocks(blocks: Blocks, holes: FloatArray, axes: Axes | None, units: Units) 
     return axes
 
 
-def _add_points(axes: Axes, kind: str, points: FloatArray, numbers: npt.NDArray[Any] | None = None) -> None:
+def _add_points(axes: Axes, kind: str, points: FloatArray, numbers: AnyArray | None = None) -> None:
     """Points with their numbers, by default 1, 2, …"""
     if not len(points):
         return

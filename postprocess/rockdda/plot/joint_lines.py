@@ -6,8 +6,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
 
+from ..arrays import AnyArray, FloatArray, IntArray
 from ..errors import InputError
 from ..joints import JOINT_FIELDS, need_contacts
 from ..units import Units
@@ -28,14 +28,13 @@ if TYPE_CHECKING:
 
     from ..results import Results
 
-FloatArray = npt.NDArray[np.float64]
 THRUST = "#D55E00"
 LOADED = 0.02  #: of the usual force of joints: less is not drawn
 BESIDE = 0.2  #: of the size of a middle block: how far from a chosen line joints belong to it
 PARALLEL = np.cos(np.radians(15.0))
 
 
-def _resultants(results: Results, frame: int) -> tuple[npt.NDArray[np.int64], FloatArray, FloatArray]:
+def _resultants(results: Results, frame: int) -> tuple[IntArray, FloatArray, FloatArray]:
     """Blocks (n, 2) of each joint that bears, the force (n, 2) on the first one, and where it acts (n, 2)."""
     points = results.joint_columns(frame)
     joint = points["joint"]
@@ -161,7 +160,7 @@ def joint_profile(
     axes: Any = None,
     units: str | Units | None = None,
     title: str | None = None,
-) -> npt.NDArray[Any]:
+) -> AnyArray:
     """Normal and shear stress with the strength, and slip, along joints on a line from x1 y1 to x2 y2; two axes."""
     import matplotlib.pyplot as plt
 

@@ -6,8 +6,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-import numpy.typing as npt
 
+from ..arrays import FloatArray
 from ..errors import InputError
 from ..joints import JOINT_FIELDS, need_contacts
 from ..units import Units
@@ -109,7 +109,7 @@ def _width(axes: Axes, results: Results) -> float:
     return min(WIDTH, max(0.3, per_length / 6.0 * float(np.median(np.sqrt(results.block_area)))))
 
 
-def _limits(field: str, values: npt.NDArray[np.float64], given: tuple[float, float] | None) -> tuple[float, float, str]:
+def _limits(field: str, values: FloatArray, given: tuple[float, float] | None) -> tuple[float, float, str]:
     """Ends of the colour scale and its colour map; a mobilised share counts from 0 to 1."""
     if not len(values):
         values = np.zeros(1)

@@ -5,17 +5,16 @@ from __future__ import annotations
 
 import inspect
 import math
-import os
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
 
+from ..arrays import AnyArray
 from ..errors import InputError
 from ..frames import field_name
-from ..text import LONGEST_IN_PICTURE, plain_text
+from ..text import LONGEST_IN_PICTURE, PathLike, plain_text
 from ..units import Units
 from ..writing import complete_file
 from .block_maps import blocks, contact_forces, displacements, stress_crosses
@@ -58,7 +57,7 @@ def small_multiples(
     units: str | Units | None = None,
     outline: bool = True,
     window: Sequence[float] | None = None,
-) -> npt.NDArray[Any]:
+) -> AnyArray:
     """One frame of several runs side by side, with one colour scale; returns their axes, one for each run.
 
     `labels` name the runs (by default their files), `columns` is the number of pictures in a row, `window` x0 y0 x1 y1
@@ -191,7 +190,7 @@ def plot(
     return axes
 
 
-def save(axes: Any, path: str | os.PathLike[str], dpi: int = 200) -> Path:
+def save(axes: Any, path: PathLike, dpi: int = 200) -> Path:
     """Write the figure of some axes (.pdf, .svg, .png, …) and close it."""
     import matplotlib.pyplot as plt
     from matplotlib.text import Text

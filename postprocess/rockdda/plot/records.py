@@ -3,11 +3,10 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import numpy.typing as npt
 
+from ..arrays import AnyArray
 from ..records import GRAVITY, Record, husid, response_spectrum, significant_duration
 from ..text import plain_text
 from ..units import Units
@@ -22,7 +21,7 @@ def record(
     gravity: float = GRAVITY,
     units: str | Units | None = None,
     title: str | None = None,
-) -> npt.NDArray[Any]:
+) -> AnyArray:
     """Acceleration, velocity and displacement over time, growth of the Arias intensity, response spectrum.
 
     The band marks the time in which the Arias intensity grows from 5 to 95 %.

@@ -6,8 +6,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
 
+from ..arrays import AnyArray, FloatArray
 from ..critical import NAMES, UNITS, CriticalFactor, read_search
 from ..errors import InputError
 from ..units import Units
@@ -19,7 +19,6 @@ if TYPE_CHECKING:
 
     from ..results import Results
 
-FloatArray = npt.NDArray[np.float64]
 MOTIONS = {"sliding": "#E69F00", "toppling": "#56B4E9", "fall": "#CC79A7"}
 STABLE, FAILING = "#0072B2", "#D55E00"
 LONGEST = 0.1  # of the arrows, as a share of the model's extent
@@ -86,7 +85,7 @@ def mechanism(
     return axes
 
 
-def _thinned(blocks: npt.NDArray[Any], centroid: FloatArray, extent: float) -> npt.NDArray[Any]:
+def _thinned(blocks: AnyArray, centroid: FloatArray, extent: float) -> AnyArray:
     """Of many blocks the first one in each square of a grid, so that arrows do not hide one another."""
     if len(blocks) <= FEW:
         return blocks
@@ -109,22 +108,14 @@ def _words(found: CriticalFactor) -> str:
 
 
 def factor(
-    results: Results,
-    *,
-    axes: Axes | None = None,
-    units: str | Units | None = None,
-    title: str | None = None,
+    results: Results, *, axes: Axes | None = None, units: str | Units | None = None, title: str | None = None
 ) -> Axes:
     """The search of a critical factor: displacement of every trial over the value that was tried, and the bracket."""
     return draw_trials(read_search(results), axes=axes, units=units, title=title)
 
 
 def draw_trials(
-    found: CriticalFactor,
-    *,
-    axes: Axes | None = None,
-    units: str | Units | None = None,
-    title: str | None = None,
+    found: CriticalFactor, *, axes: Axes | None = None, units: str | Units | None = None, title: str | None = None
 ) -> Axes:
     """As `factor`, of a search that need not have a results file."""
     units = Units.parse(units, found.results)
@@ -136,10 +127,7 @@ def draw_trials(
         _, axes = new_axes(axes, (PAPER_WIDTH, 3.0))
         axes.axvspan(found.low, found.high, color="#E4E4E4", lw=0, zorder=0)
         axes.axvline(found.value, color="#8A8A8A", lw=0.8, zorder=1)
-        for chosen, colour, marker, label in (
-            (stable, STABLE, "o", "stable"),
-            (~stable, FAILING, "X", "fails"),
-        ):
+        for chosen, colour, marker, label in ((stable, STABLE, "o", "stable"), (~stable, FAILING, "X", "fails")):
             axes.plot(values[chosen], moved[chosen], marker, color=colour, markersize=5, label=label, zorder=3)
         for number, (value, far) in enumerate(zip(values, moved, strict=True), start=1):
             axes.annotate(

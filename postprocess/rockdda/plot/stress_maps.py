@@ -10,8 +10,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
 
+from ..arrays import FloatArray, IntArray
 from ..errors import InputError
 from ..frames import field_name
 from ..rings import triangles
@@ -35,8 +35,6 @@ if TYPE_CHECKING:
 
     from ..results import Frame, Results
 
-FloatArray = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.int64]
 BANDS = 10
 TOUCH = 0.02  #: of the size of a middle block: the gap across which blocks still touch
 CELLS = 120  #: of the grid of trajectories along the longer side of the model

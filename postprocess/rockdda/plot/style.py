@@ -9,8 +9,8 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
 
+from ..arrays import AnyArray
 from ..errors import InputError
 from ..frames import FIELDS
 from ..text import plain_text
@@ -137,7 +137,7 @@ def nice_ticks(axis: Axis, most: int = 5) -> None:
     axis.get_offset_text().set_fontsize(8)
 
 
-def limits_of(name: str, values: npt.NDArray[Any], given: tuple[float, float] | None) -> tuple[float, float, str]:
+def limits_of(name: str, values: AnyArray, given: tuple[float, float] | None) -> tuple[float, float, str]:
     """Smallest and largest value of a colour scale, and its colour map: with both signs, zero is white."""
     if not np.size(values):  # no block is there
         values = np.zeros(1)
@@ -158,9 +158,7 @@ def limits_of(name: str, values: npt.NDArray[Any], given: tuple[float, float] | 
     return low, high, SEQUENTIAL + ("_r" if name.startswith("stress") and high <= 0.02 * largest else "")
 
 
-def usual_range(
-    values: npt.NDArray[Any], areas: npt.NDArray[Any], active: npt.NDArray[Any] | None = None
-) -> tuple[float, float]:
+def usual_range(values: AnyArray, areas: AnyArray, active: AnyArray | None = None) -> tuple[float, float]:
     """The range of the values (frames, blocks) of a field without those of the outermost 2 % of the area.
 
     Otherwise one splinter that falls out of sight would take the whole colour scale. In each frame the blocks with
@@ -187,9 +185,7 @@ def colour_range(whole: tuple[float, float], usual: tuple[float, float]) -> tupl
     return usual if usual[1] - usual[0] > 1e-9 * (whole[1] - whole[0]) else whole
 
 
-def without_splinters(
-    values: npt.NDArray[Any], areas: npt.NDArray[Any], active: npt.NDArray[Any] | None = None
-) -> npt.NDArray[Any]:
+def without_splinters(values: AnyArray, areas: AnyArray, active: AnyArray | None = None) -> AnyArray:
     """The values (frames, blocks) for a colour scale.
 
     Within their usual range, where the rest would take more than half of the colours for a twenty-fifth of the area.
@@ -208,9 +204,7 @@ def title_of(results: Results) -> str:
     return plain_text(results.title).replace("_", " ")
 
 
-def usual_view(
-    start: npt.NDArray[Any], shown: npt.NDArray[Any], offset: npt.NDArray[Any], areas: npt.NDArray[Any]
-) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
+def usual_view(start: AnyArray, shown: AnyArray, offset: AnyArray, areas: AnyArray) -> tuple[AnyArray, AnyArray]:
     """Lower left and upper right of a map: all of the start, and of the frame all that does not take the picture.
 
     Blocks with the outermost 2 % of the area are out of sight where the rest takes less than half of the sides.
@@ -242,7 +236,7 @@ def window_axes(window: Sequence[float], axes: Axes | None = None) -> Axes:
     return axes
 
 
-def set_limits(axes: Axes, low: npt.NDArray[Any], high: npt.NDArray[Any]) -> None:
+def set_limits(axes: Axes, low: AnyArray, high: AnyArray) -> None:
     """Set the limits of the axes of a map, unless they show a window."""
     if axes.get_autoscalex_on():
         axes.set_xlim(low[0], high[0])

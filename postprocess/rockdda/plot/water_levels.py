@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-import numpy.typing as npt
 
+from ..arrays import FloatArray
 from ..errors import InputError
 
 if TYPE_CHECKING:
@@ -18,7 +18,6 @@ if TYPE_CHECKING:
 
     from ..results import Frame, Results
 
-FloatArray = npt.NDArray[np.float64]
 Pressure = Callable[[FloatArray], FloatArray]
 TABLE = "#0072B2"
 SHORE = 33  # places along a stretch between the kinks of the pressure

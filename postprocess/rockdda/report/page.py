@@ -7,7 +7,6 @@ import base64
 import hashlib
 import html
 import io
-import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
@@ -21,7 +20,7 @@ from ..certainty.answers import Answer, answers_beside
 from ..certainty.half_step import compare_ends, run_half_step
 from ..critical import read_search
 from ..errors import InputError
-from ..text import readable
+from ..text import PathLike, readable
 from ..units import Units, description
 from ..writing import complete_file, write_file
 from . import facts, support
@@ -79,7 +78,7 @@ class Cover:
 
 def report(
     results: Results,
-    output: str | os.PathLike[str],
+    output: PathLike,
     *,
     units: str | Units | None = None,
     title: str | None = None,

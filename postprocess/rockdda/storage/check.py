@@ -12,7 +12,8 @@ from typing import Any
 
 import h5py
 import numpy as np
-import numpy.typing as npt
+
+from ..arrays import AnyArray
 
 # Columns of the energies, and values of a contact's state.
 ENERGIES, STATES = 10, 3
@@ -43,7 +44,7 @@ def results_problem(file: h5py.File) -> str:
     return ""
 
 
-def rows_problem(path: str, rows: npt.NDArray[Any], n_blocks: int) -> str:
+def rows_problem(path: str, rows: AnyArray, n_blocks: int) -> str:
     """The first error in rows read from a table; '' without one."""
     if rows.dtype.kind == "f" and not np.isfinite(rows).all():
         return f"{path} holds a number that is not finite"
@@ -75,7 +76,7 @@ def _need(good: bool, path: str, what: str) -> None:
         raise _Problem(f"{path} {what}")
 
 
-def _check_offsets(offsets: npt.NDArray[Any], n: int, step: int, path: str) -> None:
+def _check_offsets(offsets: AnyArray, n: int, step: int, path: str) -> None:
     good = offsets[0] == 0 and offsets[-1] == n and (np.diff(offsets.astype(np.int64)) >= step).all()
     _need(bool(good), path, "holds an impossible number")
 

@@ -12,8 +12,8 @@ from typing import Any, TypeVar
 
 import h5py
 import numpy as np
-import numpy.typing as npt
 
+from ..arrays import AnyArray
 from ..errors import InputError
 from ..interrupts import HeldInterrupts
 from ..text import readable
@@ -229,11 +229,11 @@ class GrowingFile:
             self._checked = state[:2]
         return work(self._opened.file), state
 
-    def rows(self, path: str, start: int, stop: int, *rest: int) -> npt.NDArray[Any]:
+    def rows(self, path: str, start: int, stop: int, *rest: int) -> AnyArray:
         """Rows [start, stop) of an array, of each `[*rest]`. A file that may grow is read in pieces that take less time
         than it is left alone. Reals of 32 bits (`&output precision = 'single'`) come as 64 bits."""
 
-        def read(file: h5py.File) -> tuple[npt.NDArray[Any], int]:
+        def read(file: h5py.File) -> tuple[AnyArray, int]:
             item = file.get(path)
             if not isinstance(item, h5py.Dataset):
                 raise NoSuchPath(path)

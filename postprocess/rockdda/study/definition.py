@@ -12,7 +12,6 @@ import hashlib
 import itertools
 import json
 import math
-import os
 import re
 import tomllib
 from collections.abc import Iterable, Iterator, Mapping
@@ -21,7 +20,7 @@ from pathlib import Path
 from typing import Any
 
 from ..errors import InputError
-from ..text import decoded, has_controls, short, shown
+from ..text import PathLike, decoded, has_controls, short, shown
 from .formula import Value, evaluate, formatted, names_in
 
 _TAKE = ("last", "first", "min", "max", "mean", "absmax")
@@ -93,7 +92,7 @@ class Study:
         return summary.hexdigest()
 
 
-def read_study(path: str | os.PathLike[str], output: str | os.PathLike[str] | None = None) -> Study:
+def read_study(path: PathLike, output: PathLike | None = None) -> Study:
     """Read and check a study file; an InputError names the first problem and where it is.
 
     output: a folder to write to in the place of the one that the file names, which must lie in the folder of the file.
