@@ -15,7 +15,7 @@ import typer
 from typer import Argument, Option
 
 from ..errors import InputError
-from .common import NO_CONVERGENCE, progress_bar
+from .common import NO_CONVERGENCE, Quiet, draw_into_files, progress_bar
 
 if TYPE_CHECKING:
     from ..study import Outcome
@@ -37,7 +37,6 @@ Dask = Annotated[
     ),
 ]  # fmt: skip
 Retry = Annotated[bool, Option("--retry", help="Run failed cases again, too.")]
-Quiet = Annotated[bool, Option("--quiet", "-q", help="No progress, no summary.")]
 AsJson = Annotated[bool, Option("--json", help="The answer on standard output as JSON.")]
 Search = Annotated[str | None, Option("--search", metavar="KIND", help="As of `rockdda fos`: strength, load, tilt …")]
 Joints = Annotated[str | None, Option("--joints", metavar="NAMES", help="Joints whose strength is searched.")]
@@ -102,12 +101,6 @@ def with_shared(command: Callable[..., None]) -> Callable[..., None]:
     return run
 
 
-def register(app: typer.Typer) -> None:
-    """Add the commands."""
-    app.command(name="convergence")(with_shared(convergence_command))
-    app.command(name="reliability")(with_shared(reliability_command))
-
-
 def convergence_command(
     model: ModelFiles,
     quantity: Annotated[
@@ -142,9 +135,7 @@ def convergence_command(
 
         rockdda-post convergence slope.nml --slurm && sbatch slope_convergence/model/runs/job-array.sh
     """
-    import matplotlib as mpl
-
-    mpl.use("Agg")
+    draw_into_files()
     from ..certainty.convergence_study import convergence, prepare_convergence
     from ..certainty.running import write_arrays
     from ..certainty.template import read_source
@@ -217,9 +208,7 @@ def reliability_command(
 
         rockdda-post reliability slope.nml --seeds 100 --jobs 4
     """
-    import matplotlib as mpl
-
-    mpl.use("Agg")
+    draw_into_files()
     from ..certainty.reliability_study import make_plan, prepare_reliability, reliability
     from ..certainty.running import write_arrays
     from ..certainty.template import read_source
@@ -297,3 +286,6 @@ def _tell(found: Any, code: int, name: str, running: Running) -> None:
         typer.echo("\n".join([found.verdict, *files]))
     if code:
         raise typer.Exit(code)
+
+
+COMMANDS = {"convergence": with_shared(convergence_command), "reliability": with_shared(reliability_command)}

@@ -9,45 +9,22 @@ import os
 import re
 import sys
 import warnings
+from enum import StrEnum
 from pathlib import Path
 from typing import Annotated, Any, TextIO
 
 import typer
 from typer import Argument, Option
+from typer.completion import get_completion_script
 
 from ..errors import ConvergenceError, InputError, InputWarning, OutputError, RockddaError
 from ..fields import JOINT_FIELDS
-from . import certainty, exchange, records, shells, studies, validate
-from .common import (
-    BAD_INPUT,
-    DONE,
-    INTERNAL,
-    NO_CONVERGENCE,
-    NO_OUTPUT,
-    STOPPED,
-    FieldName,
-    FrameNumber,
-    Json,
-    Limits,
-    Output,
-    PlotFieldName,
-    Quiet,
-    ResultsFile,
-    Scale,
-    ShownUnits,
-    UnitNames,
-    in_shown_units,
-    need_display,
-    open_results,
-    print_summary,
-    progress_bar,
-    stop_on_sigterm,
-    target,
-)
+from . import certainty, common, exchange, studies, validate
+from .common import BAD_INPUT, DONE, INTERNAL, NO_CONVERGENCE, NO_OUTPUT, STOPPED, in_shown_units, open_results
 
-#: Commands of the program, which are no commands here.
-# Kinds of pictures with fields of their own, not those of blocks.
+#: Kinds of pictures with fields of their own, not those of blocks.
 OWN_FIELDS = ("joints", "bolts", "liner", "capacity")
+#: Commands of the program, which are no commands here.
 PROGRAM_COMMANDS = ("new", "lines", "cut", "run", "resume", "fos", "check", "info", "help")
 
 app = typer.Typer(
@@ -68,7 +45,7 @@ app = typer.Typer(
 @app.command(name="plot")
 def plot_command(
     files: Annotated[list[Path], Argument(metavar="FILE...", help="Results files, or one geometry or block file.")],
-    output: Output = None,
+    output: common.Output = None,
     kind: Annotated[
         str | None,
         Option(
@@ -80,13 +57,13 @@ def plot_command(
             "mechanism or factor; of a geometry file lines (the default) or blocks.",
         ),
     ] = None,
-    field: PlotFieldName = "displacement",
-    frame: FrameNumber = -1,
+    field: common.PlotFieldName = "displacement",
+    frame: common.FrameNumber = -1,
     time: Annotated[float | None, Option("--time", help="Take the frame nearest to this time.")] = None,
     scale: Annotated[float | None, Option("--scale", help="Factor on the displacements, or on the arrows.")] = None,
-    units: UnitNames = None,
-    show: ShownUnits = None,
-    limits: Limits = None,
+    units: common.UnitNames = None,
+    show: common.ShownUnits = None,
+    limits: common.Limits = None,
     line: Annotated[
         str | None, Option("--line", metavar="X1,Y1,X2,Y2", help="Line of a profile or joint profile.")
     ] = None,
@@ -104,11 +81,11 @@ def plot_command(
     ] = None,
     labels: Annotated[list[str] | None, Option("--label", help="Name of a run among several, in their order.")] = None,
     title: Annotated[str | None, Option("--title", help="Title of the picture.")] = None,
-    outline: Annotated[bool, Option("--outline/--no-outline", help="Show the start, too.")] = True,
-    dpi: Annotated[int, Option("--dpi", min=20, max=2400, help="Resolution of .png.")] = 200,
+    outline: common.Outline = True,
+    dpi: common.Resolution = 200,
     interactive: Annotated[bool, Option("--interactive", help="Open a window (PyVista) instead.")] = False,
-    quiet: Quiet = False,
-    as_json: Json = False,
+    quiet: common.Quiet = False,
+    as_json: common.Json = False,
 ) -> None:
     """Draw a picture (.png, .pdf, .svg): blocks, stresses, forces, joints, histories, profiles, energies.
 
@@ -142,10 +119,8 @@ def plot_command(
 
         rockdda-post plot phi20.h5 phi30.h5 phi40.h5 --label 20° --label 30° --label 40°
     """
-    import matplotlib as mpl
-
     if not interactive:
-        mpl.use("Agg")
+        common.draw_into_files()
     from .. import plot
 
     if any(plot.is_input(path) for path in files):
@@ -157,9 +132,9 @@ def plot_command(
             raise InputError(f"--{unused[0]} is for results, not for a geometry or block file", files[0])
         shown_part = None if window is None else _four_numbers(window, "window")
         drawn = plot.input_plot(files[0], kind, units=units, title=title, window=shown_part)
-        path = target(output, files[0], f"_{kind or 'input'}.png")
+        path = common.target(output, files[0], f"_{kind or 'input'}.png")
         plot.save(drawn, path, dpi)
-        print_summary(quiet, as_json, str(path), output=path, kind=kind or "input")
+        common.print_summary(quiet, as_json, str(path), output=path, kind=kind or "input")
         return
     kind = kind or ("joints" if field in JOINT_FIELDS else "blocks")
     if kind == "joints":
@@ -179,7 +154,7 @@ def plot_command(
     if time is not None and framed:
         frame = runs[0].frame_at(time).index
     if interactive:
-        need_display()
+        common.need_display()
         plot.interactive(runs[0], field, frame, units=units)
         return
     given = {"scale": scale, "limits": limits, "title": title, "columns": columns or None, "units": units}
@@ -194,7 +169,7 @@ def plot_command(
     if not outline:
         options["outline"] = False
     explicit = (field if field != "displacement" or kind != "profile" else "displacement_y") or None
-    path = target(output, files[0], f"_{kind if len(runs) == 1 else 'multiples'}.png")
+    path = common.target(output, files[0], f"_{kind if len(runs) == 1 else 'multiples'}.png")
     if len(runs) > 1:
         if kind != "blocks":
             raise InputError(f"several runs side by side are drawn as blocks, not as {kind!r}")
@@ -204,7 +179,7 @@ def plot_command(
         axes = plot.plot(runs[0], explicit, frame, kind, **options)
     plot.save(axes, path, dpi)
     shown = runs[0].frames[frame].index if framed else None
-    print_summary(quiet, as_json, str(path), output=path, kind=kind, frame=shown)
+    common.print_summary(quiet, as_json, str(path), output=path, kind=kind, frame=shown)
 
 
 def _four_numbers(text: str, what: str) -> tuple[float, ...]:
@@ -219,24 +194,24 @@ def _four_numbers(text: str, what: str) -> tuple[float, ...]:
 
 @app.command(name="animate")
 def animate_command(
-    file: ResultsFile,
-    output: Output = None,
-    field: FieldName = "displacement",
+    file: common.ResultsFile,
+    output: common.Output = None,
+    field: common.FieldName = "displacement",
     every: Annotated[int, Option("--every", min=1, help="Take every n-th frame.")] = 1,
     fps: Annotated[float, Option("--fps", min=0.1, max=240, help="Frames per second of .mp4 and .gif.")] = 20.0,
-    scale: Scale = 1.0,
-    limits: Limits = None,
-    units: UnitNames = None,
-    show: ShownUnits = None,
+    scale: common.Scale = 1.0,
+    limits: common.Limits = None,
+    units: common.UnitNames = None,
+    show: common.ShownUnits = None,
     title: Annotated[str | None, Option("--title", help="Title of the film.")] = None,
-    outline: Annotated[bool, Option("--outline/--no-outline", help="Show the start, too.")] = True,
+    outline: common.Outline = True,
     dpi: Annotated[int, Option("--dpi", min=20, max=600, help="Resolution of .mp4 and .gif.")] = 120,
     joints: Annotated[bool, Option("--joints", help="Of .html: keep stresses, opening and slip of joints.")] = False,
     liner: Annotated[
         str, Option("--liner", help="Of .mp4 and .gif: colour of linings, use (of strength), N, M or Q.")
     ] = "use",
-    quiet: Quiet = False,
-    as_json: Json = False,
+    quiet: common.Quiet = False,
+    as_json: common.Json = False,
 ) -> None:
     """Make a film: .mp4, .gif, or one .html page that plays in any browser.
 
@@ -252,21 +227,19 @@ def animate_command(
 
         rockdda-post animate tunnel.h5 -o tunnel.mp4 --field stress_min --liner N
     """
-    import matplotlib as mpl
-
-    mpl.use("Agg")
+    common.draw_into_files()
     from ..film.recording import animate
 
     results, units = in_shown_units(open_results(file, field=field), units, show)
-    path = target(output, file, ".mp4")
-    with progress_bar("frames", quiet or as_json) as bar:
+    path = common.target(output, file, ".mp4")
+    with common.progress_bar("frames", quiet or as_json) as bar:
         animate(
             results, path, field, every=every, fps=fps, scale=scale, limits=limits, units=units, title=title,
             outline=outline, dpi=dpi, joints=joints, liner=liner, progress=bar,
         )  # fmt: skip
     frames = (results.n_frames - 1) // every + 1 + ((results.n_frames - 1) % every != 0)
     size = path.stat().st_size
-    print_summary(
+    common.print_summary(
         quiet, as_json, f"{path}: {frames} frames, {size / 1e6:.2f} MB", output=path, frames=frames, bytes=size
     )
 
@@ -277,9 +250,9 @@ def view_command(
     beside: Annotated[Path | None, Argument(metavar="OTHER.h5", help="Results to compare with.")] = None,
     port: Annotated[int, Option("--port", min=0, max=65535, help="Port on this machine; 0: any free one.")] = 0,
     browser: Annotated[bool, Option("--browser/--no-browser", help="Open the browser.")] = True,
-    field: FieldName = "displacement",
-    units: UnitNames = None,
-    show: ShownUnits = None,
+    field: common.FieldName = "displacement",
+    units: common.UnitNames = None,
+    show: common.ShownUnits = None,
 ) -> None:
     """Show results, or a model before any run, in the browser. Ctrl-C ends the server.
 
@@ -316,9 +289,9 @@ def view_command(
 
 @app.command(name="report")
 def report_command(
-    file: ResultsFile,
-    output: Output = None,
-    units: UnitNames = None,
+    file: common.ResultsFile,
+    output: common.Output = None,
+    units: common.UnitNames = None,
     title: Annotated[str | None, Option("--title", help="Title of the report.")] = None,
     project: Annotated[str, Option("--project", help="Project, at the head.")] = "",
     author: Annotated[str, Option("--author", help="Who signs it.")] = "",
@@ -338,8 +311,8 @@ def report_command(
     half: Annotated[
         Path | None, Option("--half", metavar="OTHER.h5", help="Compare with this run at half the time step.")
     ] = None,
-    quiet: Quiet = False,
-    as_json: Json = False,
+    quiet: common.Quiet = False,
+    as_json: common.Json = False,
 ) -> None:
     """Write a report to hand in: one .html page, or .pdf on A4.
 
@@ -359,9 +332,7 @@ def report_command(
 
         rockdda-post report slope.h5 --half slope_half.h5
     """
-    import matplotlib as mpl
-
-    mpl.use("Agg")
+    common.draw_into_files()
     from ..report import Cover, report
     from ..report.paper import needs_for_pdf
 
@@ -371,14 +342,14 @@ def report_command(
     cover = Cover(project, author, date, question, {name.strip(): text.strip() for name, _, text in given})
     results, units = in_shown_units(open_results(file), units, None)
     other = None if half is None else in_shown_units(open_results(half), units, None)[0]
-    path = target(output, file, "_report.html")
-    with progress_bar("pictures", quiet or as_json) as bar:
+    path = common.target(output, file, "_report.html")
+    with common.progress_bar("pictures", quiet or as_json) as bar:
         report(
             results, path, units=units, title=title, cover=cover, check_step=check_step, beside=other, progress=bar
         )  # fmt: skip
     size = path.stat().st_size
     by = f", laid out by {Path(needs_for_pdf()).name}" if path.suffix.lower() == ".pdf" else ""
-    print_summary(quiet, as_json, f"{path}: {size / 1e6:.2f} MB{by}", output=path, bytes=size)
+    common.print_summary(quiet, as_json, f"{path}: {size / 1e6:.2f} MB{by}", output=path, bytes=size)
 
 
 def version() -> str:
@@ -401,12 +372,35 @@ def _common(
     pass
 
 
-exchange.register(app)
-records.register(app)
-studies.register(app)
-certainty.register(app)
-validate.register(app)
-shells.register(app)
+for _module in (exchange, studies, certainty, validate):
+    for _name, _command in _module.COMMANDS.items():
+        app.command(name=_name)(_command)
+
+
+class Shell(StrEnum):
+    """Shells with a script."""
+
+    bash = "bash"
+    zsh = "zsh"
+    fish = "fish"
+
+
+@app.command(name="completion")
+def completion_command(shell: Annotated[Shell, Argument(metavar="bash|zsh|fish", help="The shell.")]) -> None:
+    """Print a script that completes commands, options and field names.
+
+    Examples:
+
+        eval "$(rockdda-post completion bash)"
+
+        rockdda-post completion fish | source
+    """
+    script = get_completion_script(
+        prog_name="rockdda-post", complete_var="_ROCKDDA_POST_COMPLETE", shell=shell.value
+    ).strip()
+    if shell is Shell.zsh:  # evaluated, not found in a folder of functions
+        script = f"autoload -U +X compinit && compinit\n{script}"
+    typer.echo(script)
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -508,7 +502,7 @@ def run() -> None:
             os.fstat(number)
         except OSError:
             os.open(os.devnull, os.O_RDWR)
-    stop_on_sigterm()
+    common.stop_on_sigterm()
     sys.exit(main())
 
 

@@ -58,6 +58,8 @@ ShownUnits = Annotated[
 ]
 Quiet = Annotated[bool, Option("--quiet", "-q", help="No progress, no summary.")]
 Json = Annotated[bool, Option("--json", help="Summary on standard output as JSON.")]
+Resolution = Annotated[int, Option("--dpi", min=20, max=2400, help="Resolution of .png.")]
+Outline = Annotated[bool, Option("--outline/--no-outline", help="Show the start, too.")]
 Limits = Annotated[tuple[float, float] | None, Option("--limits", metavar="LOW HIGH", help="Ends of the colour scale.")]
 Scale = Annotated[float, Option("--scale", help="Factor on the displacements.")]
 
@@ -114,6 +116,13 @@ def in_shown_units(results: Results, units: str | None, show: str | None) -> tup
         return results, None
     check_units(results, units)
     return (results, units) if show is None else (in_units(results, units, show), show)
+
+
+def draw_into_files() -> None:
+    """Let matplotlib draw without a display."""
+    import matplotlib as mpl
+
+    mpl.use("Agg")
 
 
 def target(output: Path | None, source: Path, ending: str) -> Path:

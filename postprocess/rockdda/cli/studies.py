@@ -19,7 +19,19 @@ from ..analysis.limits import GRADIENT_LIMIT, WINDOW
 from ..errors import InputError, OutputError
 from ..text import csv_text
 from ..writing import complete_file, write_file
-from .common import NO_CONVERGENCE, STOPPED, Json, Output, Quiet, open_results, print_summary, progress_bar, target
+from .common import (
+    NO_CONVERGENCE,
+    STOPPED,
+    Json,
+    Output,
+    Quiet,
+    Resolution,
+    draw_into_files,
+    open_results,
+    print_summary,
+    progress_bar,
+    target,
+)
 
 if TYPE_CHECKING:
     from ..study import Outcome
@@ -30,14 +42,7 @@ _PATIENCE = 120.0
 _SOON = 60.0
 
 
-def register(app: typer.Typer) -> None:
-    """Add the commands."""
-    app.command(name="study")(study_command)
-    app.command(name="loosening")(loosening_command)
-    app.command(name="voussoir")(voussoir_command)
-    app.command(name="rockload")(rock_load_command)
-    app.command(name="calibrate-bolt")(calibrate_bolt_command)
-    app.command(name="ground-reaction")(ground_reaction_command)
+Workers = Annotated[int | None, Option("--workers", "-j", min=1, help="Runs at a time; default: one a core.")]
 
 
 def study_command(
@@ -58,8 +63,8 @@ def study_command(
     table: Annotated[bool, Option("--table", help="Run nothing: collect the results so far.")] = False,
     case: Annotated[int | None, Option("--case", min=1, help="Run this case only, by its number.")] = None,
     output: Annotated[Path | None, Option("-o", "--output", metavar="FOLDER", help="Write here instead.")] = None,
-    quiet: Annotated[bool, Option("--quiet", "-q", help="No progress, no summary.")] = False,
-    as_json: Annotated[bool, Option("--json", help="Summary on standard output as JSON.")] = False,
+    quiet: Quiet = False,
+    as_json: Json = False,
 ) -> None:
     """Run a template over a grid of parameters; one table and small multiples at the end.
 
@@ -77,9 +82,7 @@ def study_command(
 
         rockdda-post study tunnels.toml --dask tcp://head:8786
     """
-    import matplotlib as mpl
-
-    mpl.use("Agg")
+    draw_into_files()
     from ..study.case import prepare_case
     from ..study.definition import read_study
     from ..study.job_array import logs_of, warning_of, write_job_array
@@ -221,7 +224,7 @@ def loosening_command(
         float, Option("--limit", help="Difference over distance up to which points move together.")
     ] = GRADIENT_LIMIT,
     quiet: Annotated[bool, Option("--quiet", "-q", help="No summary.")] = False,
-    as_json: Annotated[bool, Option("--json", help="Summary on standard output as JSON.")] = False,
+    as_json: Json = False,
 ) -> None:
     """Height of loosened rock above an opening, from measured points on a vertical line above its crown.
 
@@ -279,7 +282,7 @@ def voussoir_command(
     friction: Annotated[float | None, Option("--friction", help="Friction angle of the joints [deg].")] = None,
     variant: Annotated[str, Option("--variant", help="Average stress: beer-meek or diederichs-kaiser.")] = "beer-meek",
     quiet: Annotated[bool, Option("--quiet", "-q", help="No summary.")] = False,
-    as_json: Annotated[bool, Option("--json", help="Summary on standard output as JSON.")] = False,
+    as_json: Json = False,
 ) -> None:
     """The classic voussoir beam: does a roof layer carry itself as a flat arch?
 
@@ -319,7 +322,7 @@ def rock_load_command(
     height: Annotated[float, Option("--height", help="Height of the tunnel.")],
     rqd: Annotated[float | None, Option("--rqd", help="Rock quality [%], for Rose.")] = None,
     quiet: Annotated[bool, Option("--quiet", "-q", help="No summary.")] = False,
-    as_json: Annotated[bool, Option("--json", help="Summary on standard output as JSON.")] = False,
+    as_json: Json = False,
 ) -> None:
     """Height of loosened rock above a tunnel by the rules of Terzaghi and Rose.
 
@@ -351,7 +354,7 @@ def calibrate_bolt_command(
         float | None, Option("--yield-force", help="Of the steel [N]: points there are left out.")
     ] = None,
     output: Output = None,
-    dpi: Annotated[int, Option("--dpi", min=20, max=2400, help="Resolution of .png.")] = 200,
+    dpi: Resolution = 200,
     quiet: Quiet = False,
     as_json: Json = False,
 ) -> None:
@@ -365,9 +368,7 @@ def calibrate_bolt_command(
 
         rockdda-post calibrate-bolt lab.csv --length 1 --diameter 0.025 --free-length 0.3
     """
-    import matplotlib as mpl
-
-    mpl.use("Agg")
+    draw_into_files()
     from .. import plot
     from ..analysis.pull_test import calibrate_bolt
 
@@ -401,7 +402,7 @@ def ground_reaction_command(
     releases: Annotated[int, Option("--releases", min=2, max=1000, help="Parts of the release without support.")] = 10,
     work: Annotated[Path | None, Option("--work", help="Folder that keeps both runs.")] = None,
     output: Output = None,
-    dpi: Annotated[int, Option("--dpi", min=20, max=2400, help="Resolution of .png.")] = 200,
+    dpi: Resolution = 200,
     quiet: Quiet = False,
     as_json: Json = False,
 ) -> None:
@@ -414,9 +415,7 @@ def ground_reaction_command(
 
         rockdda-post ground-reaction tunnel.nml --point 1
     """
-    import matplotlib as mpl
-
-    mpl.use("Agg")
+    draw_into_files()
     from .. import plot
     from ..analysis.reaction import support_reaction
 
@@ -432,3 +431,13 @@ def ground_reaction_command(
         ground_pressure=found.ground_pressure, placed=found.support[0].tolist(), end=found.support[-1].tolist(),
         crossing=found.crossing, without=found.ground[-1].tolist(),
     )  # fmt: skip
+
+
+COMMANDS = {
+    "study": study_command,
+    "loosening": loosening_command,
+    "voussoir": voussoir_command,
+    "rockload": rock_load_command,
+    "calibrate-bolt": calibrate_bolt_command,
+    "ground-reaction": ground_reaction_command,
+}

@@ -13,7 +13,7 @@ import typer
 from typer import Option
 
 from ..errors import InputError, RockddaError
-from .common import DIFFERENT, DONE, NO_CONVERGENCE, print_summary, progress_bar
+from .common import DIFFERENT, DONE, NO_CONVERGENCE, Json, Quiet, print_summary, progress_bar
 
 if TYPE_CHECKING:
     from rockdda_validation import Case
@@ -25,11 +25,6 @@ class Formulation(enum.StrEnum):
     BOTH = "both"
     LENGTH = "length"
     VERTEX = "vertex"
-
-
-def register(app: typer.Typer) -> None:
-    """Add the command."""
-    app.command(name="validate")(validate_command)
 
 
 def validate_command(
@@ -55,8 +50,8 @@ def validate_command(
     force: Annotated[
         bool, Option("--force", help="Write into a folder with other files; replace --full by --quick.")
     ] = False,
-    quiet: Annotated[bool, Option("--quiet", "-q", help="No progress, no summary.")] = False,
-    as_json: Annotated[bool, Option("--json", help="Summary on standard output as JSON.")] = False,
+    quiet: Quiet = False,
+    as_json: Json = False,
 ) -> None:
     """Run the cases of the validation, compare with closed forms and published values, write the report.
 
@@ -226,3 +221,6 @@ def _check_folder(output: Path, chosen: list[Case], full: bool, force: bool, for
     ]
     if better:
         raise InputError(f"has results of --full for {', '.join(better)}; --force replaces them by --quick", output)
+
+
+COMMANDS = {"validate": validate_command}
