@@ -3,10 +3,10 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from pathlib import Path
-from typing import TYPE_CHECKING, Protocol, overload
+from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
 
@@ -14,87 +14,55 @@ from .arrays import AnyArray, BoolArray, FloatArray, IntArray
 from .columns import Columns
 from .errors import InputError
 from .fields import FIELD_TEXTS
+from .start import StartArrays, Stored
 
 if TYPE_CHECKING:
     import pandas
 
-__all__ = [
-    "BOLT_TABLES",
-    "CONTACT_TABLES",
-    "FIELDS",
-    "JOINT_TABLES",
-    "NODE_TABLES",
-    "STRENGTH_TABLE",
-    "Contacts",
-    "Field",
-    "Frame",
-    "FrameTables",
-    "Frames",
-    "field_name",
-]
 
+class FrameTables(StartArrays):
+    """The tables that frames are rows of."""
 
-class FrameTables(Protocol):
-    """The tables that frames are rows of; `rockdda.Results` provides them."""
-
-    path: Path
+    n_frames: int
+    n_steps: int
+    """Accepted steps."""
+    has_joints: bool
+    """Do the frames hold stresses, opening and slip along joints? Not in files of version 1."""
+    has_strength: bool
+    """Do the frames hold how much of their shear strength joints mobilise? Not in the first files of version 2."""
 
     @property
+    @abstractmethod
     def units(self) -> str: ...
     @property
-    def n_frames(self) -> int: ...
-    @property
-    def frames(self) -> Sequence[Frame]: ...
-    @property
-    def bolt_properties(self) -> FloatArray: ...
-    @property
-    def n_blocks(self) -> int: ...
-    @property
-    def vertices(self) -> FloatArray: ...
-    @property
-    def vertex_offset(self) -> IntArray: ...
-    @property
-    def rings(self) -> list[list[IntArray]]: ...
-    @property
-    def edge_joint(self) -> IntArray: ...
-    @property
-    def block_centroid(self) -> FloatArray: ...
-    @property
-    def block_area(self) -> FloatArray: ...
-    @property
-    def block_material(self) -> IntArray: ...
-    @property
-    def bolt_ends(self) -> FloatArray: ...
-    @property
-    def bolt_blocks(self) -> IntArray: ...
-    @property
-    def bolt_names(self) -> list[str]: ...
-    @property
-    def bolt_first(self) -> IntArray: ...
-    @property
-    def bolt_spacing(self) -> FloatArray: ...
-    @property
-    def liner_names(self) -> list[str]: ...
-    @property
-    def liner_first(self) -> IntArray: ...
-    @property
-    def liner_section(self) -> FloatArray: ...
-    @property
-    def fixed_points(self) -> FloatArray: ...
-    @property
+    @abstractmethod
     def has_contacts(self) -> bool: ...
-    @property
-    def has_joints(self) -> bool: ...
-    @property
-    def has_strength(self) -> bool: ...
-    @property
-    def stage_names(self) -> list[str]: ...
-    @property
-    def has_stages(self) -> bool: ...
-    def stage_of(self, step: int) -> int: ...
-    def joint_columns(self, frame: int = -1) -> Columns: ...
-    def __contains__(self, path: object) -> bool: ...
+    @abstractmethod
     def rows(self, path: str, start: int, stop: int) -> AnyArray: ...
+    @abstractmethod
+    def attribute(self, path: str, name: str) -> Any: ...
+
+    @property
+    def bolt_spacing(self) -> FloatArray:
+        """(n,) distance of bolts with nodes out of the plane [length]: their forces over it are those of the model."""
+        return np.array(self.attribute("model/bolt_first", "spacing_out_of_plane") if self.bolt_names else [], float)
+
+    @property
+    def frames(self) -> Frames:
+        """The frames, as a sequence: `results.frames[-1]` is the last one."""
+        return Frames(self)
+
+    @property
+    def has_stages(self) -> bool:
+        """Is there more than one stage, or one with a name?"""
+        return self.stage_names != ["stage 1"]
+
+    def stage_of(self, step: int) -> int:
+        """Index of the stage to which a step belongs; the start belongs to the first one."""
+        if "history/stage" not in self or self.n_steps == 0:
+            return 0
+        row = int(np.searchsorted(self["history/step"], step))
+        return int(self["history/stage"][min(row, self.n_steps - 1)])
 
 
 NODE_TABLES = ["bolt_node", "bolt_force", "bolt_slip", "bolt_state"]
@@ -167,6 +135,17 @@ class Frames(Sequence["Frame"]):
 class Frame:
     """The blocks at one moment. Arrays are read when they are first used."""
 
+    vertices = Stored[FloatArray]("vertices")
+    """(nv, 2) vertices of all blocks [length]."""
+    centroid = Stored[FloatArray]("centroid")
+    """(nb, 2) [length]."""
+    rotation = Stored[FloatArray]("rotation")
+    """(nb,) since the start, counter-clockwise [rad]."""
+    stress = Stored[FloatArray]("stress")
+    """(nb, 3) σx σy τxy, tension positive [force/length²]."""
+    velocity = Stored[FloatArray]("velocity")
+    """(nb, 6) u0 v0 r0 εx εy γxy of the centroid, per time."""
+
     def __init__(self, results: FrameTables, index: int) -> None:
         self.results = results
         self.index = index
@@ -175,18 +154,18 @@ class Frame:
     def __repr__(self) -> str:
         return f"<rockdda.Frame {self.index}: step {self.step}, time {self.time:g}>"
 
-    def _row(self, name: str) -> AnyArray:
+    def _stored(self, name: str, _: AnyArray | None = None) -> AnyArray:
         if name not in self._cache:
             self._cache[name] = self.results.rows(f"frames/{name}", self.index, self.index + 1)[0]
         return self._cache[name]
 
     @property
     def step(self) -> int:
-        return int(self._row("step"))
+        return int(self._stored("step"))
 
     @property
     def time(self) -> float:
-        return float(self._row("time"))
+        return float(self._stored("time"))
 
     @property
     def stage(self) -> int:
@@ -198,36 +177,11 @@ class Frame:
         return self.results.stage_names[self.stage]
 
     @property
-    def vertices(self) -> FloatArray:
-        """(nv, 2) vertices of all blocks [length]."""
-        return self._row("vertices")
-
-    @property
-    def centroid(self) -> FloatArray:
-        """(nb, 2) [length]."""
-        return self._row("centroid")
-
-    @property
-    def rotation(self) -> FloatArray:
-        """(nb,) since the start, counter-clockwise [rad]."""
-        return self._row("rotation")
-
-    @property
-    def stress(self) -> FloatArray:
-        """(nb, 3) σx σy τxy, tension positive [force/length²]."""
-        return self._row("stress")
-
-    @property
-    def velocity(self) -> FloatArray:
-        """(nb, 6) u0 v0 r0 εx εy γxy of the centroid, per time."""
-        return self._row("velocity")
-
-    @property
     def active(self) -> BoolArray:
         """(nb,) blocks that are there: neither excavated nor still to be placed."""
         if "frames/active" not in self.results:
             return np.ones(self.results.n_blocks, dtype=bool)
-        return self._row("active").astype(bool)
+        return self._stored("active").astype(bool)
 
     @property
     def displacement(self) -> FloatArray:
@@ -290,10 +244,10 @@ class Frame:
         first, names = self.results.bolt_first, self.results.bolt_names
         bolt = np.repeat(np.arange(len(names)), np.diff(first))
         place, force, slip, state = (
-            self._row(name) if names else np.zeros((0, 2)[: 2 if name == "bolt_node" else 1]) for name in NODE_TABLES
+            self._stored(name) if names else np.zeros((0, 2)[: 2 if name == "bolt_node" else 1]) for name in NODE_TABLES
         )
         columns = {"bolt": bolt, "name": np.array(names, dtype=object)[bolt], "x": place[:, 0], "y": place[:, 1]}
-        use = self._row("bolt_use") if names and "frames/bolt_use" in self.results else np.full(len(force), np.nan)
+        use = self._stored("bolt_use") if names and "frames/bolt_use" in self.results else np.full(len(force), np.nan)
         return Columns(columns | {"force": force, "slip": slip, "use": use, "state": state})
 
     @property
@@ -310,13 +264,13 @@ class Frame:
         names = self.results.liner_names
         liner = np.repeat(np.arange(len(names)), np.diff(self.results.liner_first))
         if names:
-            place, force, state = (self._row(name) for name in LINER_TABLES)
+            place, force, state = (self._stored(name) for name in LINER_TABLES)
         else:
             place, force, state = np.zeros((0, 2)), np.zeros((0, 3)), np.zeros(0, dtype=np.int64)
         columns = {"liner": liner, "name": np.array(names, dtype=object)[liner], "x": place[:, 0], "y": place[:, 1]}
         has = {name: bool(names) and f"frames/{name}" in self.results for name in ("liner_back", "liner_use")}
-        opening, slip = (self._row("liner_back") if has["liner_back"] else np.full((len(state), 2), np.nan)).T
-        use = self._row("liner_use") if has["liner_use"] else np.full(len(state), np.nan)
+        opening, slip = (self._stored("liner_back") if has["liner_back"] else np.full((len(state), 2), np.nan)).T
+        use = self._stored("liner_use") if has["liner_use"] else np.full(len(state), np.nan)
         use = np.where(use < 0, np.nan, np.where(use > 1e300, np.inf, use))
         columns |= dict(zip("NMQ", force.T, strict=True))
         return Columns(columns | {"opening": opening, "slip": slip, "use": use, "state": state})
@@ -328,7 +282,7 @@ class Frame:
         n_nodes = int(self.results.liner_first[-1]) if self.results.liner_names else 0
         if not n_nodes or "frames/liner_section" not in self.results:
             return np.zeros((n_nodes, 0, 2))
-        of_beam = self._row("liner_section").reshape(n_nodes, 3, 2)
+        of_beam = self._stored("liner_section").reshape(n_nodes, 3, 2)
         before, first = np.roll(of_beam[:, 2:], 1, axis=0), self.results.liner_first
         for k, closed in enumerate(self.results.liner_section[:, 3] > 0):
             if first[k] < first[k + 1]:
@@ -384,7 +338,7 @@ class Frame:
         return pieces.rows(pieces["there"])
 
     def _bolt_row(self, name: str, shape: tuple[int, ...]) -> FloatArray:
-        return self._row(name) if len(self.results.bolt_ends) else np.zeros(shape)
+        return self._stored(name) if len(self.results.bolt_ends) else np.zeros(shape)
 
     def polygons(self) -> list[FloatArray]:
         """For each block an (m, 2) array of its vertices, counter-clockwise, not closed [length]."""

@@ -16,7 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .errors import InputError
-from .namelist import flat_values
+from .namelist import as_list, flat_values
 from .options import group_row, name_arguments, option_rows, refuse_problems
 from .text import PathLike
 
@@ -229,11 +229,6 @@ class OptionGroups:
         """A force fx fy, or rows t fx fy [force], at a point, or at each of several, x y [length]. name: for searches
         of the load."""
         self.add_group("loading_point", name=name, at=at, force=force)
-
-
-def as_list(groups: Any) -> list[Any]:
-    """One or several groups as a list."""
-    return list(groups) if isinstance(groups, list | tuple) else [groups]
 
 
 def _meaning(row: Mapping[str, Any]) -> str:

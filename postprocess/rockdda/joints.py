@@ -129,7 +129,7 @@ def _begins(place: FloatArray, length: FloatArray, group: IntArray) -> FloatArra
 # -- edges -----------------------------------------------------------------------------------------------------------
 
 
-def _after(offset: IntArray) -> IntArray:
+def after_on_block(offset: IntArray) -> IntArray:
     """(nv,) the vertex that follows each one on the outline of its block."""
     after = np.arange(1, offset[-1] + 1)
     after[offset[1:] - 1] = offset[:-1]
@@ -138,7 +138,7 @@ def _after(offset: IntArray) -> IntArray:
 
 def _directions(frame: Frame, edge: IntArray) -> tuple[FloatArray, FloatArray]:
     """Starts of edges and unit vectors along them."""
-    vertices, after = frame.vertices, _after(frame.results.vertex_offset)
+    vertices, after = frame.vertices, after_on_block(frame.results.vertex_offset)
     along = vertices[after[edge]] - vertices[edge]
     length = np.hypot(*along.T)
     return vertices[edge], along / np.where(length > 0, length, 1.0)[:, None]
@@ -155,7 +155,7 @@ def _edges(frame: Frame, point: FloatArray, pair: IntArray) -> tuple[IntArray, I
     owner = np.repeat(np.arange(len(pair)), sizes)
     number = np.arange(len(owner)) - np.repeat(np.cumsum(sizes) - sizes, sizes)
     edges = [offset[pair[owner, 0]] + number // counts[owner, 1], offset[pair[owner, 1]] + number % counts[owner, 1]]
-    vertices, after = frame.vertices, _after(offset)
+    vertices, after = frame.vertices, after_on_block(offset)
     distance = np.zeros(len(owner))
     for edge in edges:
         start, along = vertices[edge], vertices[after[edge]] - vertices[edge]

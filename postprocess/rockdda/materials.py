@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
-from .namelist import parse_groups
+from .namelist import groups_in
 from .text import input_numbers
 
 Rows = list[list[float]]
@@ -35,35 +35,24 @@ def material_rows(text: str) -> tuple[Rows, Rows]:
 
 def block_material_names(config: str) -> dict[int, str]:
     """Names of block materials by number, of those that the options name."""
-    try:
-        groups = _as_list(parse_groups(config).get("block_material", []))
-    except (KeyError, ValueError):  # no text that the program has accepted
-        return {}
+    groups = groups_in(config).get("block_material", [])
     return {int(group["number"]): str(group["name"]) for group in groups if "number" in group and "name" in group}
 
 
 def densities_and_weights(analysis: str, config: str) -> list[tuple[float, float]]:
     """Density and weight of each block material of an analysis file, or of a labelled file."""
     found = {i: (row[0], row[1]) for i, row in enumerate(material_rows(analysis)[0], start=1)}
-    try:
-        groups = parse_groups(config)
-    except (KeyError, ValueError):  # no text that the program has accepted
-        return list(found.values())
+    groups = groups_in(config)
     gravity = 0.0
-    for group in _as_list(groups.get("load", [])):
+    for group in groups.get("load", []):
         gravity = float(group.get("gravity", gravity))
-    for group in _as_list(groups.get("block_material", [])):
-        number = group.get("number")
-        density, weight = found.get(number, (0.0, None))
+    for group in groups.get("block_material", []):
+        number: Any = group.get("number")
+        density, weight = found.get(number, (0.0, None))  # type: ignore[arg-type]
         density = float(group.get("density", density))
         weight = group.get("unit_weight", weight)
         found[number] = (density, gravity * density if weight is None else float(weight))
     return list(found.values())
-
-
-def _as_list(groups: Any) -> list[Any]:
-    """One or several groups as a list."""
-    return list(groups) if isinstance(groups, list | tuple) else [groups]
 
 
 @dataclass(frozen=True)
@@ -81,14 +70,10 @@ def joint_strengths(analysis: str, config: str) -> dict[int, JointStrength]:
     `&joint_material` and `&joint_law` change the values that they name. Changes at stages are not followed.
     """
     found = {i: JointStrength(row[0], row[1], row[2]) for i, row in enumerate(material_rows(analysis)[1], start=1)}
-    try:
-        groups = parse_groups(config)
-    except (KeyError, ValueError):  # no text that the program has accepted
-        return found
+    groups = groups_in(config)
     numbers: dict[str, int] = {}
     for kind, key in (("joint_material", "number"), ("joint_law", "material")):
-        entries = groups.get(kind, [])
-        for group in [entries] if isinstance(entries, Mapping) else entries:
+        for group in groups.get(kind, []):
             number = group.get(key)
             if isinstance(number, str):
                 number = numbers.get(number.strip().lower(), 0)

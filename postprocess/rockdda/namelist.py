@@ -132,3 +132,16 @@ def _value(word: str) -> Any:
         return float(lower.replace("d", "e"))
     except ValueError:
         return word
+
+
+def as_list(groups: Any) -> list[Any]:
+    """One or several groups as a list."""
+    return list(groups) if isinstance(groups, list | tuple) else [groups]
+
+
+def groups_in(text: str) -> dict[str, list[dict[str, Any]]]:
+    """The groups of a text, a list for each name; none in one that the program would not accept."""
+    try:
+        return {name: as_list(entries) for name, entries in parse_groups(text).items()}
+    except (KeyError, ValueError):
+        return {}

@@ -33,7 +33,6 @@ from .frames import (
 )
 from .joints import joint_points
 from .materials import JointStrength, joint_strengths
-from .namelist import parse_groups
 from .notebook import card, drawing_of_blocks
 from .outputs import OUTPUTS
 from .stages import BOUNDARY_FORCE, STAGE_TABLES, Stage, StageTables
@@ -84,9 +83,9 @@ class Results(StageTables):
         self._cache: dict[str, AnyArray] = {}
         self._attributes: dict[str, Any] = {}
         self._run: tuple[Any, int] | None = None
-        self._n_steps = self._n_frames = 0
+        self.n_steps = self.n_frames = 0
         self._last_frame = -1  # its step
-        self._has_joints = False
+        self.has_joints = False
         check_signature(self.path)
         self._read_sizes()
 
@@ -94,9 +93,9 @@ class Results(StageTables):
 
     def refresh(self) -> bool:
         """Add what a running job has written since; True when there are more steps or frames, or it has ended."""
-        before = (self._n_steps, self._n_frames, self.complete, self.exit_reason)
+        before = (self.n_steps, self.n_frames, self.complete, self.exit_reason)
         self._read_sizes()
-        return before != (self._n_steps, self._n_frames, self.complete, self.exit_reason)
+        return before != (self.n_steps, self.n_frames, self.complete, self.exit_reason)
 
     def close(self) -> None:
         """Close the file. Reading afterwards is an error."""
@@ -126,13 +125,6 @@ class Results(StageTables):
     def units_of(self, path: str) -> str:
         """The unit of a dataset, 'Pa', or its dimension where the units are not known; '' in older files."""
         return str(plain(self._source.use(lambda file: file[path].attrs.get("units", ""))))
-
-    @property
-    def bolt_spacing(self) -> FloatArray:
-        """(n,) distance of bolts with nodes out of the plane [length]: their forces over it are those of the model."""
-        if not self.bolt_names:
-            return np.zeros(0)
-        return np.array(self._source.use(lambda file: file["model/bolt_first"].attrs["spacing_out_of_plane"]))
 
     def _repr_html_(self) -> str:
         """What a notebook shows: facts, and the blocks of the last frame."""
@@ -167,10 +159,10 @@ class Results(StageTables):
             frames = min(file[f"frames/{name}"].shape[0] for name in (*FRAME_TABLES, *bolts))
             offsets = file["frames/contact_offset"]
             frames = min(frames, offsets.shape[0] - 1)
-            self._has_joints = all(f"frames/{name}" in file for name in JOINT_TABLES)
-            self._has_strength = self._has_joints and f"frames/{STRENGTH_TABLE}" in file
-            of_contacts = CONTACT_TABLES + (JOINT_TABLES if self._has_joints else [])
-            of_contacts = of_contacts + ([STRENGTH_TABLE] if self._has_strength else [])
+            self.has_joints = all(f"frames/{name}" in file for name in JOINT_TABLES)
+            self.has_strength = self.has_joints and f"frames/{STRENGTH_TABLE}" in file
+            of_contacts = CONTACT_TABLES + (JOINT_TABLES if self.has_joints else [])
+            of_contacts = of_contacts + ([STRENGTH_TABLE] if self.has_strength else [])
             rows = min(file[f"frames/{name}"].shape[0] for name in of_contacts)
             if frames > 0 and offsets[frames] > rows:  # killed in the midst of a flush
                 frames = int(np.searchsorted(offsets[: frames + 1], rows, side="right")) - 1
@@ -181,8 +173,8 @@ class Results(StageTables):
             last = int(kept[frames - 1]) if frames > 0 else -1
             return attributes, steps, frames, last, file["model/block_area"].shape[0], file["model/vertices"].shape[0]
 
-        attributes, self._n_steps, self._n_frames, self._last_frame, self._n_blocks, self._n_vertices = (
-            self._source.use(read)
+        attributes, self.n_steps, self.n_frames, self._last_frame, self.n_blocks, self.n_vertices = self._source.use(
+            read
         )
         self._source.complete = bool(attributes.get("complete", 0))
         run = (attributes.get("created"), self._source.inode)
@@ -229,24 +221,6 @@ class Results(StageTables):
     def exit_reason(self) -> str:
         """'finished', 'running' (still, or the run was killed), or why it stopped."""
         return str(self._attributes.get("exit_reason", ""))
-
-    @property
-    def n_blocks(self) -> int:
-        return self._n_blocks
-
-    @property
-    def n_vertices(self) -> int:
-        """Vertices of all blocks."""
-        return self._n_vertices
-
-    @property
-    def n_frames(self) -> int:
-        return self._n_frames
-
-    @property
-    def n_steps(self) -> int:
-        """Accepted steps."""
-        return self._n_steps
 
     # -- arrays --------------------------------------------------------------------------------------------------
 
@@ -296,11 +270,11 @@ class Results(StageTables):
 
     def block_rows(self, name: str, block: int) -> AnyArray:
         """(nk, …) the rows of one block in a table of all frames and blocks, such as 'stress'."""
-        return self._table(f"frames/{name}", 0, self._n_frames, block)
+        return self._table(f"frames/{name}", 0, self.n_frames, block)
 
     def _table(self, path: str, start: int, stop: int, *rest: int) -> AnyArray:
         rows = self._source.rows(path, start, stop, *rest)
-        if problem := rows_problem(path, rows, self._n_blocks):
+        if problem := rows_problem(path, rows, self.n_blocks):
             raise InputError(f"the file is damaged: {problem}", self.path)
         length = self._view_length(path)
         if length is not None and start + len(rows) < min(length, stop):
@@ -312,9 +286,9 @@ class Results(StageTables):
 
     def _check_last_frame(self) -> None:
         """The last frame of an ended run is not one of the regular frames: it is removed when the run is resumed."""
-        if self._n_frames == 0 or self.exit_reason == "running" or not self._source.has_changed():
+        if self.n_frames == 0 or self.exit_reason == "running" or not self._source.has_changed():
             return
-        step = self._source.rows("frames/step", self._n_frames - 1, self._n_frames)
+        step = self._source.rows("frames/step", self.n_frames - 1, self.n_frames)
         if len(step) == 0 or step[0] != self._last_frame:
             message = (
                 "the run was resumed since the file was opened, and its last frame removed: "
@@ -328,17 +302,17 @@ class Results(StageTables):
     def _view_length(self, path: str) -> int | None:
         group, _, name = path.partition("/")
         if group == "history":
-            return self._n_steps
+            return self.n_steps
         if group == "frames" and name in (*FRAME_TABLES, *BOLT_TABLES, *NODE_TABLES, "active"):
-            return self._n_frames
-        return self._n_frames + 1 if path == "frames/contact_offset" else None
+            return self.n_frames
+        return self.n_frames + 1 if path == "frames/contact_offset" else None
 
     def _rows(self, path: str) -> int | None:
         group, _, name = path.partition("/")
         if (length := self._view_length(path)) is not None:
             return length
         if group == "frames" and name in (*CONTACT_TABLES, *JOINT_TABLES, STRENGTH_TABLE):
-            return int(self.rows("frames/contact_offset", self._n_frames, self._n_frames + 1)[0])
+            return int(self.rows("frames/contact_offset", self.n_frames, self.n_frames + 1)[0])
         return None
 
     def attribute(self, path: str, name: str) -> Any:
@@ -390,22 +364,8 @@ class Results(StageTables):
 
     def _is_off(self, name: str) -> bool:
         """Do the options switch this of &output off?"""
-        try:
-            options = parse_groups(str(self["input/config"])).get("output", {})
-        except (KeyError, ValueError):  # no text that the program has accepted
-            return False
-        groups = [options] if isinstance(options, dict) else options
-        return [group[name] for group in groups if name in group][-1:] == [False]  # the last one counts
-
-    @property
-    def has_joints(self) -> bool:
-        """Do the frames hold stresses, opening and slip along joints? Not in files of version 1."""
-        return self._has_joints
-
-    @property
-    def has_strength(self) -> bool:
-        """Do the frames hold how much of their shear strength joints mobilise? Not in the first files of version 2."""
-        return self._has_strength
+        given = [group[name] for group in self.input_groups.get("output", []) if name in group]
+        return given[-1:] == [False]  # the last one counts
 
     def joint_strengths(self) -> dict[int, JointStrength]:
         """Peak strengths by number of the joint material, as the input files in the results have them."""
@@ -428,11 +388,6 @@ class Results(StageTables):
         return joint_points(self.frames[frame])
 
     # -- frames --------------------------------------------------------------------------------------------------
-
-    @property
-    def frames(self) -> Frames:
-        """The frames, as a sequence: `results.frames[-1]` is the last one."""
-        return Frames(self)
 
     def frame(self, index: int = -1) -> Frame:
         """One frame; negative numbers count from the end."""

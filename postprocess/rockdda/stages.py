@@ -3,10 +3,8 @@
 
 from __future__ import annotations
 
-from abc import abstractmethod
 from dataclasses import dataclass
 from difflib import get_close_matches
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,8 +12,7 @@ import numpy as np
 from .arrays import AnyArray, BoolArray, FloatArray
 from .columns import Columns
 from .errors import InputError
-from .frames import Frame, Frames
-from .start import StartArrays
+from .frames import Frame, FrameTables
 
 if TYPE_CHECKING:
     import pandas
@@ -41,27 +38,8 @@ class Stage:
     unbalanced: float  # force at its last step; NaN in older files and without steps
 
 
-class StageTables(StartArrays):
+class StageTables(FrameTables):
     """What `rockdda.Results` has of stages, boundaries and active blocks. Files of version 1 have one stage."""
-
-    path: Path
-
-    @property
-    @abstractmethod
-    def frames(self) -> Frames: ...
-    @property
-    @abstractmethod
-    def n_frames(self) -> int: ...
-    @property
-    @abstractmethod
-    def n_steps(self) -> int: ...
-    @abstractmethod
-    def attribute(self, path: str, name: str) -> Any: ...
-
-    @property
-    def has_stages(self) -> bool:
-        """Is there more than one stage, or one with a name?"""
-        return self.stage_names != ["stage 1"]
 
     @property
     def stages(self) -> list[Stage]:
@@ -87,13 +65,6 @@ class StageTables(StartArrays):
                 )
             )
         return found
-
-    def stage_of(self, step: int) -> int:
-        """Index of the stage to which a step belongs; the start belongs to the first one."""
-        if "history/stage" not in self or self.n_steps == 0:
-            return 0
-        row = int(np.searchsorted(self["history/step"], step))
-        return int(self["history/stage"][min(row, self.n_steps - 1)])
 
     def _frame_stages(self, step: AnyArray, index: AnyArray) -> AnyArray:
         """(nk,) stage of each frame."""

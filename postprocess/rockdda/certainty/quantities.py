@@ -12,6 +12,7 @@ import numpy as np
 
 from ..errors import InputError
 from ..results import Results
+from ..study.case import TAKE
 from ..text import shown
 
 #: Component of a point's displacement, over its length, below which it is no quantity of its own.
@@ -19,10 +20,6 @@ SMALL = 0.1
 AT_REST = 1e-10  #: displacement over the extent of the model
 _DATASET = re.compile(r"(?:(\w+)\()?([\w/]+)(?:\[([\d, ]+)\])?\)?")
 _POINT = re.compile(r"(point \d+ [xy]|largest displacement)(, .+)?$")
-_TAKE: dict[str, Callable[[Any], Any]] = {
-    "last": lambda x: x[-1], "first": lambda x: x[0], "min": np.min, "max": np.max, "mean": np.mean,
-    "absmax": lambda x: np.max(np.abs(x)),
-}  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -117,7 +114,7 @@ def _dataset(name: str, results: Results) -> Quantity:
             raise InputError(f"quantity {shown(name)}: {str(problem).strip(chr(34))}") from None
         if series.ndim != 1 or not series.size:
             raise InputError(f"quantity {shown(name)}: the indices must leave one number a step")
-        value = float(_TAKE[take](series))
+        value = float(TAKE[take](series))
         return value, abs(value)
 
     read(results, float("inf"))
@@ -129,8 +126,8 @@ def _parsed(name: str) -> tuple[str, str, tuple[int, ...]]:
     found = _DATASET.fullmatch(name.strip())
     take, path, places = found.groups() if found else (None, "", None)
     take = take or "last"
-    if not found or take not in _TAKE or "/" not in path:
-        known = "point 1 y, factor, or TAKE(DATASET[I, J]) with TAKE of " + ", ".join(_TAKE)
+    if not found or take not in TAKE or "/" not in path:
+        known = "point 1 y, factor, or TAKE(DATASET[I, J]) with TAKE of " + ", ".join(TAKE)
         raise InputError(f"quantity: expected a name such as {known}; found {shown(name)}")
     return take, path, tuple(int(place) for place in places.split(",")) if places else ()
 

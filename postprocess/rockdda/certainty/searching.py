@@ -12,7 +12,7 @@ from typing import Any
 from ..critical import NAMES
 from ..errors import InputError
 from ..study import Study
-from ..study.case import SEARCHED
+from ..study.case import SEARCHED, read_status
 
 #: What a model without a factor does at the value that counts.
 STANDS, FAILS, UNKNOWN = "stands", "fails", "unknown"
@@ -66,12 +66,9 @@ def found_in(study: Study, folder: Path, case: int, limit: float = 1.0) -> Found
         answer = json.loads((folder / SEARCHED).read_text(encoding="utf-8"))
     except (OSError, ValueError):
         answer = {}
-    status = _status(folder)
-    if status.get("digest") != study.digest(study.cases[case - 1]) or status.get("status") in (
-        "waiting",
-        "running",
-        "stopped",
-    ):
+    status = read_status(folder)
+    unfinished = status.get("status") in ("waiting", "running", "stopped")
+    if unfinished or status.get("digest") != study.digest(study.cases[case - 1]):
         return Found(case, None, 0.0, "", UNKNOWN, "not run yet")
     if "factor" in answer:  # also of a design that does not stand, which ends as a run that failed
         factor, low, high = (answer[name] for name in ("factor", "low", "high"))
@@ -83,14 +80,6 @@ def found_in(study: Study, folder: Path, case: int, limit: float = 1.0) -> Found
     message = str(status.get("message", "")) or "no answer"
     code = int(status.get("exit_code", 0))
     return Found(case, None, 0.0, "", _side(message, limit), message.removeprefix("rockdda: error: "), code)
-
-
-def _status(folder: Path) -> dict[str, Any]:
-    try:
-        found = json.loads((folder / "status.json").read_text(encoding="utf-8"))
-        return found if isinstance(found, dict) else {}
-    except (OSError, ValueError):
-        return {}
 
 
 def _side(message: str, limit: float) -> str:

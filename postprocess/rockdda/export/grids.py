@@ -10,7 +10,7 @@ import numpy as np
 
 from ..arrays import AnyArray, IntArray
 from ..frames import FIELDS
-from ..joints import JOINT_FIELDS
+from ..joints import JOINT_FIELDS, joint_points
 from ..rings import triangles
 
 if TYPE_CHECKING:
@@ -126,7 +126,7 @@ def _liners(frame: Frame) -> Grid:
 
 def _joints(frame: Frame) -> Grid:
     """The joints of a frame as a grid of lines, one for each of their points."""
-    table = frame.results.joint_columns(frame.index)
+    table = joint_points(frame)
     ends = table.stack("x1", "y1", "x2", "y2").reshape(-1, 2)
     cells: Arrays = {name: table[name].astype(float) for name in (*JOINT_FIELDS, "length")}
     cells |= {name: table[name].astype(np.int32) for name in ("state", "material")}

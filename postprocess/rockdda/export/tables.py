@@ -11,7 +11,7 @@ import numpy as np
 
 from ..arrays import AnyArray
 from ..errors import InputError
-from ..joints import need_contacts, summary_columns
+from ..joints import joint_points, need_contacts, summary_columns
 from ..results import FIELDS
 from ..text import PathLike, csv_text
 from ..units import Units, with_units
@@ -110,11 +110,11 @@ def _contact_rows(frame: Frame) -> dict[str, Any]:
 
 
 def _joint_point_rows(frame: Frame) -> dict[str, Any]:
-    return _counted_from_1(frame.results.joint_columns(frame.index).without("edge"))
+    return _counted_from_1(joint_points(frame).without("edge"))
 
 
 def _joint_rows(frame: Frame) -> dict[str, Any]:
-    return _counted_from_1(summary_columns(frame.results.joint_columns(frame.index)))
+    return _counted_from_1(summary_columns(joint_points(frame)))
 
 
 def _counted_from_1(table: Columns) -> dict[str, Any]:

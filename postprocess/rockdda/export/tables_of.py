@@ -14,7 +14,7 @@ from ..arrays import AnyArray
 from ..callers import stack_level
 from ..errors import InputError, InputWarning, need
 from ..frames import CONTACT_TABLES, FIELDS, JOINT_TABLES
-from ..joints import need_contacts
+from ..joints import joint_points, need_contacts
 from ..stages import STAGE_TABLES
 from ..units import description
 
@@ -168,7 +168,7 @@ def _blocks(frame: Frame) -> tuple[dict[str, Any], list[Any]]:
 def _joints(frame: Frame) -> tuple[dict[str, Any], Any]:
     from shapely import linestrings
 
-    table = frame.results.joint_columns(frame.index)
+    table = joint_points(frame)
     ends = table.stack("x1", "y1", "x2", "y2").reshape(-1, 2, 2)
     counted = ("joint", "first", "second")
     rest = table.without("edge", "x1", "y1", "x2", "y2")

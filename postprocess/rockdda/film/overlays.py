@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..arrays import BoolArray, FloatArray
-from ..joints import JOINT_FIELDS
+from ..joints import JOINT_FIELDS, joint_points
 from ..plot.boundary_marks import boundary_tables, edge_arrows
 from ..plot.water_levels import water_tables, wetted_stretches
 
@@ -28,7 +28,7 @@ def shown_joints(results: Results, units: Units) -> Shown:
     """Factor and unit of each field of joints, by its largest value in the last frame."""
     if not results.has_joints:
         return {}
-    points = results.joint_columns(-1)
+    points = joint_points(results.frames[-1])
     found = {}
     for name, field in JOINT_FIELDS.items():
         values = np.abs(points[name].astype(float))
@@ -52,7 +52,7 @@ def joint_rows(frame: Frame, shown: Shown | None = None) -> FloatArray:
     """(n, 9) edge, share of its begin, share of its end, and the COLUMNS of every point along the joints, times the
     factors of `shown`."""
     results = frame.results
-    points = results.joint_columns(frame.index)
+    points = joint_points(frame)
     edge = points["edge"]
     offset = results.vertex_offset
     block = np.searchsorted(offset, edge, side="right") - 1

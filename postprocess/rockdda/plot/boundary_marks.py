@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..arrays import AnyArray, BoolArray, FloatArray
-from ..namelist import parse_groups
 from .style import BOUNDARIES
 
 if TYPE_CHECKING:
@@ -54,11 +53,7 @@ def _table(group: dict[str, Any]) -> list[float]:
 
 def _groups(results: Results) -> list[dict[str, Any]]:
     """The groups &boundary of the input, one for each boundary; empty ones where the text does not tell."""
-    try:
-        groups = parse_groups(str(results["input/config"])).get("boundary", [])
-    except (KeyError, ValueError):  # no text that the program has accepted
-        groups = []
-    given = [groups] if isinstance(groups, dict) else list(groups)
+    given = results.input_groups.get("boundary", [])
     return given if len(given) == len(results.boundary_kinds) else [{} for _ in results.boundary_kinds]
 
 

@@ -9,7 +9,6 @@ import numpy as np
 
 from ..arrays import AnyArray, FloatArray
 from ..errors import InputError
-from ..namelist import parse_groups
 from ..text import plain_text
 from ..units import Units
 from .style import PALETTE, PAPER_WIDTH, name_axis, new_axes, nice_ticks, style, title_of
@@ -66,12 +65,7 @@ def _is_new(share: FloatArray, index: AnyArray, stage: int, digs: set[int]) -> b
 
 def _stages_with(results: Results, holds: Callable[[dict[str, Any]], bool]) -> set[int]:
     """Indices of the stages of the input for which something holds."""
-    try:
-        groups = parse_groups(str(results["input/config"])).get("stage", [])
-    except (KeyError, ValueError):  # no text that the program has accepted
-        return set()
-    stages = [groups] if isinstance(groups, dict) else groups
-    return {k for k, stage in enumerate(stages) if holds(stage)}
+    return {k for k, stage in enumerate(results.input_groups.get("stage", [])) if holds(stage)}
 
 
 def _way(results: Results, rows: AnyArray) -> FloatArray:

@@ -11,11 +11,10 @@ import numpy as np
 
 from .. import records
 from ..certainty.half_step import FILES, HalfStep, path_of
+from ..certainty.variants import chosen
 from ..errors import InputError
-from ..groups import as_list
-from ..joints import summary_columns
+from ..joints import after_on_block, joint_points, summary_columns
 from ..materials import material_rows
-from ..namelist import parse_groups
 from ..options import option_rows
 from ..text import number
 from ..units import Units
@@ -78,15 +77,6 @@ def place_text(points: Any, units: Units) -> str:
     return text + (" …" if len(places) > 3 else "") + (f" {unit}" if units.length and text else "")
 
 
-def groups_of(results: Results) -> dict[str, list[dict[str, Any]]]:
-    """The groups of the options file in the results, a list for each; none where it cannot be read."""
-    try:
-        groups = parse_groups(str(results["input/config"]))
-    except (KeyError, ValueError):  # no text that the program has accepted
-        return {}
-    return {name: as_list(entries) for name, entries in groups.items()}
-
-
 def files_of(groups: Mapping[str, list[dict[str, Any]]]) -> list[str]:
     """Files that the options name beside the geometry: records, pressures."""
     found = [group[name] for entries in groups.values() for group in entries for name in FILES if name in group]
@@ -96,7 +86,7 @@ def files_of(groups: Mapping[str, list[dict[str, Any]]]) -> list[str]:
 def motions(results: Results) -> list[tuple[str, Record]]:
     """Records of &quake as their files are now, with their directions; without those that cannot be read."""
     found = []
-    for group in groups_of(results).get("quake", []):
+    for group in results.input_groups.get("quake", []):
         path = path_of(str(group.get("record", "")), results.path.parent)
         if path is None:
             continue
@@ -108,7 +98,7 @@ def motions(results: Results) -> list[tuple[str, Record]]:
 
 def in_words(results: Results, units: Units) -> str:
     """The model in a few sentences."""
-    groups = groups_of(results)
+    groups = results.input_groups
     (_, blocks), (_, joints) = material_tables(results)
     low, high = results.vertices.min(axis=0), results.vertices.max(axis=0)
     of, by = (_names([row[0] for row in rows]) for rows in (blocks, joints))
@@ -149,7 +139,7 @@ def question(results: Results) -> str:
     """What the run answers, in general words."""
     if "search/factor" in results:
         return "Does the model stand, how far is it from failure, and how does it fail?"
-    kinds = [group.get("until") == "equilibrium" for group in groups_of(results).get("stage", [])]
+    kinds = [group.get("until") == "equilibrium" for group in results.input_groups.get("stage", [])]
     if kinds and all(kinds):
         return (
             "Does the model come to rest in each stage, and which displacements, stresses and forces does it have then?"
@@ -165,11 +155,6 @@ def _names(names: list[str]) -> str:
     return ", ".join(found[:5]) + (f" and {len(found) - 5} more" if len(found) > 5 else "")
 
 
-def chosen(groups: Mapping[str, list[dict[str, Any]]], group: str, name: str) -> Any:
-    """The last value of an option, None where it is not given."""
-    return next((entry[name] for entry in reversed(groups.get(group, [])) if name in entry), None)
-
-
 def material_tables(results: Results, units: Units | None = None) -> tuple[Table, Table]:
     """Block and joint materials with the values that the input gives them."""
     blocks, joints = material_rows(str(results["input/analysis"]))
@@ -177,7 +162,7 @@ def material_tables(results: Results, units: Units | None = None) -> tuple[Table
         "block_material": {i: dict(zip(BLOCK_COLUMNS, row, strict=False)) for i, row in enumerate(blocks, start=1)},
         "joint_material": {i: dict(zip(JOINT_COLUMNS, row, strict=False)) for i, row in enumerate(joints, start=1)},
     }
-    groups = groups_of(results)
+    groups = results.input_groups
     for kind, materials in found.items():
         for group in groups.get(kind, []):
             materials.setdefault(group.get("number"), {}).update(group)
@@ -231,7 +216,7 @@ def _table(materials: Mapping[Any, Mapping[str, Any]], columns: Mapping[str, str
 
 def boundary_table(results: Results, units: Units) -> Table:
     """Boundaries with their values, and the forces on the blocks at the end of the run."""
-    groups, kinds, force = groups_of(results).get("boundary", []), results.boundary_kinds, results.boundary_force
+    groups, kinds, force = results.input_groups.get("boundary", []), results.boundary_kinds, results.boundary_force
     factor, unit = units.multiple("force", float(np.abs(force[-1]).max(initial=0.0)) if len(force) else 1.0)
     rows = []
     for i, kind in enumerate(kinds):
@@ -246,7 +231,7 @@ def boundary_table(results: Results, units: Units) -> Table:
 
 def stage_table(results: Results, units: Units) -> Table:
     """Stages: what they do, their steps, and the state at their ends."""
-    groups = groups_of(results).get("stage", [])
+    groups = results.input_groups.get("stage", [])
     trial = bool(stages_before(results))
     rows: list[list[Any]] = []
     largest: list[float] = []
@@ -279,7 +264,7 @@ def stages_before(results: Results) -> list[Stage]:
 def joint_table(results: Results, units: Units) -> Table:
     """The joints that use most of their strength at the end of the run, of those that carry more than next to nothing:
     a corner that touches may use all of it."""
-    table = summary_columns(results.joint_columns(-1))
+    table = summary_columns(joint_points(results.frames[-1]))
     force = np.hypot(table["force_x"], table["force_y"])
     use = np.where(force >= LEAST_FORCE * force.max(initial=0.0), table["largest_mobilised"], np.nan)
     order = np.argsort(-use, kind="stable")  # without use last
@@ -332,7 +317,7 @@ def in_short(results: Results, units: Units) -> list[tuple[str, str]]:
     gone = results.n_blocks - len(there)
     facts.append(("blocks", f"{len(there)} of {results.n_blocks} are there" if gone else f"{results.n_blocks}"))
     if results.has_joints:
-        points = results.joint_columns(-1)
+        points = joint_points(results.frames[-1])
         length = points["length"].sum()
         if length > 0:
             names = ("open", "sliding", "locked or tied")
@@ -399,10 +384,10 @@ def checks(results: Results, half: HalfStep | None = None) -> list[tuple[str, st
     contacts = results.frames[-1].contacts
     if contacts.opening is not None and len(contacts):
         offset = results.vertex_offset
-        edges = np.linalg.norm(results.vertices - results.vertices[_after(offset)], axis=1)
+        edges = np.linalg.norm(results.vertices - results.vertices[after_on_block(offset)], axis=1)
         add("deepest overlap of blocks at a joint", max(-float(contacts.opening.min()), 0.0) / float(edges.mean()),
             OVERLAP, "of the mean edge")  # fmt: skip
-    groups = groups_of(results).get("stage", [])
+    groups = results.input_groups.get("stage", [])
     for stage in results.stages:
         group = groups[stage.index] if stage.index < len(groups) else {}
         if group.get("until") == "equilibrium" and stage.n_steps:
@@ -429,10 +414,3 @@ def step_rows(half: HalfStep | None) -> list[tuple[str, str, str, str]]:
     if half.stress is not None:
         rows.append((f"{what}: stress at the end", f"{half.stress:.1e}", "of the largest stress", "–"))
     return rows
-
-
-def _after(offset: Any) -> Any:
-    """(nv,) the vertex that follows each one on its block."""
-    after = np.arange(1, offset[-1] + 1)
-    after[offset[1:] - 1] = offset[:-1]
-    return after

@@ -265,7 +265,7 @@ def _parameters_part(results: Results, units: Units, cover: Cover, drawn: dict[s
     """Values with the place where they come from, given or to be filled in."""
     rows: list[tuple[str, ...]] = []
     left = dict(cover.sources)
-    groups = facts.groups_of(results)
+    groups = results.input_groups
     for name, words in (
         ("load", "loads"),
         ("in_situ", "stress in the ground"),
@@ -415,7 +415,7 @@ def _checks_part(rows: list[tuple[str, str, str, str]], half: HalfStep | None, d
 
 def _input_part(results: Results) -> list[str]:
     """What the run was made of, so that it can be repeated."""
-    files = facts.files_of(facts.groups_of(results))
+    files = facts.files_of(results.input_groups)
     beside = f", and the files that they name ({', '.join(files)})" if files else ""
     what = "the search gives the same trials" if "search/factor" in results else "this version gives the same numbers"
     words = f"With these texts, which the results hold{beside}, {what}, bit for bit."

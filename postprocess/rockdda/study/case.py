@@ -32,6 +32,11 @@ from ..text import decoded
 from ..writing import make_folder, write_file
 from .definition import Case, Quantity, Study
 
+#: How one number is made of those of all steps.
+TAKE: dict[str, Callable[[Any], Any]] = {
+    "last": lambda x: x[-1], "first": lambda x: x[0], "min": np.min, "max": np.max, "mean": np.mean,
+    "absmax": lambda x: np.max(np.abs(x)),
+}  # fmt: skip
 #: Exit code of a case that took longer than its timeout.
 TIMED_OUT = 124
 
@@ -288,11 +293,7 @@ def quantity(path: Path, wanted: Quantity) -> float:
         raise IndexError(
             f"result '{wanted.name}': {wanted.dataset} has the shape {values.shape}; 'at' must leave one number a step"
         )
-    take: dict[str, Callable[[Any], Any]] = {
-        "last": lambda x: x[-1], "first": lambda x: x[0], "min": np.min, "max": np.max, "mean": np.mean,
-        "absmax": lambda x: np.max(np.abs(x)),
-    }  # fmt: skip
-    return float(take[wanted.take](series))
+    return float(TAKE[wanted.take](series))
 
 
 def _model_files(folder: Path, call: Callable[..., tuple[int, str]]) -> list[str]:
