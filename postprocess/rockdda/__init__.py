@@ -12,11 +12,8 @@ The import is quick: modules, and NumPy and h5py with them, are loaded when a na
 from __future__ import annotations
 
 import importlib as _importlib
-from pathlib import Path as _Path
 from typing import TYPE_CHECKING as _TYPE_CHECKING
 from typing import Any as _Any
-
-from .outputs import OUTPUTS as _OUTPUTS
 
 if _TYPE_CHECKING:
     from .certainty import Convergence, Reliability, convergence, reliability
@@ -80,48 +77,6 @@ __all__ = [
 ]
 
 
-def _plot(results: _Any, **options: _Any) -> _Any:
-    from .plot import plot
-
-    return plot(results, **options)
-
-
-def _animate(results: _Any, output: _Any, **options: _Any) -> _Path:
-    from .film import animate
-
-    return animate(results, output, **options)
-
-
-def _to_vtk(results: _Any, path: _Any, **options: _Any) -> _Path:
-    from .export import to_vtk
-
-    return to_vtk(results, path, **options)
-
-
-def _slider(results: _Any, field: str, **options: _Any) -> _Any:
-    from .plot import slider
-
-    return slider(results, field, **options)
-
-
-def _to_xarray(results: _Any, contacts: bool) -> _Any:
-    from .export import to_xarray
-
-    return to_xarray(results, contacts)
-
-
-def _to_geopandas(results: _Any, what: str, frame: int, **options: _Any) -> _Any:
-    from .export import to_geopandas
-
-    return to_geopandas(results, what, frame, **options)
-
-
-def _draw_search(found: _Any, kind: str, **options: _Any) -> _Any:
-    from .plot import draw_search
-
-    return draw_search(found, kind, **options)
-
-
 def __getattr__(name: str) -> _Any:
     """A public name or a module, when it is first used."""
     if name in _HOMES:
@@ -135,7 +90,3 @@ def __getattr__(name: str) -> _Any:
 
 def __dir__() -> list[str]:
     return sorted({*globals(), *_HOMES})
-
-
-_OUTPUTS.update(plot=_plot, animate=_animate, to_vtk=_to_vtk, search=_draw_search)
-_OUTPUTS.update(slider=_slider, to_xarray=_to_xarray, to_geopandas=_to_geopandas)

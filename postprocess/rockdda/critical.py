@@ -22,7 +22,7 @@ import numpy as np
 from .callers import stack_level
 from .errors import ConvergenceError, InputError, InputWarning, OutputError, Problem, RockddaError
 from .model import Model
-from .outputs import OUTPUTS
+from .outputs import output
 from .program import find_program
 from .results import Results
 from .results import open as open_results
@@ -134,7 +134,7 @@ class CriticalFactor:
 
         The default is the mechanism where there are results, else the search.
         """
-        return OUTPUTS["search"](self, kind or ("factor" if self.results is None else "mechanism"), **options)
+        return output("draw_search", self, kind or ("factor" if self.results is None else "mechanism"), **options)
 
 
 def factor_of_safety(

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import re
 from abc import abstractmethod
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
@@ -15,6 +16,7 @@ from .columns import Columns
 from .errors import InputError
 from .fields import FIELD_TEXTS
 from .start import StartArrays, Stored
+from .storage.tables import names_in
 
 if TYPE_CHECKING:
     import pandas
@@ -66,11 +68,10 @@ class FrameTables(StartArrays):
 
 
 NODE_TABLES = ["bolt_node", "bolt_force", "bolt_slip", "bolt_state"]
-BOLT_TABLES = ["bolt_ends", "bolt_force"]
 LINER_TABLES = ["liner_point", "liner_force", "liner_state"]
-CONTACT_TABLES = ["contact_point", "contact_force", "contact_state", "contact_blocks"]
+CONTACT_TABLES = [name for name in names_in("frames", "") if re.match(r"contact_(?!offset)", name)]
 #: Of each contact, from version 2 of the results on.
-JOINT_TABLES = ["contact_opening", "contact_slip", "contact_length", "contact_normal_stress", "contact_shear_stress"]
+JOINT_TABLES = names_in("frames", "joints")
 #: The same; not in the first files of version 2.
 STRENGTH_TABLE = "contact_strength"
 

@@ -41,14 +41,15 @@ def block_material_names(config: str) -> dict[int, str]:
 
 def densities_and_weights(analysis: str, config: str) -> list[tuple[float, float]]:
     """Density and weight of each block material of an analysis file, or of a labelled file."""
-    found = {i: (row[0], row[1]) for i, row in enumerate(material_rows(analysis)[0], start=1)}
+    rows = material_rows(analysis)[0]
+    found: dict[Any, tuple[float, Any]] = {i: (row[0], row[1]) for i, row in enumerate(rows, start=1)}
     groups = groups_in(config)
     gravity = 0.0
     for group in groups.get("load", []):
         gravity = float(group.get("gravity", gravity))
     for group in groups.get("block_material", []):
-        number: Any = group.get("number")
-        density, weight = found.get(number, (0.0, None))  # type: ignore[arg-type]
+        number = group.get("number")
+        density, weight = found.get(number, (0.0, None))
         density = float(group.get("density", density))
         weight = group.get("unit_weight", weight)
         found[number] = (density, gravity * density if weight is None else float(weight))

@@ -18,26 +18,15 @@ import numpy as np
 from .arrays import AnyArray, FloatArray, IntArray
 from .columns import Columns
 from .errors import InputError
-from .frames import (
-    BOLT_TABLES,
-    CONTACT_TABLES,
-    FIELDS,
-    JOINT_TABLES,
-    LINER_TABLES,
-    NODE_TABLES,
-    STRENGTH_TABLE,
-    Contacts,
-    Field,
-    Frame,
-    Frames,
-)
+from .frames import CONTACT_TABLES, FIELDS, JOINT_TABLES, STRENGTH_TABLE, Contacts, Field, Frame, Frames
 from .joints import joint_points
 from .materials import JointStrength, joint_strengths
 from .notebook import card, drawing_of_blocks
-from .outputs import OUTPUTS
-from .stages import BOUNDARY_FORCE, STAGE_TABLES, Stage, StageTables
+from .outputs import output as draw_or_write
+from .stages import STAGE_TABLES, Stage, StageTables
 from .storage.check import attributes_problem, results_problem, rows_problem
 from .storage.file import GrowingFile, NoSuchPath, check_format, check_signature, plain
+from .storage.tables import names_in
 from .text import PathLike, readable
 
 if TYPE_CHECKING:
@@ -50,24 +39,11 @@ __all__ = ["FIELDS", "Contacts", "Field", "Frame", "Frames", "Results", "Stage",
 
 T = TypeVar("T")
 
-# The tables that grow with the run; `contact_offset` has one row more than there are frames.
-HISTORY_TABLES = [
-    "step",
-    "time",
-    "dt",
-    "open_close_iterations",
-    "attempts",
-    "solver_iterations",
-    "contacts",
-    "max_displacement",
-    "energy",
-    "measured_displacement",
-    "measured_stress",
-    "measured_rotation",
-    "fixed_force",
+#: The tables that grow with the run; `contact_offset` has one row more than there are frames.
+HISTORY_TABLES = names_in("history", "")
+FRAME_TABLES = [
+    name for name in names_in("frames", "", "stages", "bolts", "nodes", "liners") if not name.startswith("contact_")
 ]
-OWN_TABLES = (*BOLT_TABLES, *NODE_TABLES, *LINER_TABLES, "active")  # that not all files have
-FRAME_TABLES = ["step", "time", "vertices", "centroid", "rotation", "stress", "velocity"]
 
 
 class Results(StageTables):
@@ -150,13 +126,9 @@ class Results(StageTables):
             check_format(self.path, attributes)
             if problem := attributes_problem(attributes) or results_problem(file):
                 raise ValueError(problem)
-            histories = [f"history/{name}" for name in HISTORY_TABLES]
-            histories += [f"history/{name}" for name in STAGE_TABLES if f"history/{name}" in file]
-            histories += [BOUNDARY_FORCE] if BOUNDARY_FORCE in file else []
-            steps = min(file[name].shape[0] for name in histories)
-            # older files have none
-            bolts = [name for name in OWN_TABLES if f"frames/{name}" in file]
-            frames = min(file[f"frames/{name}"].shape[0] for name in (*FRAME_TABLES, *bolts))
+            names = [*names_in("history", "", "stages"), "boundary_force"]  # older files do not have all
+            steps = min(file[path].shape[0] for name in names if (path := f"history/{name}") in file)
+            frames = min(file[path].shape[0] for name in FRAME_TABLES if (path := f"frames/{name}") in file)
             offsets = file["frames/contact_offset"]
             frames = min(frames, offsets.shape[0] - 1)
             self.has_joints = all(f"frames/{name}" in file for name in JOINT_TABLES)
@@ -303,7 +275,7 @@ class Results(StageTables):
         group, _, name = path.partition("/")
         if group == "history":
             return self.n_steps
-        if group == "frames" and name in (*FRAME_TABLES, *BOLT_TABLES, *NODE_TABLES, "active"):
+        if group == "frames" and name in FRAME_TABLES:
             return self.n_frames
         return self.n_frames + 1 if path == "frames/contact_offset" else None
 
@@ -311,7 +283,7 @@ class Results(StageTables):
         group, _, name = path.partition("/")
         if (length := self._view_length(path)) is not None:
             return length
-        if group == "frames" and name in (*CONTACT_TABLES, *JOINT_TABLES, STRENGTH_TABLE):
+        if group == "frames" and name.startswith("contact_"):
             return int(self.rows("frames/contact_offset", self.n_frames, self.n_frames + 1)[0])
         return None
 
@@ -452,32 +424,32 @@ class Results(StageTables):
 
     def to_xarray(self, contacts: bool = True) -> xarray.Dataset:
         """Frames, history and contacts as one labelled data set: see `rockdda.export.to_xarray`."""
-        return OUTPUTS["to_xarray"](self, contacts)
+        return draw_or_write("to_xarray", self, contacts)
 
     def to_geopandas(self, what: str = "blocks", frame: int = -1, **options: Any) -> geopandas.GeoDataFrame:
         """Blocks, joints or contacts of a frame as shapes with values: see `rockdda.export.to_geopandas`."""
-        return OUTPUTS["to_geopandas"](self, what, frame, **options)
+        return draw_or_write("to_geopandas", self, what, frame, **options)
 
     # -- pictures and files --------------------------------------------------------------------------------------
 
     def plot(self, field: str | None = None, frame: int = -1, **options: Any) -> matplotlib.axes.Axes:
         """Draw the blocks of a frame, coloured by a field; returns the matplotlib axes. See `rockdda.plot.plot`."""
-        return OUTPUTS["plot"](self, field=field, frame=frame, **options)
+        return draw_or_write("plot", self, field=field, frame=frame, **options)
 
     def slider(self, field: str = "displacement", **options: Any) -> Any:
         """A slider over the frames, in a notebook (needs ipywidgets). See `rockdda.plot.slider`."""
-        return OUTPUTS["slider"](self, field, **options)
+        return draw_or_write("slider", self, field, **options)
 
     def animate(self, output: PathLike | None = None, **options: Any) -> Path:
         """Make a film (.mp4, .gif or .html; by default the stem of the results + .mp4 in the current folder).
 
         Returns its path. See `rockdda.film.animate`.
         """
-        return OUTPUTS["animate"](self, f"{self.path.stem}.mp4" if output is None else output, **options)
+        return draw_or_write("animate", self, output or f"{self.path.stem}.mp4", **options)
 
     def to_vtk(self, path: PathLike, **options: Any) -> Path:
         """Write the frames for ParaView and PyVista; returns the path. See `rockdda.export.to_vtk`."""
-        return OUTPUTS["to_vtk"](self, path, **options)
+        return draw_or_write("to_vtk", self, path, **options)
 
 
 def open(path: PathLike) -> Results:

@@ -13,6 +13,7 @@ from .arrays import AnyArray, BoolArray, FloatArray
 from .columns import Columns
 from .errors import InputError
 from .frames import Frame, FrameTables
+from .storage.tables import names_in
 
 if TYPE_CHECKING:
     import pandas
@@ -20,7 +21,7 @@ if TYPE_CHECKING:
 #: Path of the forces of boundaries; files of versions without boundaries do not have it.
 BOUNDARY_FORCE = "history/boundary_force"
 #: Of the history; not in older files.
-STAGE_TABLES = ["unbalanced", "stage", "relaxation"]
+STAGE_TABLES = names_in("history", "stages")
 
 
 @dataclass(frozen=True)

@@ -19,6 +19,7 @@ from .arrays import AnyArray
 from .errors import InputError
 from .materials import JointStrength, densities_and_weights
 from .results import Results
+from .storage.tables import POWERS, TABLES
 
 __all__ = ["ConvertedResults", "Units", "check_units", "description", "in_units", "with_units"]
 
@@ -59,58 +60,6 @@ FORCES = {"N": 1.0, "kN": 1e3, "MN": 1e6, "GN": 1e9, "kgf": 9.80665, "tf": 9806.
 JOULES = {("N", "m"): "J", ("kN", "m"): "kJ"}
 PASCALS = {("N", "m"): "Pa", ("kN", "m"): "kPa", ("MN", "m"): "MPa", ("N", "mm"): "MPa"}
 
-# Powers of length, time and force of all datasets that have any; the columns of velocity and of the properties of bolts
-# are of two kinds.
-POWERS: dict[str, tuple[int, int, int]] = {
-    "model/vertices": (1, 0, 0),
-    "model/block_area": (2, 0, 0),
-    "model/block_centroid": (1, 0, 0),
-    "model/fixed_points": (1, 0, 0),
-    "model/loading_points": (1, 0, 0),
-    "model/measured_points": (1, 0, 0),
-    "model/bolt_ends": (1, 0, 0),
-    "model/bolt_properties": (0, 0, 1),  # the first column, the stiffness: over length
-    "model/water_unit_weight": (-3, 0, 1),
-    "model/water_table": (1, 0, 0),
-    "search/displacement": (1, 0, 0),
-    "model/water_level_time": (0, 1, 0),
-    "model/water_level_rise": (1, 0, 0),
-    "model/water_points": (1, 0, 0),
-    "model/water_pressure": (-2, 0, 1),
-    "history/time": (0, 1, 0),
-    "history/dt": (0, 1, 0),
-    "history/max_displacement": (1, 0, 0),
-    "history/energy": (1, 0, 1),
-    "history/measured_displacement": (1, 0, 0),
-    "history/measured_stress": (-2, 0, 1),
-    "history/fixed_force": (0, 0, 1),
-    "history/boundary_force": (0, 0, 1),
-    "history/bolt_force": (0, 0, 1),
-    "history/bolt_head_force": (0, 0, 1),
-    "history/bolt_dowel": (0, 0, 1),
-    "history/bolt_energy": (1, 0, 1),
-    "frames/time": (0, 1, 0),
-    "frames/vertices": (1, 0, 0),
-    "frames/centroid": (1, 0, 0),
-    "frames/stress": (-2, 0, 1),
-    "frames/velocity": (0, -1, 0),  # the first two columns: times length
-    "frames/bolt_ends": (1, 0, 0),
-    "frames/bolt_force": (0, 0, 1),
-    "frames/bolt_node": (1, 0, 0),
-    "frames/bolt_slip": (1, 0, 0),
-    "model/liner_section": (-2, 0, 1),  # the first column is a length, the last two are none
-    "frames/liner_point": (1, 0, 0),
-    "frames/liner_back": (1, 0, 0),
-    "frames/liner_section": (-1, 0, 1),  # every second column, a moment: times length
-    "frames/liner_force": (-1, 0, 1),  # the second column, the moment: times length
-    "frames/contact_point": (1, 0, 0),
-    "frames/contact_force": (0, 0, 1),
-    "frames/contact_opening": (1, 0, 0),
-    "frames/contact_slip": (1, 0, 0),
-    "frames/contact_length": (1, 0, 0),
-    "frames/contact_normal_stress": (-2, 0, 1),
-    "frames/contact_shear_stress": (-2, 0, 1),
-}
 # Bounds for solids and soils: density [kg/m³] and weight [N/m³]; 500 kg/m³ is dry peat, 23,000 is uranium-like.
 DENSITY, WEIGHT = (200.0, 30_000.0), (2_000.0, 300_000.0)
 
@@ -276,8 +225,8 @@ class ConvertedResults(Results):
         }
 
     def _converted(self, path: str, values: Any) -> Any:
-        powers = POWERS.get(path)
-        if powers is None:
+        powers = TABLES[path].powers if path in TABLES else POWERS["-"]
+        if powers == POWERS["-"]:
             return values
         factor = _product(self._factors, powers)
         values = values * factor

@@ -13,7 +13,8 @@ from rockdda import cli
 from rockdda import units as tables
 from rockdda.frames import FIELDS
 from rockdda.plot.style import DIMENSIONS
-from rockdda.units import POWERS, check_units, in_units
+from rockdda.storage.tables import TABLES
+from rockdda.units import check_units, in_units
 from synthetic import write_wall
 
 ANALYSIS = """\
@@ -166,7 +167,7 @@ def test_all_numbers_are_converted(flat_arch, tmp_path):
     np.testing.assert_allclose(shown.block_area, 1e6 * plain.block_area, rtol=1e-14)
     before, after = plain.history(), shown.history()
     for column in before:
-        power = next((p for path, p in POWERS.items() if column.startswith(path.split("/")[1])), (0, 0, 0))
+        power = next((t.powers for path, t in TABLES.items() if column.startswith(path.split("/")[1])), (0, 0, 0))
         scale = (1e3 ** power[0]) * (1e3 ** power[1]) * (1e-3 ** power[2])
         np.testing.assert_allclose(after[column], scale * before[column], rtol=1e-12, err_msg=column)
     assert shown.frame_at(1e9).time == pytest.approx(1e3 * plain.frames[-1].time, rel=1e-14)
@@ -195,7 +196,7 @@ def test_every_dataset_has_a_unit_or_none(flat_arch):
         "contact_strength",
     )
     for path in sorted(rockdda.open(flat_arch).keys()):
-        assert path in POWERS or path.startswith("input/") or path.endswith(without), path
+        assert path in TABLES or path.startswith("input/") or path.endswith(without), path
 
 
 def test_films_and_views_convert_too(flat_arch, tmp_path, capsys):

@@ -16,6 +16,7 @@ from ..errors import InputError, InputWarning, need
 from ..frames import CONTACT_TABLES, FIELDS, JOINT_TABLES
 from ..joints import joint_points, need_contacts
 from ..stages import STAGE_TABLES
+from ..storage.tables import TABLES, names_in
 from ..units import description
 
 if TYPE_CHECKING:
@@ -44,24 +45,13 @@ def to_xarray(results: Results, contacts: bool = True) -> xarray.Dataset:
         "velocity": ((frame, block, "velocity_component"), results["frames/velocity"]),
         "block_area": ((block,), results.block_area),
     }
-    shapes: dict[str, tuple[str, ...]] = {
-        "dt": ("step",),
-        "open_close_iterations": ("step",),
-        "attempts": ("step",),
-        "solver_iterations": ("step",),
-        "contacts": ("step", "contact_count"),
-        "max_displacement": ("step",),
-        "energy": ("step", "energy_column"),
-        "measured_displacement": ("step", "measured", "xy"),
-        "measured_stress": ("step", "measured", "stress_component"),
-        "measured_rotation": ("step", "measured"),
-        "fixed_force": ("step", "fixed", "xy"),
-    }
+    names = names_in("history", "")
     if "history/unbalanced" in results:  # not in older files
-        shapes |= dict.fromkeys(STAGE_TABLES, ("step",))
+        names += STAGE_TABLES
         data["active"] = ((frame, block), results.active)
-    for name, dimensions in shapes.items():
-        data[name] = (dimensions, results[f"history/{name}"])
+    for name in names:
+        if name not in ("step", "time"):
+            data[name] = (("step", *TABLES[f"history/{name}"].row), results[f"history/{name}"])
     data["boundary_force"] = (("step", "boundary", "xy"), results.boundary_force)
     found = xarray.Dataset(
         data,
@@ -99,12 +89,7 @@ def to_xarray(results: Results, contacts: bool = True) -> xarray.Dataset:
 def _contacts(results: Results) -> dict[str, tuple[tuple[str, ...], AnyArray]]:
     """The contacts of all frames, one frame after the other."""
     tables = CONTACT_TABLES + (JOINT_TABLES if results.has_joints else [])
-    shapes = {
-        "contact_point": ("contact", "xy"),
-        "contact_force": ("contact", "xy"),
-        "contact_blocks": ("contact", "side"),
-    }
-    return {name: (shapes.get(name, ("contact",)), results[f"frames/{name}"]) for name in tables}
+    return {name: (("contact", *TABLES[f"frames/{name}"].row), results[f"frames/{name}"]) for name in tables}
 
 
 def _contact_coordinates(results: Results) -> dict[str, tuple[str, AnyArray]]:

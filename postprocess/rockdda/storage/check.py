@@ -8,15 +8,16 @@ The program has the same rules and words (src/io/storage/results/results_shape.f
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import h5py
 import numpy as np
 
 from ..arrays import AnyArray
+from .tables import SIZES, TABLES
 
-# Columns of the energies, and values of a contact's state.
-ENERGIES, STATES = 10, 3
+STATES = 3  # values of a contact's state
 LARGEST = 1e30  # size of a number; the square of one is a number, too
 POINTS = ("fixed", "loading", "measured")
 TEXTS = ("title", "program_version", "created", "exit_reason")
@@ -59,12 +60,12 @@ def rows_problem(path: str, rows: AnyArray, n_blocks: int) -> str:
     return ""
 
 
-def _table(file: h5py.File, path: str, kind: str, *row: int) -> h5py.Dataset:
-    """A table of integers ('i4') or reals ('f8'), of any size, with rows of this shape."""
-    item = file.get(path)
+def _table(file: h5py.File, path: str, sizes: Mapping[str, int] = SIZES) -> h5py.Dataset:
+    """A table of any length, with numbers and rows as they must be."""
+    item, (kind, row, *_) = file.get(path), TABLES[path]
     if not isinstance(item, h5py.Dataset):
         raise _Problem(f"{path} is missing")
-    if len(item.shape or ()) != len(row) + 1 or item.shape[1:] != row:
+    if len(item.shape or ()) != len(row) + 1 or item.shape[1:] != tuple(sizes[name] for name in row):
         raise _Problem(f"{path} has an unexpected shape")
     if item.dtype.kind not in ("iu" if kind == "i4" else "f"):
         raise _Problem(f"{path} cannot be read: it holds no {'integers' if kind == 'i4' else 'reals'}")
@@ -82,132 +83,65 @@ def _check_offsets(offsets: AnyArray, n: int, step: int, path: str) -> None:
 
 
 def _check(file: h5py.File) -> None:
-    nb, nv, points = _check_model(file)
-    n_bolts = _check_bolts(file, nb)
-    for name in ("step", "open_close_iterations", "attempts", "solver_iterations"):
-        _table(file, f"history/{name}", "i4")
-    for name in ("time", "dt", "max_displacement"):
-        _table(file, f"history/{name}", "f8")
-    _table(file, "history/contacts", "i4", 3)
-    columns = _table(file, "history/energy", "f8", ENERGIES).attrs.get("columns")
-    _need(np.shape(columns) == (ENERGIES,), "history/energy@columns", "has an unexpected shape")
-    _table(file, "history/measured_displacement", "f8", points["measured"], 2)
-    _table(file, "history/measured_stress", "f8", points["measured"], 3)
-    _table(file, "history/measured_rotation", "f8", points["measured"])
-    _table(file, "history/fixed_force", "f8", points["fixed"], 2)
-    if "history/unbalanced" in file:  # not in older files
-        _table(file, "history/unbalanced", "f8")
-        _table(file, "history/stage", "i4")
-        _table(file, "history/relaxation", "f8")
-        _table(file, "frames/active", "i4", nb)
-    if "history/time_error" in file:  # not in older files
-        _table(file, "history/time_error", "f8")
-    _check_boundaries(file, nv)
-    _table(file, "frames/step", "i4")
-    _table(file, "frames/time", "f8")
-    for name, *row in (
-        ("vertices", nv, 2),
-        ("centroid", nb, 2),
-        ("rotation", nb),
-        ("stress", nb, 3),
-        ("velocity", nb, 6),
-    ):
-        _table(file, f"frames/{name}", "f8", *row)
-    if n_bolts is not None:
-        _table(file, "frames/bolt_ends", "f8", n_bolts, 2, 2)
-        _check_nodes(file, n_bolts)
-    if "model/liner_first" in file:
-        first = _table(file, "model/liner_first", "i4")[()]
-        n = int(first[-1]) if len(first) else 0
-        _check_offsets(first, n, 0, "model/liner_first")
-        _table(file, "model/liner_section", "f8", 5)
-        _table(file, "frames/liner_point", "f8", n, 2)
-        _table(file, "frames/liner_force", "f8", n, 3)
-        if "frames/liner_back" in file:
-            _table(file, "frames/liner_back", "f8", n, 2)
-        if "frames/liner_section" in file:
-            _table(file, "frames/liner_section", "f8", n, 6)
-        if "frames/liner_use" in file:
-            _table(file, "frames/liner_use", "f8", n)
-        _table(file, "frames/liner_state", "i4", n)
-    _table(file, "frames/contact_point", "f8", 2)
-    _table(file, "frames/contact_force", "f8", 2)
-    _table(file, "frames/contact_state", "i4")
-    _table(file, "frames/contact_blocks", "i4", 2)
-    for name in ("opening", "slip", "length", "normal_stress", "shear_stress"):
-        if file.attrs.get("format_version") != 1 or f"frames/contact_{name}" in file:
-            _table(file, f"frames/contact_{name}", "f8")
-    offsets = _table(file, "frames/contact_offset", "i4")
+    """All tables; those of parts of a model, and of newer versions, where the file has these."""
+    sizes = dict(SIZES) | _check_model(file)
+    has = {"": True, "stages": "history/unbalanced" in file, "joints": file.attrs.get("format_version") != 1}
+    has |= {"bolts": _check_bolts(file, sizes), "nodes": False, "liners": False}
+    for name, kind, step in (("nodes", "bolt", 1), ("liners", "liner", 0)):
+        path = f"model/{kind}_first"
+        if path in file and (has["bolts"] or kind == "liner"):
+            first = _table(file, path)[()]
+            n = int(first[-1]) if len(first) else 0
+            _check_offsets(first, n, step, path)
+            has[name], sizes["node" if kind == "bolt" else "liner_node"] = True, n
+    if has["nodes"]:
+        _need(sizes["spring"] <= sizes["node"], "model/bolt_first", "holds an impossible number")
+    sizes["bolt_end"] = sizes.get("node", sizes.get("spring", 0))
+    forces = file.get("history/boundary_force")
+    sizes["boundary"] = forces.shape[1] if len(getattr(forces, "shape", None) or ()) == 3 else 0
+    for path, table in TABLES.items():
+        known = all(name in sizes for name in table.row)
+        if table.kind != "-" and (has.get(table.needs) or (path in file and known)):
+            _table(file, path, sizes)
+    columns = file["history/energy"].attrs.get("columns")
+    _need(np.shape(columns) == (sizes["energy_column"],), "history/energy@columns", "has an unexpected shape")
+    if "model/boundary_edges" in file:
+        for column, most in zip(file["model/boundary_edges"][()].T, (sizes["boundary"], sizes["vertex"]), strict=True):
+            good = bool(((column >= 0) & (column < most)).all())
+            _need(good, "model/boundary_edges", "holds an impossible number")
+    offsets = file["frames/contact_offset"]
     _need(len(offsets) >= 1, "frames/contact_offset", "has an unexpected shape")
     values = offsets[()]
     # after a kill there may be fewer contacts than the last offsets say
     _check_offsets(values, values[-1], 0, "frames/contact_offset")
 
 
-def _check_boundaries(file: h5py.File, nv: int) -> None:
-    """Forces and edges; older files have no forces, and models without boundaries no edges."""
-    n = 0
-    if "history/boundary_force" in file:
-        item = file["history/boundary_force"]
-        if len(getattr(item, "shape", None) or ()) != 3:
-            raise _Problem("history/boundary_force has an unexpected shape")
-        n = item.shape[1]
-        _table(file, "history/boundary_force", "f8", n, 2)
-    if "model/boundary_edges" not in file:
-        return
-    edges = _table(file, "model/boundary_edges", "i4", 2)[()]
-    for column, most in zip(edges.T, (n, nv), strict=True):
-        good = bool(((column >= 0) & (column < most)).all())
-        _need(good, "model/boundary_edges", "holds an impossible number")
-
-
-def _check_bolts(file: h5py.File, nb: int) -> int | None:
-    """Number of bolts; None for older files, which do not list them."""
+def _check_bolts(file: h5py.File, sizes: dict[str, int]) -> bool:
+    """Does the file list its bolts? Older ones do not."""
     if "model/bolt_blocks" not in file:
-        return None
-    blocks = _table(file, "model/bolt_blocks", "i4", 2)
-    n = len(blocks)
-    for name, *row in (("bolt_ends", 2, 2), ("bolt_properties", 3)):
-        _need(len(_table(file, f"model/{name}", "f8", *row)) == n, f"model/{name}", "has an unexpected shape")
+        return False
+    blocks = _table(file, "model/bolt_blocks")
+    sizes["spring"] = len(blocks)
+    for path in ("model/bolt_ends", "model/bolt_properties"):
+        _need(len(_table(file, path)) == len(blocks), path, "has an unexpected shape")
     values = blocks[()]  # -1 is the fixed outside
-    _need(bool(((values >= -1) & (values < nb)).all()), "model/bolt_blocks", "holds an impossible number")
-    return n
+    good = bool(((values >= -1) & (values < sizes["block"])).all())
+    _need(good, "model/bolt_blocks", "holds an impossible number")
+    return True
 
 
-def _check_nodes(file: h5py.File, n_springs: int) -> None:
-    """Forces of bolts, and their nodes where they have any."""
-    if "model/bolt_first" not in file:
-        _table(file, "frames/bolt_force", "f8", n_springs)
-        return
-    first = _table(file, "model/bolt_first", "i4")[()]
-    n = int(first[-1]) if len(first) else 0
-    _check_offsets(first, n, 1, "model/bolt_first")
-    _need(n_springs <= n, "model/bolt_first", "holds an impossible number")
-    _table(file, "frames/bolt_force", "f8", n)
-    _table(file, "frames/bolt_node", "f8", n, 2)
-    _table(file, "frames/bolt_slip", "f8", n)
-    _table(file, "frames/bolt_state", "i4", n)
-    if "frames/bolt_use" in file:
-        _table(file, "frames/bolt_use", "f8", n)
-
-
-def _check_model(file: h5py.File) -> tuple[int, int, dict[str, int]]:
+def _check_model(file: h5py.File) -> dict[str, int]:
     """Numbers of blocks, vertices and points."""
-    nb = len(_table(file, "model/block_area", "f8"))
-    nv = len(_table(file, "model/vertices", "f8", 2))
+    nb, nv = len(_table(file, "model/block_area")), len(_table(file, "model/vertices"))
     _need(nb >= 1, "model/block_area", "has an unexpected shape")
-    for name, kind, n, row in (
-        ("vertex_offset", "i4", nb + 1, ()),
-        ("edge_joint", "i4", nv, ()),
-        ("block_material", "i4", nb, ()),
-        ("block_centroid", "f8", nb, (2,)),
-    ):
-        _need(len(_table(file, f"model/{name}", kind, *row)) == n, f"model/{name}", "has an unexpected shape")
+    lengths = {"vertex_offset": nb + 1, "edge_joint": nv, "block_material": nb, "block_centroid": nb}
+    for name, n in lengths.items():
+        _need(len(_table(file, f"model/{name}")) == n, f"model/{name}", "has an unexpected shape")
     if "parent" in file["model"]:  # only where blocks were cut into cells
-        _need(len(_table(file, "model/parent", "i4")) == nb, "model/parent", "has an unexpected shape")
+        _need(len(_table(file, "model/parent")) == nb, "model/parent", "has an unexpected shape")
         parent = file["model/parent"][()]
         _need(bool(((parent >= 0) & (parent < nb)).all()), "model/parent", "holds an impossible number")
-    points = {kind: len(_table(file, f"model/{kind}_points", "f8", 2)) for kind in POINTS}
+    points = {kind: len(_table(file, f"model/{kind}_points")) for kind in POINTS}
     _check_offsets(file["model/vertex_offset"][()], nv, 3, "model/vertex_offset")
     _need(bool((file["model/edge_joint"][()] >= 0).all()), "model/edge_joint", "holds an impossible number")
     _need(bool((file["model/block_material"][()] >= 1).all()), "model/block_material", "holds an impossible number")
@@ -225,4 +159,4 @@ def _check_model(file: h5py.File) -> tuple[int, int, dict[str, int]]:
         path, values = "model/measured_points@number", np.asarray(numbers)
         _need(values.shape == (points["measured"],) and values.dtype.kind == "i", path, "has an unexpected shape")
         _need(bool((np.diff(values.astype(np.int64), prepend=0) >= 1).all()), path, "holds an impossible number")
-    return nb, nv, points
+    return {"block": nb, "vertex": nv, **points}
