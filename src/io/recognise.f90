@@ -12,7 +12,7 @@ module rockdda_io_recognise
    use rockdda_model_option_table, only : all_options
    use rockdda_io_windows_block_file, only : fits_windows_blocks
    use rockdda_io_posix, only : get_file_size
-   use rockdda_io_statistics_names, only : statistics_groups
+   use rockdda_lines_statistics_options, only : all_statistics
    use rockdda_io_source, only : source_type, read_source, file_text_problem, begins_as_xml
    use rockdda_io_tokens, only : token_list_type, token_kind, tokenise
    implicit none
@@ -119,15 +119,16 @@ contains
       integer :: kind
       type(namelist_type) :: namelist
       type(diagnostics_type) :: ignored
-      type(option_rows_type) :: known
+      type(option_rows_type) :: known, known_statistics
       integer :: i, n_options, n_statistics
       call parse_namelist(source, namelist, ignored)
       known = all_options()
+      known_statistics = all_statistics()
       n_options = 0
       n_statistics = 0
       do i = 1, namelist%n
          if (any(known%group_names() == namelist%groups(i)%name)) n_options = n_options + 1
-         if (any(statistics_groups == namelist%groups(i)%name)) n_statistics = n_statistics + 1
+         if (any(known_statistics%group_names() == namelist%groups(i)%name)) n_statistics = n_statistics + 1
       end do
       kind = file_kind%unknown
       if (n_options > n_statistics) kind = file_kind%options

@@ -124,7 +124,7 @@ contains
                   call messages%add(severity%error, name//' overlaps &opening '//to_string(k), origin)
                   return
                end do
-               if (statistics%openings(i)%is_hole) &
+               if (.not. allocated(statistics%openings(i)%outline)) &
                   holes = reshape([holes, inner_point(vertices)], [2, size(holes, 2) + 1])
             end associate
          end associate

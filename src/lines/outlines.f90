@@ -51,25 +51,25 @@ contains
       real(wp), allocatable :: vertices(:, :)
       real(wp) :: a, radius, half_angle, angle, floor_level, springline
       integer :: i, n
-      a = 0.5_wp*opening%width
-      floor_level = opening%center(2) - 0.5_wp*(opening%height + opening%rise)
-      springline = floor_level + opening%height
+      a = 0.5_wp*opening%span
+      floor_level = opening%center(2) - 0.5_wp*(opening%wall_height + opening%arch_height)
+      springline = floor_level + opening%wall_height
       ! a circle through both springings and the crown: r = (a^2 + c^2)/(2c)
-      radius = (a**2 + opening%rise**2)/(2*opening%rise)
-      half_angle = 2*atan2(opening%rise, a)
+      radius = (a**2 + opening%arch_height**2)/(2*opening%arch_height)
+      half_angle = 2*atan2(opening%arch_height, a)
       n = opening%segments
       if (n == 0) n = 2*max(2, nint(half_angle/(pi/18)))
-      allocate (vertices(2, n + 1 + merge(2, 0, opening%height > 0)))
+      allocate (vertices(2, n + 1 + merge(2, 0, opening%wall_height > 0)))
       do i = 0, n
          angle = half_angle*(1 - 2*real(i, wp)/n)
          vertices(:, i + 1) = opening%center(1:2)*[1, 0] + [radius*sin(angle), &
-                                                            springline + opening%rise - radius*(1 - cos(angle))]
+                                                            springline + opening%arch_height - radius*(1 - cos(angle))]
       end do
       ! exact corners, without rounding of the trigonometric functions
       vertices(:, 1) = [opening%center(1) + a, springline]
       vertices(:, n + 1) = [opening%center(1) - a, springline]
       if (modulo(n, 2) == 0) vertices(1, n/2 + 1) = opening%center(1)
-      if (.not. opening%height > 0) return
+      if (.not. opening%wall_height > 0) return
       vertices(:, n + 2) = [opening%center(1) - a, floor_level]
       vertices(:, n + 3) = [opening%center(1) + a, floor_level]
    end function horseshoe

@@ -45,7 +45,7 @@ class Lines(ProgramTest):
         for name, rest, message in (
             ("tunel", "", "2:1: error: &opening: outline: no &region 'tunel' in rock.nml: its regions are 'Tunnel', "),
             ("ring", "", "2:1: error: &opening: outline: the region 'ring' of rock.nml is not drawn by one polygon, "),
-            ("well", ", radius = 1", "2:47: error: &opening: 'radius' does not go with 'outline'"),
+            ("well", ", radius = 1", "2:1: error: &opening: 'radius' does not go with 'outline'"),
         ):
             with self.subTest(name=name):
                 self.write("bad.dl", window + f"&opening outline = '{name}', file = 'rock.nml'{rest} /\n")

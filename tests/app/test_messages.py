@@ -107,10 +107,10 @@ class Messages(ProgramTest):
     def test_help_on_what_stands_elsewhere(self):
         for word, where in (
             ("hole", "stand in the geometry file"),
-            ("opening", "joint statistics"),
             ("phi", "did you mean 'friction'"),
         ):
             self.assertIn(where, self.run_program("help", word).err)
+        self.assertIn("&opening in a file of joint statistics (.dl): ", self.run_program("help", "opening").out)
 
     def test_a_surcharge_that_no_pressure_along_the_top_carries_is_told(self):
         ground = "&in_situ surface = 2, k0 = 0.5, surcharge = 1e5 /\n"

@@ -3,6 +3,7 @@
 module rockdda_io_option_documents
    use rockdda_base_kinds, only : wp
    use rockdda_base_strings, only : to_string
+   use rockdda_lines_statistics_options, only : all_statistics
    use rockdda_model_option, only : option_type, option_kind, list_rule, choice, columns_of, n_choices, &
       name_length
    use rockdda_model_option_rows, only : option_rows_type
@@ -17,10 +18,9 @@ module rockdda_io_option_documents
 
    character(len=*), parameter :: nl = new_line('a')
 
-   !> Words that users try for what stands in other files.
-   character(len=*), parameter :: in_geometry(8) = [character(len=15) :: 'line', 'lines', 'hole', &
-      'fixed', 'fixed_point', 'measured', 'measured_point', 'material_line']
-   character(len=*), parameter :: in_statistics(4) = [character(len=15) :: 'opening', 'joint_set', 'section', 'sets']
+   !> Words that users try for what stands in other files, where no group of joint statistics has this name.
+   character(len=*), parameter :: in_geometry(4) = [character(len=15) :: 'hole', 'hole_point', 'fixed_point', &
+                                                    'measured_point']
 
 contains
 
@@ -46,41 +46,61 @@ contains
       end do
    end function options_markdown
 
-   !> The options of a group of this name as plain text; '' when there is none.
+   !> The options of the groups of this name as plain text, of a model and of joint statistics; '' when there is none.
    function group_help(name) result(text)
       character(len=*), intent(in) :: name       !! without '&'
       character(len=:), allocatable :: text
-      type(option_rows_type) :: list
-      integer :: i, k
-      list = all_options()
+      type(option_rows_type) :: tables(2)
+      integer :: i, j, k
+      tables(1) = all_options()
+      tables(2) = all_statistics()
       text = ''
-      do i = 1, list%n_groups
-         if (list%groups(i)%name /= name) cycle
-         text = '&'//name//': '//list%groups(i)%meaning
-         if (list%groups(i)%is_list) text = text//' One group for each.'
-         do k = 1, list%n
-            if (list%rows(k)%group == i) text = text//nl//nl//option_help(list%rows(k))
-         end do
+      do j = 1, 2
+         associate (list => tables(j))
+            do i = 1, list%n_groups
+               if (list%groups(i)%name /= name) cycle
+               if (len(text) > 0) text = text//nl//nl
+               text = text//'&'//name//in_file(j)//': '//list%groups(i)%meaning
+               if (list%groups(i)%is_list) text = text//' One group for each.'
+               do k = 1, list%n
+                  if (list%rows(k)%group == i) text = text//nl//nl//option_help(list%rows(k))
+               end do
+            end do
+         end associate
       end do
    end function group_help
+
+   !> Where the groups of table j stand, unless it is the model.
+   pure function in_file(j) result(text)
+      integer, intent(in) :: j
+      character(len=:), allocatable :: text
+      text = ''
+      if (j == 2) text = ' in a file of joint statistics (.dl)'
+   end function in_file
 
    !> The options of this name of all groups as plain text; '' when there is none.
    function named_option_help(name) result(text)
       character(len=*), intent(in) :: name
       character(len=:), allocatable :: text
-      type(option_rows_type) :: list
-      character(len=:), allocatable :: groups
-      integer :: i, k
-      list = all_options()
+      type(option_rows_type) :: tables(2)
+      character(len=:), allocatable :: groups, group
+      integer :: i, j
+      tables(1) = all_options()
+      tables(2) = all_statistics()
       text = ''
       groups = ''
-      do i = 1, list%n_groups
-         do k = 1, list%n
-            if (list%rows(k)%group /= i .or. list%rows(k)%name /= name) cycle
-            if (len(text) > 0) text = text//nl//nl
-            text = text//name//', an option of &'//trim(list%groups(i)%name)//':'//nl//nl//option_help(list%rows(k))
-            if (len(groups) > 0) groups = groups//', '
-            groups = groups//"'rockdda help "//trim(list%groups(i)%name)//"'"
+      do j = 1, 2
+         do i = 1, tables(j)%n
+            associate (row => tables(j)%rows(i))
+               if (row%name /= name) cycle
+               group = trim(tables(j)%groups(row%group)%name)
+               if (len(text) > 0) text = text//nl//nl
+               text = text//name//', an option of &'//group//in_file(j)//':'//nl//nl//option_help(row)
+               group = "'rockdda help "//group//"'"
+               if (index(groups, group) > 0) cycle
+               if (len(groups) > 0) groups = groups//', '
+               groups = groups//group
+            end associate
          end do
       end do
       if (len(text) > 0) text = text//nl//nl//'All options of the group: '//groups//'.'
@@ -109,28 +129,36 @@ contains
    !> The groups, a line each with the first sentence of their meaning.
    function groups_help() result(text)
       character(len=:), allocatable :: text
-      type(option_rows_type) :: list
-      integer :: i, sentence
-      list = all_options()
-      text = 'groups of a labelled file or an options file:'
+      text = 'groups of a labelled file or an options file:'//lines_of(all_options())//nl//nl// &
+             'groups of a file of joint statistics (.dl):'//lines_of(all_statistics())//nl//nl// &
+             "'rockdda help GROUP' tells the options of a group."
+   end function groups_help
+
+   !> A line for each group.
+   pure function lines_of(list) result(text)
+      type(option_rows_type), intent(in) :: list
+      character(len=:), allocatable :: text
+      integer :: i
+      text = ''
       do i = 1, list%n_groups
          associate (meaning => list%groups(i)%meaning)
-            sentence = index(meaning, '.')
-            text = text//nl//'  &'//list%groups(i)%name//' '//meaning(:sentence)
+            text = text//nl//'  &'//list%groups(i)%name//' '//meaning(:index(meaning, '.'))
          end associate
       end do
-      text = text//nl//nl//"'rockdda help GROUP' tells the options of a group."
-   end function groups_help
+   end function lines_of
 
    !> The names of all groups, a blank before each.
    function group_names() result(text)
       character(len=:), allocatable :: text
-      type(option_rows_type) :: list
+      character(len=name_length), allocatable :: names(:)
+      type(option_rows_type) :: list, statistics
       integer :: i
       list = all_options()
+      statistics = all_statistics()
+      names = [character(len=name_length) :: list%group_names(), statistics%group_names()]
       text = ''
-      do i = 1, list%n_groups
-         text = text//' '//trim(list%groups(i)%name)
+      do i = 1, size(names)
+         if (all(names(1:i - 1) /= names(i))) text = text//' '//trim(names(i))
       end do
    end function group_names
 
@@ -138,17 +166,16 @@ contains
    function group_suggestion(name, words) result(text)
       character(len=*), intent(in) :: name, words(:)
       character(len=:), allocatable :: text
-      type(option_rows_type) :: list
+      type(option_rows_type) :: list, statistics
       character(len=name_length), allocatable :: known(:)
-      list = all_options()
-      known = [character(len=name_length) :: words, list%group_names(), list%names()]
       if (any(in_geometry == name)) then
          text = '; lines and points stand in the geometry file: docs/file-formats.md'
          return
-      else if (any(in_statistics == name)) then
-         text = "; it is a group of a file of joint statistics, see 'rockdda help lines'"
-         return
       end if
+      list = all_options()
+      statistics = all_statistics()
+      known = [character(len=name_length) :: words, list%group_names(), list%names(), statistics%group_names(), &
+               statistics%names()]
       text = other_words(name, known)
       if (len(text) == 0) text = did_you_mean(name, known)
    end function group_suggestion
@@ -163,7 +190,7 @@ contains
       case (option_kind%whole); text = trim('whole '//bounds_text(row))
       case (option_kind%logical); text = 'logical'
       case (option_kind%text)
-         text = 'text'
+         text = trim(merge('file', 'text', row%is_file))
          if (row%or_number) text = 'whole ≥ 1 or text'
          if (row%or_number .and. len(row%unit) > 0) text = 'number or text'
       case (option_kind%choice)

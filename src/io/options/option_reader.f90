@@ -22,7 +22,7 @@ module rockdda_io_option_reader
    use rockdda_io_record_file, only : read_record
    implicit none
    private
-   public :: read_options
+   public :: read_options, want_groups, read_table
 
    !> Place of an entry.
    type :: cursor_type
@@ -43,6 +43,14 @@ module rockdda_io_option_reader
       type(known_values_type) :: known        !! units of the numbers, and what they can be
    end type option_reader_type
 
+   abstract interface
+      !> A table with all that a file may hold.
+      function known_table() result(table)
+         import :: option_rows_type
+         type(option_rows_type) :: table
+      end function known_table
+   end interface
+
    !> What stands in the geometry file, and not in the options.
    character(len=*), parameter :: geometry_words(11) = [character(len=14) :: 'block', 'blocks', &
                                                         'fixed', 'hole', 'hole_point', 'line', 'lines', 'loading', &
@@ -55,24 +63,42 @@ contains
       type(namelist_type), intent(in), target :: namelist
       type(run_options_type), intent(inout) :: options      !! without elements in its lists
       type(diagnostics_type), intent(inout) :: messages
-      type(option_reader_type) :: reader
       type(option_rows_type) :: table
       type(parameters_type) :: no_parameters
+      call want_groups(table, namelist)
+      call describe_options(table, options, no_parameters)
+      call read_table(namelist, table, all_options, messages, geometry_words)
+      call describe_options(table, options, no_parameters)
+   end subroutine read_options
+
+   !> Let a table have an element for each group of a parsed file that is a list, before it is described.
+   subroutine want_groups(table, namelist)
+      type(option_rows_type), intent(inout) :: table
+      type(namelist_type), intent(in) :: namelist
       integer :: i
-      call start(reader, namelist)
       do i = 1, namelist%n
          call table%want(namelist%groups(i)%name, 1)
       end do
-      call describe_options(table, options, no_parameters)
+   end subroutine want_groups
+
+   !> Read the rows of a table that is described; described again it gives the values to the variables.
+   subroutine read_table(namelist, table, known, messages, elsewhere)
+      type(namelist_type), intent(in), target :: namelist
+      type(option_rows_type), intent(inout) :: table
+      procedure(known_table) :: known
+      type(diagnostics_type), intent(inout) :: messages
+      character(len=*), intent(in), optional :: elsewhere(:)   !! groups that stand in the geometry file
+      type(option_reader_type) :: reader
+      integer :: i
+      call start(reader, namelist)
       do i = 1, table%n
          call begin_row(reader, table, i)
          call read_row(reader, table, i)
       end do
-      call report_unknown(reader)
+      call report_unknown(reader, known, elsewhere)
       call table%give_back()
-      call describe_options(table, options, no_parameters)
       call messages%append(reader%messages)
-   end subroutine read_options
+   end subroutine read_table
 
    !> Begin with a parsed file.
    subroutine start(self, namelist)
@@ -92,17 +118,19 @@ contains
    end subroutine start
 
    !> Report groups and names that the table does not have.
-   subroutine report_unknown(self)
+   subroutine report_unknown(self, known, elsewhere)
       type(option_reader_type), intent(inout) :: self
+      procedure(known_table) :: known
+      character(len=*), intent(in), optional :: elsewhere(:)
       type(option_rows_type) :: table
       integer :: i, k
       if (all(self%known_group) .and. all(self%known_entry)) return
-      table = all_options()
+      table = known()
       do i = 1, self%namelist%n
          associate (group => self%namelist%groups(i))
             if (.not. self%known_group(i)) then
                call self%messages%add(severity%error, 'unknown group &'//group%name// &
-                                      group_hint(group%name, table%group_names(), geometry_words), &
+                                      group_hint(group%name, table%group_names(), elsewhere), &
                                       self%namelist%origin(group%place))
                cycle
             end if
@@ -193,6 +221,7 @@ contains
       integer, intent(in) :: i
       type(entry_type), intent(in) :: entry
       real(wp), allocatable :: values(:)
+      character(len=:), allocatable :: path
       real(wp) :: number
       integer :: whole
       associate (row => table%rows(i), given => table%rows(i)%given, least => nint(max(table%rows(i)%least, &
@@ -215,6 +244,11 @@ contains
             call get_logical(self%namelist, entry, given%flag, self%messages)
             given%is_given = .true.
          case (option_kind%text)
+            if (row%is_file) then
+               call get_file(self%namelist, entry, given%text, path, self%messages)
+               if (allocated(path)) given%text = path
+               return
+            end if
             call get_text(self%namelist, entry, given%text, self%messages, row%or_number, &
                           row%or_number .and. len(row%unit) > 0)
             if (row%not_blank .and. allocated(given%text)) &
@@ -377,6 +411,9 @@ contains
       case (list_rule%two_points)
          call demand(self%namelist, entry, any(abs(values(1:2, 1) - values(3:4, 1)) > 0), 'the two ends must differ', &
                      self%messages)
+      case (list_rule%box)
+         call demand(self%namelist, entry, all(values(1:2, 1) < values(3:4, 1)), 'must be xmin, ymin, xmax, ymax '// &
+                     'with xmin < xmax and ymin < ymax', self%messages)
       case (list_rule%rising, list_rule%or_constant)
          do i = 2, n
             if (values(1, i) >= values(1, i - 1)) cycle

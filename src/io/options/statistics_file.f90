@@ -1,26 +1,31 @@
 ! SPDX-License-Identifier: MIT
-!> Reader of joint statistics (.dl): a namelist file with the groups and names of docs/cutting.md.
+!> Reader of joint statistics (.dl): a namelist file with the groups and names of docs/cutting.md. What depends on
+!> several values is checked here; a &region of an options file can draw an opening.
 module rockdda_io_statistics_file
    use rockdda_base_kinds, only : wp
-   use rockdda_base_strings, only : to_string
-   use rockdda_base_diagnostics, only : diagnostics_type, severity
-   use rockdda_base_random, only : largest_seed
-   use rockdda_lines_statistics, only : statistics_type, extra_line_type, joint_set_type, law
+   use rockdda_base_strings, only : to_string, lower_case, is_given
+   use rockdda_base_diagnostics, only : diagnostics_type, origin_type, severity
+   use rockdda_geometry_polygons, only : polygon_area
+   use rockdda_lines_outlines, only : slope_outline, crosses_itself
+   use rockdda_lines_statistics, only : statistics_type, joint_set_type, opening_type, region_type, points_type, law, &
+                                        shape_kind
+   use rockdda_lines_statistics_options, only : all_statistics, describe_statistics
    use rockdda_lines_joint_sets, only : direction_of
-   use rockdda_model_options, only : unset_real, is_set
-   use rockdda_io_name_hints, only : group_hint
-   use rockdda_io_namelist_parser, only : namelist_type, group_type, parse_namelist, find_entry, beside
-   use rockdda_io_option_values, only : get_real, get_positive, get_integer, get_reals, demand, get_logical, &
-      get_choice, index_of
-   use rockdda_io_record_reader, only : append_in_order
+   use rockdda_model_options, only : is_set
+   use rockdda_model_option_rows, only : option_rows_type
+   use rockdda_io_csv_table, only : read_csv_table
+   use rockdda_io_namelist_parser, only : namelist_type, group_type, parse_namelist, find_entry
+   use rockdda_io_option_reader, only : want_groups, read_table
+   use rockdda_io_option_values, only : get_text, get_reals, index_of
+   use rockdda_io_record_reader, only : append_in_order, comes_before
    use rockdda_io_source, only : source_type, read_source
-   use rockdda_io_statistics_names, only : statistics_groups, statistics_names_of, statistics_name_hint
-   use rockdda_io_statistics_outlines, only : read_boundary, read_opening
    implicit none
    private
    public :: read_statistics_file, read_statistics_source
 
+   !> As law%... and shape_kind%... count them.
    character(len=*), parameter :: law_names(4) = [character(len=11) :: 'uniform', 'normal', 'lognormal', 'exponential']
+   character(len=*), parameter :: shape_names(4) = [character(len=9) :: 'horseshoe', 'circle', 'rectangle', 'polygon']
 
 contains
 
@@ -42,291 +47,183 @@ contains
       type(diagnostics_type), intent(inout) :: messages
       type(diagnostics_type) :: found
       type(namelist_type) :: namelist
-      integer :: i, sections, boundaries
-      real(wp) :: azimuth
-      allocate (statistics%sets(0), statistics%openings(0), statistics%lines(0), statistics%material_lines(0), &
-                statistics%fixed(4, 0), statistics%loading(2, 0), statistics%measured(2, 0))
-      allocate (statistics%region%vertices(2, 0))
+      type(option_rows_type) :: table
+      integer :: i, n_read, section, boundary
       call parse_namelist(source, namelist, found)
-      azimuth = unset_real
-      sections = 0
-      boundaries = 0
-      do i = 1, namelist%n
-         call check_names(namelist, namelist%groups(i), found)
-         if (namelist%groups(i)%name == 'section') then
-            sections = sections + 1
-            call read_section(namelist, namelist%groups(i), azimuth, found)
-         else if (namelist%groups(i)%name == 'boundary') then
-            boundaries = boundaries + 1
-            if (boundaries > 1) call found%add(severity%error, '&boundary: given more than once', &
-                                               namelist%origin(namelist%groups(i)%place))
-         end if
+      call want_groups(table, namelist)
+      call describe_statistics(table, statistics)
+      call read_table(namelist, table, all_statistics, found)
+      call describe_statistics(table, statistics)
+      n_read = found%n
+
+      call expect_once('section', section)
+      call expect_once('boundary', boundary)
+      if (boundary == 0) then
+         call found%add(severity%error, '&boundary is missing', source%origin(source%n_lines, 1))
+      else
+         statistics%region%origin = namelist%origin(namelist%groups(boundary)%place)
+         if (is_sound(statistics%region%origin)) call settle_boundary(statistics%region, found)
+      end if
+      do i = 1, size(statistics%sets)
+         if (.not. is_sound(statistics%sets(i)%origin)) cycle
+         call settle_set(statistics%sets(i), found)
+         call settle_direction(statistics%sets(i), statistics%azimuth, found)
       end do
-      if (sections > 1) call found%add(severity%error, '&section: given more than once', &
-                                       namelist%origin(namelist%groups(namelist%n)%place))
-      do i = 1, namelist%n
-         associate (group => namelist%groups(i))
-            select case (group%name)
-            case ('boundary'); call read_boundary(namelist, group, statistics, found)
-            case ('joint_set'); call read_joint_set(namelist, group, azimuth, statistics, found)
-            case ('opening'); call read_opening(namelist, group, statistics, found)
-            case ('line'); call read_line(namelist, group, 'joint_material', statistics%lines, found)
-            case ('material_line')
-               call read_line(namelist, group, 'block_material', statistics%material_lines, found)
-            case ('fixed', 'loading', 'measured'); call read_points(namelist, group, statistics, found)
-            case ('lines'); call read_lines(namelist, group, statistics, found)
-            end select
-         end associate
+      do i = 1, size(statistics%openings)
+         if (is_sound(statistics%openings(i)%origin)) &
+            call settle_opening(statistics%openings(i), options_beside(source%file), found)
       end do
-      if (boundaries == 0) call found%add(severity%error, '&boundary is missing', source%origin(source%n_lines, 1))
+      call settle_points('fixed', pack_sound(statistics%fixed_groups), statistics%fixed, found)
+      call settle_points('loading', pack_sound(statistics%loading_groups), statistics%loading, found)
+      call settle_points('measured', pack_sound(statistics%measured_groups), statistics%measured, found)
+      statistics%loading = statistics%loading(1:2, :)
+      statistics%measured = statistics%measured(1:2, :)
       call check_bands(statistics, found)
       call append_in_order(messages, found)
+
+   contains
+
+      !> Find a group, and report it where it is given again.
+      subroutine expect_once(name, first)
+         character(len=*), intent(in) :: name
+         integer, intent(out) :: first         !! 0: there is none
+         integer :: k
+         first = 0
+         do k = 1, namelist%n
+            if (namelist%groups(k)%name /= name) cycle
+            if (first > 0) call found%add(severity%error, '&'//name//': given more than once', &
+                                          namelist%origin(namelist%groups(k)%place))
+            if (first == 0) first = k
+         end do
+      end subroutine expect_once
+
+      !> Were all values of the group at this place read? What depends on several of them is judged then.
+      logical function is_sound(place)
+         type(origin_type), intent(in) :: place
+         integer :: k
+         is_sound = .true.
+         do k = 1, n_read
+            if (found%items(k)%severity == severity%error) &
+               is_sound = is_sound .and. group_at(found%items(k)%origin) /= group_at(place)
+         end do
+      end function is_sound
+
+      !> Number of the group in which a place lies.
+      integer function group_at(place)
+         type(origin_type), intent(in) :: place
+         integer :: k
+         group_at = count([(.not. comes_before(place, namelist%origin(namelist%groups(k)%place)), k=1, namelist%n)])
+      end function group_at
+
+      !> The groups that are sound.
+      function pack_sound(groups) result(sound)
+         type(points_type), intent(in) :: groups(:)
+         type(points_type), allocatable :: sound(:)
+         integer :: k
+         sound = pack(groups, [(is_sound(groups(k)%origin), k=1, size(groups))])
+      end function pack_sound
+
    end subroutine read_statistics_source
 
-   !> Report unknown groups and names, and names given twice.
-   subroutine check_names(namelist, group, messages)
-      type(namelist_type), intent(in) :: namelist
-      type(group_type), intent(in) :: group
+   !> Outline of the region from a window, perhaps with a slope, or from vertices.
+   subroutine settle_boundary(region, messages)
+      type(region_type), intent(inout) :: region
       type(diagnostics_type), intent(inout) :: messages
-      integer :: i
-      if (size(statistics_names_of(group%name)) == 0) then
-         call messages%add(severity%error, 'unknown group &'//group%name// &
-                           group_hint(group%name, statistics_groups), &
-                           namelist%origin(group%place))
-         return
+      logical :: has_window, has_toe, has_angle
+      has_window = is_set(region%window(1))
+      has_toe = is_set(region%slope_toe(1))
+      has_angle = is_set(region%slope_angle)
+      if (has_window .eqv. allocated(region%vertices)) then
+         call report("give either 'window' or 'vertices'")
+      else if (allocated(region%vertices)) then
+         if (region%frame > 0 .or. has_toe .or. has_angle) &
+            call report("'frame' and 'slope_toe' go with 'window', not with 'vertices'")
+         region%vertices = open_ring(region%vertices)
+         call check_polygon(region%vertices, '&boundary', region%origin, messages)
+      else if (has_toe .neqv. has_angle) then
+         call report("'slope_toe' and 'slope_angle' go together")
+      else if (has_toe) then
+         region%vertices = slope_outline(region%window, region%slope_toe, region%slope_angle)
+         if (size(region%vertices, 2) == 0) call report('toe and crest of the slope must lie inside the window')
+         if (region%frame > 0) call report("a slope has no 'frame'")
+      else
+         region%vertices = corners_of(region%window)
       end if
-      do i = 1, group%n
-         associate (entry => group%entries(i))
-            if (.not. any(statistics_names_of(group%name) == entry%name)) then
-               call messages%add(severity%error, "unknown name '"//entry%name//"' in &"//group%name// &
-                                 statistics_name_hint(entry%name, group%name), &
-                                 namelist%origin(entry%place))
-            else if (find_entry(group, entry%name) /= i) then
-               call messages%add(severity%warning, entry%name//': given again in the same group, the last one counts', &
-                                 namelist%origin(entry%place))
+
+   contains
+
+      !> Report a fault of the group as a whole.
+      subroutine report(text)
+         character(len=*), intent(in) :: text
+         call messages%add(severity%error, '&boundary: '//text, region%origin)
+      end subroutine report
+
+   end subroutine settle_boundary
+
+   !> Corners (2, 4) of a box xmin, ymin, xmax, ymax, counter-clockwise.
+   pure function corners_of(box) result(vertices)
+      real(wp), intent(in) :: box(4)
+      real(wp) :: vertices(2, 4)
+      vertices = reshape([box(1), box(2), box(3), box(2), box(3), box(4), box(1), box(4)], [2, 4])
+   end function corners_of
+
+   !> Points and lines of groups as columns x1, y1, x2, y2: a point is a line without length.
+   subroutine settle_points(name, groups, ends, messages)
+      character(len=*), intent(in) :: name
+      type(points_type), intent(in) :: groups(:)
+      real(wp), allocatable, intent(out) :: ends(:, :)      !! (4, n)
+      type(diagnostics_type), intent(inout) :: messages
+      real(wp) :: at(2)
+      integer :: i, k
+      allocate (ends(4, 0))
+      do i = 1, size(groups)
+         associate (group => groups(i))
+            if (.not. (allocated(group%points) .or. allocated(group%lines) .or. is_set(group%along(1)))) &
+               call messages%add(severity%error, '&'//name//": 'points' is missing", group%origin)
+            if (is_set(group%along(1)) .neqv. group%count > 0) &
+               call messages%add(severity%error, '&'//name//": 'along' and 'count' go together", group%origin)
+            if (allocated(group%points)) then
+               do k = 1, size(group%points, 2)
+                  call append([group%points(:, k), group%points(:, k)])
+               end do
             end if
+            if (allocated(group%lines)) call append(reshape(group%lines, [size(group%lines)]))
+            if (.not. is_set(group%along(1))) cycle
+            do k = 0, group%count - 1
+               at = group%along(1:2) + (group%along(3:4) - group%along(1:2))*real(k, wp)/(group%count - 1)
+               call append([at, at])
+            end do
          end associate
       end do
-   end subroutine check_names
 
-   !> Read &section: the direction of the x axis.
-   subroutine read_section(namelist, group, azimuth, messages)
-      type(namelist_type), intent(in) :: namelist
-      type(group_type), intent(in) :: group
-      real(wp), intent(inout) :: azimuth
-      type(diagnostics_type), intent(inout) :: messages
-      integer :: i
-      do i = 1, group%n
-         if (group%entries(i)%name == 'azimuth') call get_real(namelist, group%entries(i), azimuth, messages)
-      end do
-      if (find_entry(group, 'azimuth') == 0) call messages%add(severity%error, "&section: 'azimuth' is missing", &
-                                                               namelist%origin(group%place))
-   end subroutine read_section
+   contains
 
-   !> Read &lines: seed and tolerance.
-   subroutine read_lines(namelist, group, statistics, messages)
-      type(namelist_type), intent(in) :: namelist
-      type(group_type), intent(in) :: group
-      type(statistics_type), intent(inout) :: statistics
-      type(diagnostics_type), intent(inout) :: messages
-      integer :: i
-      do i = 1, group%n
-         associate (entry => group%entries(i))
-            select case (entry%name)
-            case ('seed')
-               ! a number that no integer holds is refused before it is turned into one
-               if (entry%n == 1) then
-                  if (abs(entry%values(1)%number) > largest_seed) then
-                     call messages%add(severity%error, 'seed: must be between 0 and '//to_string(largest_seed)// &
-                                       ", found '"//entry%values(1)%text//"'", namelist%origin(entry%values(1)%place))
-                     cycle
-                  end if
-               end if
-               call get_integer(namelist, entry, 0, statistics%seed, messages)
-            case ('edge_node_distance')
-               call get_positive(namelist, entry, statistics%edge_node_distance, messages)
-            end select
-         end associate
-      end do
-   end subroutine read_lines
+      !> Append columns.
+      subroutine append(more)
+         real(wp), intent(in) :: more(:)
+         ends = reshape([ends, more], [4, size(ends, 2) + size(more)/4])
+      end subroutine append
 
-   !> Read &line and &material_line.
-   subroutine read_line(namelist, group, material_name, lines, messages)
-      type(namelist_type), intent(in) :: namelist
-      type(group_type), intent(in) :: group
-      character(len=*), intent(in) :: material_name
-      type(extra_line_type), allocatable, intent(inout) :: lines(:)
-      type(diagnostics_type), intent(inout) :: messages
-      type(extra_line_type) :: line
-      type(extra_line_type), allocatable :: more(:)
-      real(wp), allocatable :: values(:)
-      integer :: i, n
-      line%origin = namelist%origin(group%place)
-      do i = 1, group%n
-         associate (entry => group%entries(i))
-            if (entry%name == 'ends') then
-               call get_reals(namelist, entry, 4, .false., values, messages)
-               if (.not. allocated(values)) cycle
-               line%ends = values
-               call demand(namelist, entry, norm2(values(3:4) - values(1:2)) > 0, 'the two ends must differ', messages)
-            else if (entry%name == material_name) then
-               call get_integer(namelist, entry, 1, line%material, messages)
-            end if
-         end associate
-      end do
-      if (find_entry(group, 'ends') == 0) call messages%add(severity%error, '&'//group%name//": 'ends' is missing", &
-                                                            namelist%origin(group%place))
-      n = size(lines)
-      allocate (more(n + 1))
-      more(1:n) = lines
-      more(n + 1) = line
-      call move_alloc(more, lines)
-   end subroutine read_line
+   end subroutine settle_points
 
-   !> Read &fixed, &loading, &measured.
-   subroutine read_points(namelist, group, statistics, messages)
-      type(namelist_type), intent(in) :: namelist
-      type(group_type), intent(in) :: group
-      type(statistics_type), intent(inout) :: statistics
-      type(diagnostics_type), intent(inout) :: messages
-      real(wp), allocatable :: points(:), lines(:), along(:), row(:, :)
-      integer :: i, n
-      n = 0
-      do i = 1, group%n
-         associate (entry => group%entries(i))
-            select case (entry%name)
-            case ('points'); call get_reals(namelist, entry, 2, .true., points, messages)
-            case ('lines'); call get_reals(namelist, entry, 4, .true., lines, messages)
-            case ('along'); call get_reals(namelist, entry, 4, .false., along, messages)
-            case ('count')
-               call get_integer(namelist, entry, 2, n, messages)
-               call demand(namelist, entry, n <= 1000000, 'must not be more than 1000000', messages)
-            end select
-         end associate
-      end do
-      if (find_entry(group, 'points') + find_entry(group, 'lines') + find_entry(group, 'along') == 0) &
-         call messages%add(severity%error, '&'//group%name//": 'points' is missing", namelist%origin(group%place))
-      if ((find_entry(group, 'along') > 0) .neqv. (find_entry(group, 'count') > 0)) call messages%add(severity%error, &
-         "&measured: 'along' and 'count' go together", namelist%origin(group%place))
-      if (allocated(points)) then
-         row = reshape(points, [2, size(points)/2])
-         select case (group%name)
-         case ('fixed'); call join(statistics%fixed, reshape([(row(:, i), row(:, i), i=1, size(row, 2))], &
-                                                             [4, size(row, 2)]))
-         case ('loading'); call join(statistics%loading, row)
-         case default; call join(statistics%measured, row)
-         end select
-      end if
-      if (allocated(lines)) call join(statistics%fixed, reshape(lines, [4, size(lines)/4]))
-      if (allocated(along) .and. n >= 2 .and. n <= 1000000) then
-         row = reshape([(along(1:2) + (along(3:4) - along(1:2))*real(i, wp)/(n - 1), i=0, n - 1)], [2, n])
-         call join(statistics%measured, row)
-      end if
-   end subroutine read_points
-
-   !> Append columns.
-   pure subroutine join(list, more)
-      real(wp), allocatable, intent(inout) :: list(:, :)
-      real(wp), intent(in) :: more(:, :)
-      real(wp), allocatable :: all(:, :)
-      allocate (all(size(list, 1), size(list, 2) + size(more, 2)))
-      all(:, :size(list, 2)) = list
-      all(:, size(list, 2) + 1:) = more
-      call move_alloc(all, list)
-   end subroutine join
-
-   !> Read &joint_set.
-   subroutine read_joint_set(namelist, group, azimuth, statistics, messages)
-      type(namelist_type), intent(in) :: namelist
-      type(group_type), intent(in) :: group
-      real(wp), intent(in) :: azimuth
-      type(statistics_type), intent(inout) :: statistics
-      type(diagnostics_type), intent(inout) :: messages
-      type(joint_set_type) :: set
-      type(joint_set_type), allocatable :: more(:)
-      character(len=:), allocatable :: name
-      real(wp) :: inclination, dip, dip_direction, randomness
-      integer :: i, n
-      set%origin = namelist%origin(group%place)
-      inclination = unset_real
-      dip = unset_real
-      dip_direction = unset_real
-      randomness = unset_real
-      do i = 1, group%n
-         associate (entry => group%entries(i))
-            select case (entry%name)
-            case ('inclination')
-               call get_real(namelist, entry, inclination, messages)
-               if (is_set(inclination)) call demand(namelist, entry, abs(inclination) <= 360, &
-                                                    'must be between -360 and 360 degrees', messages)
-            case ('dip')
-               call get_real(namelist, entry, dip, messages)
-               if (is_set(dip)) call demand(namelist, entry, dip >= 0 .and. dip <= 90, &
-                                            'must be between 0 and 90 degrees', messages)
-            case ('dip_direction')
-               call get_real(namelist, entry, dip_direction, messages)
-               if (is_set(dip_direction)) call demand(namelist, entry, abs(dip_direction) <= 360, &
-                                                      'must be between -360 and 360 degrees', messages)
-            case ('spacing'); call get_positive(namelist, entry, set%spacing, messages)
-            case ('trace'); call get_positive(namelist, entry, set%trace, messages)
-            case ('bridge')
-               call get_real(namelist, entry, set%bridge, messages)
-               call demand(namelist, entry, set%bridge >= 0, 'must not be negative', messages)
-            case ('randomness')
-               call get_real(namelist, entry, randomness, messages)
-               if (is_set(randomness)) call demand(namelist, entry, randomness >= 0 .and. randomness <= 0.5_wp, &
-                                                   'must be between 0 and 0.5', messages)
-            case ('joint_material'); call get_integer(namelist, entry, 1, set%material, messages)
-            case ('offset'); call get_real(namelist, entry, set%offset, messages)
-            case ('start'); call get_real(namelist, entry, set%start, messages)
-            case ('stagger')
-               call get_real(namelist, entry, set%stagger, messages)
-               call demand(namelist, entry, abs(set%stagger) <= 1, 'must be between -1 and 1', messages)
-            case ('distribution')
-               if (allocated(name)) deallocate (name)
-               call get_choice(namelist, entry, law_names, name, messages)
-               if (allocated(name)) set%spacing_law = index_of(name, law_names)
-               if (find_entry(group, 'trace_distribution') == 0) set%trace_law = set%spacing_law
-            case ('trace_distribution')
-               if (allocated(name)) deallocate (name)
-               call get_choice(namelist, entry, law_names, name, messages)
-               if (allocated(name)) set%trace_law = index_of(name, law_names)
-            case ('ends_at'); call get_integer(namelist, entry, 1, set%ends_at, messages)
-            case ('avoid_cantilevers'); call get_logical(namelist, entry, set%avoid_cantilevers, messages)
-            end select
-         end associate
-      end do
-      call check_joint_set(namelist, group, randomness, set, messages)
-      call find_inclination(namelist, group, inclination, dip, dip_direction, azimuth, set, messages)
-      n = size(statistics%sets)
-      allocate (more(n + 1))
-      more(1:n) = statistics%sets
-      more(n + 1) = set
-      call move_alloc(more, statistics%sets)
-   end subroutine read_joint_set
-
-   !> Check the values of a set that depend on each other.
-   subroutine check_joint_set(namelist, group, randomness, set, messages)
-      type(namelist_type), intent(in) :: namelist
-      type(group_type), intent(in) :: group
-      real(wp), intent(in) :: randomness
+   !> Check the values of a set that depend on each other, and find its laws and its randomness.
+   subroutine settle_set(set, messages)
       type(joint_set_type), intent(inout) :: set
       type(diagnostics_type), intent(inout) :: messages
-      logical :: has_trace, needs_variation
-      has_trace = find_entry(group, 'trace') > 0
-      if (find_entry(group, 'spacing') == 0) call report("'spacing' is missing")
+      logical :: has_trace
+      integer :: laws(2)
+      if (allocated(set%distribution)) set%spacing_law = index_of(set%distribution, law_names)
+      if (allocated(set%trace_distribution)) set%trace_law = index_of(set%trace_distribution, law_names)
+      laws = [set%spacing_law, set%trace_law]
+      has_trace = set%trace < huge(1.0_wp)
       if (set%bridge > 0 .and. .not. has_trace) &
          call report("'bridge' goes with 'trace' (without, traces are endless)")
       if (has_trace .and. set%bridge > set%trace) call report('bridge '//to_string(set%bridge)// &
          ' is longer than trace '//to_string(set%trace))
-      needs_variation = any([set%spacing_law, set%trace_law] == law%normal) .or. &
-                        any([set%spacing_law, set%trace_law] == law%lognormal)
-      if (is_set(randomness)) then
-         set%randomness = randomness
-      else if (needs_variation) then
-         call report("'randomness' is missing: the coefficient of variation of the distribution")
-      else if (set%spacing_law == law%exponential .or. set%trace_law == law%exponential) then
-         set%randomness = 0.5_wp
+      if (.not. is_set(set%randomness)) then
+         if (any(laws == law%normal .or. laws == law%lognormal)) &
+            call report("'randomness' is missing: the coefficient of variation of the distribution")
+         set%randomness = merge(0.5_wp, 0.0_wp, any(laws == law%exponential))
       end if
       if (set%ends_at > 0) then
          if (has_trace) call report("joints that end at another set ('ends_at') have no 'trace' of their own")
@@ -340,59 +237,56 @@ contains
       !> Report a fault of the group as a whole.
       subroutine report(text)
          character(len=*), intent(in) :: text
-         call messages%add(severity%error, '&joint_set: '//text, namelist%origin(group%place))
+         call messages%add(severity%error, '&joint_set: '//text, set%origin)
       end subroutine report
 
-   end subroutine check_joint_set
+   end subroutine settle_set
 
    !> Inclination and spacing in the section. From dip and dip direction: the section is the upright plane whose x axis
    !> points to `azimuth`; a plane with normal n leaves traces across the part of n that lies in the section, and
    !> its spacing grows by one over that part's length.
-   subroutine find_inclination(namelist, group, inclination, dip, dip_direction, azimuth, set, messages)
-      type(namelist_type), intent(in) :: namelist
-      type(group_type), intent(in) :: group
-      real(wp), intent(in) :: inclination, dip, dip_direction, azimuth
+   subroutine settle_direction(set, azimuth, messages)
       type(joint_set_type), intent(inout) :: set
+      real(wp), intent(in) :: azimuth
       type(diagnostics_type), intent(inout) :: messages
       real(wp), parameter :: pi = acos(-1.0_wp)
       real(wp), parameter :: nearly_parallel = sin(10*pi/180)
       real(wp) :: n(2), d(2), a(2), length
-      logical :: by_dip
-      by_dip = is_set(dip) .or. is_set(dip_direction)
-      if (is_set(inclination) .eqv. by_dip) then
-         call messages%add(severity%error, "&joint_set: give either 'inclination' or 'dip' and 'dip_direction'", &
-                           namelist%origin(group%place))
+      if (is_set(set%inclination) .eqv. (is_set(set%dip) .or. is_set(set%dip_direction))) then
+         call report(severity%error, "give either 'inclination' or 'dip' and 'dip_direction'")
+      else if (is_set(set%inclination)) then
          return
-      end if
-      if (is_set(inclination)) then
-         set%inclination = inclination
-         return
-      end if
-      if (.not. (is_set(dip) .and. is_set(dip_direction))) then
-         call messages%add(severity%error, "&joint_set: 'dip' and 'dip_direction' go together", &
-                           namelist%origin(group%place))
+      else if (.not. (is_set(set%dip) .and. is_set(set%dip_direction))) then
+         call report(severity%error, "'dip' and 'dip_direction' go together")
       else if (.not. is_set(azimuth)) then
-         call messages%add(severity%error, '&joint_set: dip and dip_direction need &section with its azimuth', &
-                           namelist%origin(group%place))
+         call report(severity%error, 'dip and dip_direction need &section with its azimuth')
       else
-         d = direction_of(dip)
-         a = direction_of(dip_direction - azimuth)
+         d = direction_of(set%dip)
+         a = direction_of(set%dip_direction - azimuth)
          ! upward normal: sin(dip) towards the dip direction, cos(dip) up
          n = [d(2)*a(1), d(1)]
          length = norm2(n)
          if (length < 0.02_wp) then
-            call messages%add(severity%error, '&joint_set: the set is parallel to the section and leaves no traces '// &
-                              'in it', namelist%origin(group%place))
+            call report(severity%error, 'the set is parallel to the section and leaves no traces in it')
             return
          end if
-         if (length < nearly_parallel) call messages%add(severity%warning, '&joint_set: the set is nearly parallel '// &
-            'to the section ('//to_string(asin(length)*180/pi, 2)//' degrees): its traces are '// &
-            to_string(set%spacing/length, 3)//' apart, its planes '//to_string(set%spacing, 3), &
-            namelist%origin(group%place))
+         if (length < nearly_parallel) call report(severity%warning, 'the set is nearly parallel to the section ('// &
+            to_string(asin(length)*180/pi, 2)//' degrees): its traces are '//to_string(set%spacing/length, 3)// &
+            ' apart, its planes '//to_string(set%spacing, 3))
          set%inclination = atan2(-n(1), n(2))*180/pi
          set%spacing = set%spacing/length
       end if
-   end subroutine find_inclination
+
+   contains
+
+      !> Report a fault of the group as a whole.
+      subroutine report(level, text)
+         integer, intent(in) :: level
+         character(len=*), intent(in) :: text
+         call messages%add(level, '&joint_set: '//text, set%origin)
+      end subroutine report
+
+   end subroutine settle_direction
 
    !> Check the sets that end at others: those must exist, be endless, and have another direction.
    subroutine check_bands(statistics, messages)
@@ -414,6 +308,7 @@ contains
                   call messages%add(severity%error, '&joint_set '// &
                   to_string(i)//': set '//to_string(set%ends_at)//', at which it ends, must be endless (no trace, '// &
                   'no ends_at)', set%origin)
+               if (.not. (is_set(set%inclination) .and. is_set(other%inclination))) cycle
                t = direction_of(set%inclination)
                other_t = direction_of(other%inclination)
                if (abs(t(1)*other_t(2) - t(2)*other_t(1)) < 0.02_wp) call messages%add(severity%error, '&joint_set '// &
@@ -422,5 +317,201 @@ contains
          end associate
       end do
    end subroutine check_bands
+
+   !> Check that an opening has the measures of its shape and no others, and read the files that it names.
+   subroutine settle_opening(opening, options_file, messages)
+      type(opening_type), intent(inout) :: opening
+      character(len=*), intent(in) :: options_file       !! that draws outlines unless another is named
+      type(diagnostics_type), intent(inout) :: messages
+      character(len=*), parameter :: measures(8) = [character(len=11) :: 'span', 'wall_height', 'arch_height', &
+                                                    'radius', 'width', 'height', 'vertices', 'file']
+      logical :: is_wanted(size(measures)), has(size(measures))
+      integer :: i
+      has = [is_set(opening%span), is_set(opening%wall_height), is_set(opening%arch_height), is_set(opening%radius), &
+             is_set(opening%width), is_set(opening%height), allocated(opening%vertices), is_given(opening%file)]
+      if (allocated(opening%shape_name)) opening%shape = index_of(opening%shape_name, shape_names)
+      if (allocated(opening%outline)) then
+         if (opening%shape > 0) call refuse('shape')
+         if (any(abs(opening%center) > 0)) call refuse('center')
+         do i = 1, 7
+            if (has(i)) call refuse(trim(measures(i)))
+         end do
+         if (.not. is_given(opening%file)) opening%file = options_file
+         call read_region_outline(opening%file, opening%outline, opening, messages)
+         if (allocated(opening%vertices)) opening%vertices = open_ring(opening%vertices)
+         return
+      end if
+      is_wanted = .false.
+      select case (opening%shape)
+      case (0)
+         call report("'shape' is missing")
+         return
+      case (1); is_wanted(1:3) = .true.
+      case (2); is_wanted(4) = .true.
+      case (3); is_wanted(5:6) = .true.
+      case default; is_wanted(7:8) = [.not. has(8), has(8)]
+      end select
+      do i = 1, size(measures)
+         if (is_wanted(i) .and. .not. has(i)) then
+            call report("'"//trim(measures(i))//"' is missing for the shape '"//opening%shape_name//"'")
+         else if (has(i) .and. .not. is_wanted(i)) then
+            call report("'"//trim(measures(i))//"' does not belong to the shape '"//opening%shape_name//"'")
+         end if
+      end do
+      if (any(is_wanted .neqv. has)) return
+      if (opening%shape == shape_kind%horseshoe .and. opening%arch_height > 0.5_wp*opening%span*(1 + 1.0e-9_wp)) &
+         call report('arch_height '//to_string(opening%arch_height)//' is more than half the span '// &
+                     to_string(opening%span))
+      if (has(8)) call read_csv_table(opening%file, ['x', 'y'], opening%vertices, messages, &
+                                                        in_any_order=.true.)
+      if (.not. allocated(opening%vertices)) return
+      opening%vertices = open_ring(opening%vertices)
+      ! no vertices at all: the file could not be read, which was reported
+      if (size(opening%vertices, 2) > 0) call check_polygon(opening%vertices, '&opening', opening%origin, messages)
+
+   contains
+
+      !> Report a fault of the group as a whole.
+      subroutine report(text)
+         character(len=*), intent(in) :: text
+         call messages%add(severity%error, '&opening: '//text, opening%origin)
+      end subroutine report
+
+      !> Report a measure beside an outline.
+      subroutine refuse(name)
+         character(len=*), intent(in) :: name
+         call report("'"//name//"' does not go with 'outline': the region has the shape")
+      end subroutine refuse
+
+   end subroutine settle_opening
+
+   !> Vertices without the last one where it repeats the first, as files of maps have them.
+   pure function open_ring(vertices) result(ring)
+      real(wp), intent(in) :: vertices(:, :)   !! (2, n)
+      real(wp), allocatable :: ring(:, :)
+      integer :: n
+      n = size(vertices, 2)
+      if (n > 1) then
+         if (all(abs(vertices(:, n) - vertices(:, 1)) <= 0)) n = n - 1
+      end if
+      ring = vertices(:, 1:n)
+   end function open_ring
+
+   !> The options file of the same name as a statistics file.
+   pure function options_beside(file) result(path)
+      character(len=*), intent(in) :: file
+      character(len=:), allocatable :: path
+      integer :: dot
+      dot = index(file, '.', back=.true.)
+      if (dot <= index(file, '/', back=.true.)) dot = len(file) + 1
+      path = file(:dot - 1)//'.nml'
+   end function options_beside
+
+   !> Check that a polygon has three corners or more, an area, and no crossing.
+   subroutine check_polygon(vertices, name, origin, messages)
+      real(wp), intent(in) :: vertices(:, :)
+      character(len=*), intent(in) :: name
+      type(origin_type), intent(in) :: origin
+      type(diagnostics_type), intent(inout) :: messages
+      character(len=:), allocatable :: problem
+      problem = ''
+      if (size(vertices, 2) < 3) then
+         problem = 'expected at least 3 vertices, found '//to_string(size(vertices, 2))
+      else if (crosses_itself(vertices)) then
+         problem = 'its outline crosses or touches itself'
+      else if (.not. abs(polygon_area(vertices)) > 0) then
+         problem = 'its outline has no area'
+      end if
+      if (len(problem) > 0) call messages%add(severity%error, name//': '//problem, origin)
+   end subroutine check_polygon
+
+   !> Set the shape of an opening to that of the region of a name: one polygon, box or circle.
+   subroutine read_region_outline(path, wanted, opening, messages)
+      character(len=*), intent(in) :: path     !! of the options file
+      character(len=*), intent(in) :: wanted
+      type(opening_type), intent(inout) :: opening
+      type(diagnostics_type), intent(inout) :: messages
+      type(source_type) :: source
+      type(namelist_type) :: namelist
+      type(diagnostics_type) :: reported_there   !! faults of the options file are reported where it is read
+      character(len=:), allocatable :: name, known
+      integer :: i, found, n_found
+      logical :: ok
+      call read_source(path, source, messages, ok)
+      if (.not. ok) return
+      call parse_namelist(source, namelist, reported_there)
+      known = ''
+      n_found = 0
+      found = 0
+      do i = 1, namelist%n
+         associate (group => namelist%groups(i))
+            if (group%name /= 'region' .or. find_entry(group, 'name') == 0) cycle
+            call get_text(namelist, group%entries(find_entry(group, 'name')), name, reported_there)
+            if (.not. allocated(name)) cycle
+            if (len(known) > 0) known = known//', '
+            known = known//"'"//trim(adjustl(name))//"'"
+            if (lower_case(trim(adjustl(name))) /= lower_case(trim(adjustl(wanted)))) cycle
+            n_found = n_found + 1
+            found = i
+         end associate
+      end do
+      if (n_found == 1) then
+         call set_outline(namelist, namelist%groups(found), opening, ok)
+         if (.not. ok) call report("the region '"//trim(wanted)//"' of "//path// &
+                                   ' is not drawn by one polygon, one box or one circle')
+      else if (n_found > 1) then
+         call report(to_string(n_found)//" groups of &region '"//trim(wanted)//"' in "//path// &
+                     ': expected one, with a polygon, a box or a circle')
+      else if (len(known) > 0) then
+         call report("no &region '"//trim(wanted)//"' in "//path//': its regions are '//known)
+      else
+         call report("no &region '"//trim(wanted)//"' in "//path//', which has no regions')
+      end if
+
+   contains
+
+      !> Report a fault of the reference.
+      subroutine report(text)
+         character(len=*), intent(in) :: text
+         call messages%add(severity%error, '&opening: outline: '//text, opening%origin)
+      end subroutine report
+
+   end subroutine read_region_outline
+
+   !> Set the shape to the polygon, box or circle of a region.
+   subroutine set_outline(namelist, group, opening, ok)
+      type(namelist_type), intent(in) :: namelist
+      type(group_type), intent(in) :: group
+      type(opening_type), intent(inout) :: opening
+      logical, intent(out) :: ok
+      type(diagnostics_type) :: reported_there
+      real(wp), allocatable :: box(:), circle(:), polygon(:)
+      integer :: i
+      ok = .true.
+      do i = 1, group%n
+         select case (group%entries(i)%name)
+         case ('name')
+         case ('box'); call get_reals(namelist, group%entries(i), 4, .false., box, reported_there)
+         case ('circle'); call get_reals(namelist, group%entries(i), 3, .false., circle, reported_there)
+         case ('polygon'); call get_reals(namelist, group%entries(i), 2, .true., polygon, reported_there)
+         case default; ok = .false.
+         end select
+      end do
+      ok = ok .and. .not. reported_there%has_errors() .and. &
+           count([allocated(box), allocated(circle), allocated(polygon)]) == 1
+      if (.not. ok) return
+      opening%center = 0
+      opening%shape = shape_kind%polygon
+      if (allocated(box)) then
+         opening%vertices = corners_of(box)
+      else if (allocated(circle)) then
+         opening%shape = shape_kind%circle
+         opening%center = circle(1:2)
+         opening%radius = circle(3)
+      else
+         opening%vertices = reshape(polygon, [2, size(polygon)/2])
+      end if
+      if (allocated(circle)) ok = opening%radius > 0
+   end subroutine set_outline
 
 end module rockdda_io_statistics_file

@@ -45,6 +45,10 @@ contains
       if (name == 'accuracy' .and. group == 'time') then
          text = '; steps are not chosen by their error: rockdda-post convergence shows what the step changes'
          return
+      else if (group == 'opening' .and. (name == 'name' .or. name == 'region')) then
+         text = "; draw it as &region of the options file, which stages name, and take its outline here: "// &
+                "outline = 'NAME'"
+         return
       end if
       text = ''
       do i = 1, size(names)

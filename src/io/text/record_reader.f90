@@ -14,7 +14,7 @@ module rockdda_io_record_reader
    implicit none
    private
    public :: record_reader_type, smallest_length, largest_value
-   public :: append_in_order, note_comment, report_break, report_decimal_comma, report_large_count
+   public :: append_in_order, comes_before, note_comment, report_break, report_decimal_comma, report_large_count
 
    !> Smallest length accepted: products of areas must not underflow.
    real(wp), parameter :: smallest_length = 1.0e-30_wp

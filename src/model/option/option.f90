@@ -34,6 +34,7 @@ module rockdda_model_option
       integer :: any_order = 4      !! rows of a file: the first number may decrease
       integer :: pair = 6           !! two numbers, or none
       integer :: or_constant = 5    !! as rising, or one row without its first number, which is 0
+      integer :: box = 7            !! xmin, ymin, xmax, ymax with an area
    end type list_rule_enum
    type(list_rule_enum), parameter :: list_rule = list_rule_enum()
 
@@ -81,6 +82,7 @@ module rockdda_model_option
       logical :: not_blank = .false.                 !! a text that must have a character
       !> a text for which a whole number >= 1 may stand, with a unit any number
       logical :: or_number = .false.
+      logical :: is_file = .false.                   !! a text that names a file, which becomes a path
       integer :: n_in_unit = huge(1)                 !! so many numbers of a row are in the unit, not those behind
       integer :: rule = 0                            !! one of list_rule%...
       ! what follows from the place of the row in the table
@@ -99,14 +101,14 @@ contains
    !> A row of the table.
    pure function option(name, meaning, unit, applies, see, quantity, choices, old_choice, columns, default, &
                         preset_default, default_word, preset_word, default_text, default_from, remark, least, above, &
-                        most, below, by_length, in_analysis, required, adds_up, not_blank, or_number, n_in_unit, &
-                        rule) result(row)
+                        most, below, by_length, in_analysis, required, adds_up, not_blank, or_number, is_file, &
+                        n_in_unit, rule) result(row)
       character(len=*), intent(in) :: name, meaning
       character(len=*), intent(in), optional :: unit, applies, see, quantity, choices, old_choice, columns
       real(wp), intent(in), optional :: default, preset_default
       character(len=*), intent(in), optional :: default_word, preset_word, default_text, default_from, remark
       real(wp), intent(in), optional :: least, above, most, below    !! bounds; above and below exclude the bound
-      logical, intent(in), optional :: by_length, in_analysis, required, adds_up, not_blank, or_number
+      logical, intent(in), optional :: by_length, in_analysis, required, adds_up, not_blank, or_number, is_file
       integer, intent(in), optional :: n_in_unit, rule
       type(option_type) :: row
       row%name = name
@@ -140,6 +142,7 @@ contains
       if (present(adds_up)) row%adds_up = adds_up
       if (present(not_blank)) row%not_blank = not_blank
       if (present(or_number)) row%or_number = or_number
+      if (present(is_file)) row%is_file = is_file
       if (present(n_in_unit)) row%n_in_unit = n_in_unit
       if (present(rule)) row%rule = rule
 
