@@ -2,10 +2,12 @@
 """How sure a number is: what is judged, and what it is judged by, without the program."""
 
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
 from rockdda.certainty.contours import line_of
+from rockdda.certainty.convergence_study import Convergence
 from rockdda.certainty.failure import failure_of, index_of, shares_of_variance, wilson
 from rockdda.certainty.random_inputs import RandomInput, correlation_of, parse_inputs, sample
 from rockdda.certainty.searching import FAILS, STANDS, UNKNOWN, Found, _side
@@ -72,6 +74,15 @@ def test_a_variant_that_failed_is_not_hidden():
     found = verdict_of(1.0, None, 1.0, 1.0, 1.0)
     assert found.exceeds(0.05) == ["step"]
     assert "not known by the step, whose runs failed" in found.words(Units())
+
+
+def test_shares_of_a_small_component_are_said_to_be_of_the_whole():
+    """1 ± 0.5 mm beside 20 mm is a share of 2.5 %, and not of 50 % as its own line reads."""
+    for scale, is_said in ((20.0, True), (1.0, False)):
+        one = judge("point 1 x", "", "length", (1.0, scale), {"step ÷ 2": 1 + 0.25 * scale / 20}, [AS_IT_IS, HALF_STEP])
+        study = Convergence("", (one,), (), {}, 0.05, Units(), False, "", Path())
+        assert "matters by less than 5 % (all together 2.5 % at most)" in study.summary
+        assert ("of the whole displacement of its point" in study.summary) == is_said
 
 
 def test_shares_beyond_a_hundred_per_cent_have_no_exponent():

@@ -110,6 +110,8 @@ class Convergence:
                 f"Each number of the method matters by less than {100 * self.limit:g} % (all together "
                 f"{percent(max(method, UNNAMED))} at most): no time need be spent on them."
             )
+            if any(one.method > self.limit * abs(one.value or 0.0) for one in known):
+                text += " Shares of a component are shares of the whole displacement of its point."
         share = most.share(most.joints)
         if share > self.limit:
             text += (
