@@ -151,7 +151,7 @@ class _BlockInTime(Frame):
         )
         self._source = results
 
-    def _row(self, name: str) -> AnyArray:
+    def _stored(self, name: str, _: AnyArray | None = None) -> AnyArray:
         if name not in self._cache:
             self._cache[name] = self._source.block_rows(name, self.block)
         return self._cache[name]
