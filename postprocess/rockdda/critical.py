@@ -31,7 +31,6 @@ from .text import PathLike
 __all__ = ["CriticalFactor", "JointState", "Mechanism", "Trial", "factor_of_safety", "read_search"]
 
 
-SEARCHES = ("strength", "tilt", "push", "gravity", "load")
 NAMES = {
     "strength": "factor of safety",
     "tilt": "critical tilt",
@@ -40,6 +39,9 @@ NAMES = {
     "load": "load factor",
 }
 UNITS = {"tilt": "°"}
+#: Arguments of `factor_of_safety` that are options of the program.
+OPTIONS = ("search", "joints", "loads", "factors", "from_", "to", "tolerance", "stage", "jobs", "max_steps", "config",
+           "output")  # fmt: skip
 KINDS = ("sliding", "toppling", "fall")
 WARNING = re.compile(r"(?:[^:]+:(?:\d+:)*\s*)?warning: ")
 #: exit codes of the program
@@ -171,26 +173,13 @@ def factor_of_safety(
     Raises InputError; ConvergenceError when the range does not hold the limit (not stable at its lower end, stable at
     its upper end) or the model is not in equilibrium before the search; OutputError.
     """
-    if search not in SEARCHES:
-        raise InputError(f"search: expected one of {', '.join(SEARCHES)}, found {search!r}")
-    names = [joints] if isinstance(joints, str) else joints
-    named = [loads] if isinstance(loads, str) else loads
+    if search not in NAMES:
+        raise InputError(f"search: expected one of {', '.join(NAMES)}, found {search!r}")
+    options = dict(locals())
+    for name in ("joints", "loads"):
+        options[name] = options[name] if isinstance(options[name], str | None) else ", ".join(options[name])
     if isinstance(factors, Mapping):
-        factors = ", ".join(f"{name} = {_word(value)}" for name, value in factors.items())
-    options = {
-        "search": search,
-        "joints": None if names is None else ", ".join(names),
-        "loads": None if named is None else ", ".join(named),
-        "factors": factors,
-        "from": from_,
-        "to": to,
-        "tolerance": tolerance,
-        "stage": stage,
-        "jobs": jobs,
-        "max-steps": max_steps,
-        "config": config,
-        "output": output,
-    }
+        options["factors"] = ", ".join(f"{name} = {_word(value)}" for name, value in factors.items())
     command = [find_program(), "fos"]
     with tempfile.TemporaryDirectory(prefix="rockdda-") as folder:
         if isinstance(model, Model):
@@ -200,9 +189,9 @@ def factor_of_safety(
             command.append(str(Path(folder) / f"{model.name}.nml") if model.labelled else folder)
         else:
             command += [os.fspath(path) for path in (model, analysis) if path is not None]
-        for name, value in options.items():
-            if value is not None:
-                command += [f"--{name}", _word(value)]
+        for name in OPTIONS:
+            if options[name] is not None:
+                command += [f"--{name.rstrip('_').replace('_', '-')}", _word(options[name])]
         command += ["--json", *(["--force"] if force else [])]
         code, out, told = _call(command, progress)
         if code != 0 and not _is_verdict(code, out):

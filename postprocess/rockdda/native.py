@@ -8,6 +8,7 @@ import os
 import re
 import warnings
 import weakref
+from inspect import signature
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -152,21 +153,12 @@ class Session:
                 raise InputError(f"{name}: must be above 0, found {number!r}")
         if output is not None and not os.fspath(output):
             raise InputError("output: expected a file name, found nothing")
+        counts = (-1 if count is None else int(count) for count in (threads, steps, save_every))
+        times = (-1.0 if time is None else float(time) for time in (t_end, max_wall, checkpoint_every))
         self._api.request(
-            self.handle,
-            b"" if output is None else os.fsencode(output),
-            (solver or "").encode(),
-            DIALECTS[dialect],
-            -1 if threads is None else int(threads),
-            -1 if steps is None else int(steps),
-            -1 if save_every is None else int(save_every),
-            -1.0 if t_end is None else float(t_end),
-            -1.0 if max_wall is None else float(max_wall),
-            -1.0 if checkpoint_every is None else float(checkpoint_every),
-            int(strict),
-            int(allow_open),
-            int(force),
-        )
+            self.handle, b"" if output is None else os.fsencode(output), (solver or "").encode(), DIALECTS[dialect],
+            *counts, *times, int(strict), int(allow_open), int(force),
+        )  # fmt: skip
 
     def read_files(self, model: PathLike, analysis: PathLike | None, config: PathLike | None) -> None:
         """Read the files of a run."""
@@ -265,6 +257,10 @@ class Session:
             arrays[i] = array.T.astype(np.int64) if array.dtype.kind == "i" else array.T
             arrays[i].flags.writeable = False
         return arrays
+
+
+#: Names of the options of a run that are not in its files.
+REQUEST = tuple(signature(Session.request).parameters)[1:]
 
 
 def _in_python_words(text: str) -> str:

@@ -14,10 +14,11 @@ import numpy as np
 
 from .arrays import FloatArray, IntArray
 from .errors import ConvergenceError, InputError
-from .native import ENERGIES, REASON, RESULTS, TITLE, Session
+from .native import ENERGIES, REASON, REQUEST, RESULTS, TITLE, Session
 from .notebook import NotebookBar, in_notebook
 from .results import Contacts, Results
 from .results import open as open_results
+from .start import Stored
 from .text import PathLike
 
 __all__ = ["Progress", "Simulation", "run"]
@@ -71,21 +72,9 @@ def run(
     hand is dropped. With strict=True energy from nowhere, or a static stage that ends without
     equilibrium, raises ConvergenceError; otherwise it is a warning.
     """
+    given = dict(locals())
     session = Session()
-    session.request(
-        output=output,
-        solver=solver,
-        dialect=dialect,
-        threads=threads,
-        steps=steps,
-        save_every=save_every,
-        t_end=t_end,
-        max_wall=max_wall,
-        checkpoint_every=checkpoint_every,
-        strict=strict,
-        allow_open=allow_open,
-        force=force,
-    )
+    session.request(**{name: given[name] for name in REQUEST})
     started = clock.monotonic()
     with ExitStack() as stack:
         _read(session, geometry, analysis, config, stack)
@@ -133,6 +122,19 @@ class Simulation:
     end of a `with` block, or when the computation fails.
     """
 
+    vertices = Stored[FloatArray]("vertices")
+    """(nv, 2) [length]"""
+    centroid = Stored[FloatArray]("centroid")
+    """(nb, 2) [length]"""
+    rotation = Stored[FloatArray]("rotation")
+    """(nb,) since the start, counter-clockwise [rad]"""
+    stress = Stored[FloatArray]("stress")
+    """(nb, 3) σx σy τxy, tension positive [force/length²]"""
+    velocity = Stored[FloatArray]("velocity")
+    """(nb, 6) u0 v0 r0 εx εy γxy of the centroid, per time"""
+    area = Stored[FloatArray]("area")
+    """(nb,) [length²]"""
+
     def __init__(
         self,
         geometry: PathLike | HasInput,
@@ -151,20 +153,9 @@ class Simulation:
         allow_open: bool = False,
         force: bool = False,
     ) -> None:
+        given = dict(locals())
         self._session = Session()
-        self._session.request(
-            output=output,
-            solver=solver,
-            dialect=dialect,
-            threads=threads,
-            steps=steps,
-            save_every=save_every,
-            t_end=t_end,
-            checkpoint_every=checkpoint_every,
-            strict=strict,
-            allow_open=allow_open,
-            force=force,
-        )
+        self._session.request(**{name: given[name] for name in REQUEST if name in given})
         with ExitStack() as stack:
             _read(self._session, geometry, analysis, config, stack)
         self._session.warn()
@@ -262,42 +253,12 @@ class Simulation:
         facts = self._session.facts()
         return {name: facts[name] for name in self._session.text(ENERGIES).split()}
 
-    def _array(self, name: str) -> FloatArray:
+    def _stored(self, name: str, _: object = None) -> FloatArray:
         if not self._state:
             names = ["vertices", "centroid", "rotation", "stress", "velocity", "area"]
             arrays = self._session.array("state", self._sizes["blocks"], self._sizes["vertices"])
             self._state = dict(zip(names, arrays, strict=True))
         return self._state[name]
-
-    @property
-    def vertices(self) -> FloatArray:
-        """(nv, 2) [length]"""
-        return self._array("vertices")
-
-    @property
-    def centroid(self) -> FloatArray:
-        """(nb, 2) [length]"""
-        return self._array("centroid")
-
-    @property
-    def rotation(self) -> FloatArray:
-        """(nb,) since the start, counter-clockwise [rad]"""
-        return self._array("rotation")
-
-    @property
-    def stress(self) -> FloatArray:
-        """(nb, 3) σx σy τxy, tension positive [force/length²]"""
-        return self._array("stress")
-
-    @property
-    def velocity(self) -> FloatArray:
-        """(nb, 6) u0 v0 r0 εx εy γxy of the centroid, per time"""
-        return self._array("velocity")
-
-    @property
-    def area(self) -> FloatArray:
-        """(nb,) [length²]"""
-        return self._array("area")
 
     @property
     def displacement(self) -> FloatArray:

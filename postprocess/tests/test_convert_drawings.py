@@ -13,7 +13,7 @@ import pytest
 import rockdda
 from rockdda.convert import convert
 from rockdda.convert.dxf import read_dxf
-from rockdda.convert.json_places import places_of
+from rockdda.convert.geojson import places_of
 
 
 def section(path, unit=1.0, code=6, at=(0.0, 0.0), opening="polyline", outline="AREA"):

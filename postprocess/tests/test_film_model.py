@@ -9,7 +9,7 @@ import pytest
 import rockdda
 from browser import Page, find_browser
 from rockdda.film.model_data import read_model
-from rockdda.film.model_viewer import ModelViewer
+from rockdda.film.model_data import ModelViewer
 from rockdda.film.server import serve
 
 MODEL = """&model geometry = 'dig.dc' /

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import rockdda
 from browser import Page, find_browser
-from rockdda.film.pair import PairViewer
+from rockdda.film.viewer import PairViewer
 from rockdda.film.server import serve
 from rockdda.film.viewer import Viewer
 from synthetic import add_bolts, write_wall

@@ -108,7 +108,7 @@ class BoltFit:
 
     def plot(self, **options: Any) -> Any:
         """The measured points and the fit; the axes."""
-        from ..plot.pull_tests import pull_test
+        from ..plot.records import pull_test
 
         return pull_test(self, **options)
 

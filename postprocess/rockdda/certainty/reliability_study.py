@@ -22,8 +22,7 @@ from ..model import Model
 from ..namelist import parse_groups
 from ..study import Study, read_study
 from ..text import PathLike, decoded
-from .contours import BackAnalysis, back_analysis
-from .failure import failure_of, index_of, shares_of_variance, wilson
+from .failure import BackAnalysis, back_analysis, failure_of, index_of, shares_of_variance, wilson
 from .pictures import draw_reliability
 from .random_inputs import RandomInput, check_values, correlation_of, lay_out, parse_inputs, sample
 from .running import Progress, case_folder, output_folder, run_studies, write_answer

@@ -1,12 +1,13 @@
 # SPDX-License-Identifier: MIT
-"""Doing the runs of studies whose answers are judged: here, through Dask, or as job arrays of Slurm."""
+"""Runs of studies whose answers are judged, here, through Dask, or as job arrays of Slurm; their answers as files."""
 
 from __future__ import annotations
 
 import json
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -14,7 +15,11 @@ from ..errors import InputError
 from ..study import Outcome, Study, pending, run_study, write_job_array
 from ..text import PathLike, csv_text
 from ..writing import complete_file, write_file
-from .template import remove_others
+from .template import digest_of_texts, remove_others
+
+if TYPE_CHECKING:
+    from ..results import Results
+
 
 Progress = Callable[[int, int, Outcome], None]
 
@@ -77,3 +82,50 @@ def _finite(value: Any) -> Any:
     if isinstance(value, list | tuple):
         return [_finite(entry) for entry in value]
     return None if isinstance(value, float) and value - value != 0 else value
+
+
+LARGEST = 100_000_000  # bytes of an answer
+
+
+@dataclass(frozen=True)
+class Answer:
+    """One answer, as its JSON has it."""
+
+    kind: str  #: "convergence" or "reliability"
+    folder: Path
+    found: dict[str, Any]  #: nothing where it is of another version of the model
+
+    @property
+    def picture(self) -> bytes:
+        """Its picture; nothing where there is none."""
+        try:
+            return (self.folder / f"{self.kind}.png").read_bytes()
+        except OSError:
+            return b""
+
+
+def answers_beside(results: Results) -> list[Answer]:
+    """The answers in folders beside the results and in the current folder whose input is that of the results.
+
+    One in the folder that the command takes for these results (NAME_convergence, NAME_reliability) is listed without
+    its content where its input is another one.
+    """
+    digest = digest_of_texts(*(str(results[f"input/{name}"]) for name in ("geometry", "analysis", "config")))
+    places = list(dict.fromkeys([results.path.parent.resolve(), Path.cwd()]))
+    answers = []
+    for kind in ("convergence", "reliability"):
+        read = [(path.parent, _read(path)) for place in places for path in sorted(place.glob(f"*/{kind}.json"))]
+        fitting = [Answer(kind, folder, found) for folder, found in read if found.get("input") == digest]
+        stale = [Answer(kind, folder, {}) for folder, _ in read if folder.name == f"{results.name}_{kind}"]
+        answers += (fitting or stale)[:1]
+    return answers
+
+
+def _read(path: Path) -> dict[str, Any]:
+    try:
+        if path.stat().st_size > LARGEST:
+            return {}
+        found = json.loads(path.read_text(encoding="utf-8"))
+        return found if isinstance(found, dict) else {}
+    except (OSError, ValueError, RecursionError):
+        return {}

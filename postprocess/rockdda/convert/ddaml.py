@@ -14,10 +14,9 @@ from pathlib import Path
 
 from ..deck import BlockMaterial, JointMaterial, number_text
 from ..text import decoded
-from .ddaml_reader import Reader
+from .ddaml_reader import Element, Reader, Word, parse_xml
 from .geometry import LARGEST_MATERIAL, Analysis, Geometry, TimeRow
 from .report import Report, read_text
-from .xml import Element, Word, parse_xml
 
 GEOMETRY_KEYS = [
     "Edgenodedist",

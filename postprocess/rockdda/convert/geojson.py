@@ -13,6 +13,7 @@ import itertools
 import json
 import re
 from collections import Counter
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -20,9 +21,59 @@ from ..errors import InputError
 from ..text import short, shown
 from . import systems
 from .geometry import KINDS, LARGEST_MATERIAL, POINT_KINDS, REGION_KINDS, STEEL_KINDS, Geometry, Point, Ring
-from .json_places import JsonPath, places_of
 from .report import MOST_ERRORS, MOST_LINES, Report, check_json, read_text
 from .systems import System
+
+TOKEN = re.compile(r'"(?:[^"\\]|\\.)*"|[\[\]{},:]|[^\s\[\]{},:"]+')
+JsonPath = tuple[str | int, ...]
+
+
+def places_of(text: str, paths: Iterable[JsonPath]) -> dict[JsonPath, tuple[int, int]]:
+    """Line and column, from 1, of the values at paths such as ('features', 3, 'geometry').
+
+    One pass over the text, however many paths there are.
+    """
+    wanted: dict[Any, Any] = {}  # a tree of keys and indices; None holds the path that ends there
+    for path in paths:
+        node = wanted
+        for part in path:
+            node = node.setdefault(part, {})
+        node[None] = path
+    found: dict[JsonPath, tuple[int, int]] = {}
+    left = len(set(paths))
+    line, counted = 1, 0  # of the last place found
+    stack: list[list[Any]] = []  # [is it a list, key or index, node of the tree]
+    expect_key = False
+    for match in TOKEN.finditer(text):
+        if not left:
+            break
+        token = match.group()
+        if token in "}]":
+            stack.pop()
+            expect_key = False
+        elif token == ",":
+            if stack[-1][0]:
+                stack[-1][1] += 1
+            expect_key = not stack[-1][0]
+        elif token == ":":
+            expect_key = False
+        elif expect_key:
+            stack[-1][1] = json.loads(token)
+        else:
+            node = stack[-1][2].get(stack[-1][1], _NOTHING) if stack else wanted
+            if None in node and node[None] not in found:
+                line += text.count("\n", counted, match.start())
+                counted = match.start()
+                found[node[None]] = (line, counted - text.rfind("\n", 0, counted))
+                left -= 1
+            if token in "{[":
+                stack.append([token == "[", 0 if token == "[" else None, node])
+                expect_key = token == "{"
+    return found
+
+
+_NOTHING: dict[Any, Any] = {}
+
 
 LARGEST = 1e30  # as the program allows
 DEEPEST = 50  # collections within collections

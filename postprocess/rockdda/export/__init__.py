@@ -4,10 +4,8 @@
 from __future__ import annotations
 
 from .common import parse_frames
-from .outlines import to_dxf, to_text
-from .tables import to_csv
+from .tables import to_csv, to_dxf, to_text
 from .tables_of import to_geopandas, to_xarray
-from .vtk import to_vtk
-from .vtkhdf import to_vtkhdf
+from .vtk import to_vtk, to_vtkhdf
 
 __all__ = ["parse_frames", "to_csv", "to_dxf", "to_geopandas", "to_text", "to_vtk", "to_vtkhdf", "to_xarray"]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Results as tables of comma-separated values."""
+"""Results as tables of comma-separated values; outlines of blocks as plain text or as a DXF drawing."""
 
 from __future__ import annotations
 
@@ -10,11 +10,12 @@ from typing import TYPE_CHECKING, Any, TextIO
 import numpy as np
 
 from ..arrays import AnyArray
+from ..convert.dxf import write_dxf
 from ..errors import InputError
 from ..joints import joint_points, need_contacts, summary_columns
 from ..results import FIELDS
 from ..text import PathLike, csv_text
-from ..units import Units, with_units
+from ..units import Units, description, with_units
 from ..writing import write_file
 from .common import Progress, chosen
 
@@ -137,3 +138,40 @@ def _bolt_rows(frame: Frame) -> dict[str, Any]:
     columns: dict[str, Any] = {"bolt": np.arange(1, len(ends) + 1), "first": blocks[:, 0], "second": blocks[:, 1]}
     columns |= {f"{axis}{end + 1}": ends[:, end, k] for end in (0, 1) for k, axis in enumerate("xy")}
     return columns | {"length": np.hypot(*(ends[:, 1] - ends[:, 0]).T), "force": frame.bolt_force}
+
+
+def to_text(
+    results: Results, path: PathLike, frames: Iterable[int] | None = None, progress: Progress | None = None
+) -> Path:
+    """Write the outlines as plain text for old plotting scripts; returns the path.
+
+    Per frame a comment with number, step and time, then lines `block vertex x y`, counted from 1; the first vertex is
+    repeated at the end of its block, and an empty line follows, so that gnuplot draws closed outlines. Blocks that are
+    not there (excavated, or still to be placed) are left out.
+    """
+    path = Path(path)
+    numbers = chosen(results, frames)
+
+    def write(stream: TextIO) -> None:
+        units = "" if results.units == "none" else f", units: {description(results.units)}"
+        stream.write(f"# block vertex x y{units}\n")
+        for k, number in enumerate(numbers):
+            now = results.frames[number]
+            stream.write(f"# frame {now.index} step {now.step} time {now.time!r}\n")
+            for i, polygon in enumerate(now.polygons(), start=1):
+                if not now.active[i - 1]:
+                    continue
+                rows = [(v, *corner) for v, corner in enumerate(polygon.tolist(), start=1)]
+                stream.writelines(f"{i} {v} {x!r} {y!r}\n" for v, x, y in [*rows, rows[0]])
+                stream.write("\n")
+            stream.write("\n")
+            if progress is not None:
+                progress(k + 1, len(numbers))
+
+    write_file(path, write)
+    return path
+
+
+def to_dxf(results: Results, path: PathLike, frame: int = -1) -> Path:
+    """Write the outlines of a frame's blocks as a drawing; returns the path."""
+    return write_dxf(results.frames[frame], Path(path))

@@ -28,9 +28,8 @@ from ..frames import field_name
 from ..plot.input_files import is_input
 from ..results import Results
 from ..text import PathLike
-from .model_viewer import ModelViewer
-from .pair import PairViewer
-from .viewer import Viewer
+from .model_data import ModelViewer
+from .viewer import PairViewer, Viewer
 
 MOST_CONNECTIONS = 32  # at a time; a browser makes six
 MOST_SECONDS = 20.0  # for a request

@@ -1,11 +1,13 @@
 # SPDX-License-Identifier: MIT
-"""A local page that shows a results file in the browser, also during the run."""
+"""Local pages that show a results file in the browser, also during the run, or two results side by side."""
 
 from __future__ import annotations
 
+import html
 import json
 import secrets
 import threading
+from importlib.resources import files
 from types import SimpleNamespace
 from typing import Any
 from urllib.parse import unquote, urlsplit
@@ -18,7 +20,7 @@ from ..frames import FIELDS, Frame, field_name
 from ..results import Results
 from ..units import Units
 from .overlays import has_water, joint_entries, joint_range, joint_rows, water_of, widest
-from .page import SHOWN_FIELDS, bolt_rows, colour_range, describe, liner_rows, page, shown_fields, usual_range
+from .page import SHOWN_FIELDS, bolt_rows, colour_range, describe, filled, liner_rows, page, shown_fields, usual_range
 
 MOST_JOINTS = 5  # the same of joints
 MOST_SAMPLED = 25  # frames whose values make the colour scale of a long run
@@ -162,3 +164,40 @@ def block_history(results: Results, field: str, block: int) -> AnyArray:
     if field == "block":
         return np.full(results.n_frames, block + 1)
     return _BlockInTime(results, block).field(field)
+
+
+class PairViewer:
+    """Answers for two results, `a` and `b`, with common ranges of colours."""
+
+    def __init__(self, first: Results, second: Results, field: str, units: str | Units | None = None) -> None:
+        self.sides = {"a": Viewer(first, field, units, paired=True), "b": Viewer(second, field, units, paired=True)}
+        self.sides["b"].shown = self.sides["a"].shown | {
+            name: row for name, row in self.sides["b"].shown.items() if name not in self.sides["a"].shown
+        }
+        self.token = secrets.token_urlsafe(24)
+
+    def answer(self, path: str) -> tuple[str, bytes]:
+        """Type and content for a path; KeyError for one that is not there."""
+        parts = [unquote(part) for part in urlsplit(path).path.strip("/").split("/")]
+        if parts == [""]:
+            names = " and ".join(side.results.title or side.results.name for side in self.sides.values())
+            text = files("rockdda").joinpath("web", "pair.html").read_text(encoding="utf-8")
+            return "text/html; charset=utf-8", filled(text, {"title": html.escape(names)}).encode()
+        if parts[0] not in self.sides:
+            raise KeyError(path)
+        inner = "/" + "/".join(parts[1:])
+        if parts[1:2] == ["limits"]:
+            return "application/json", json.dumps(self._limits(inner)).encode()
+        return self.sides[parts[0]].answer(inner)
+
+    def _limits(self, path: str) -> list[float]:
+        """The ranges of a field that hold for both; those of one side where the other does not have the field."""
+        found = []
+        for side in self.sides.values():
+            try:
+                found.append(json.loads(side.answer(path)[1]))
+            except KeyError:
+                continue
+        if not found:
+            raise KeyError(path)
+        return [bound(row[k] for row in found) for k, bound in enumerate((min, max, min, max))]

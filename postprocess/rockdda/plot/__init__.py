@@ -23,10 +23,9 @@ from .kinds import KINDS, plot, save, small_multiples
 from .liner_maps import capacity, liner
 from .records import record
 from .search_maps import draw_search, draw_trials, factor, mechanism
-from .slider import slider
 from .stress_maps import contours, trajectories
 from .water_maps import water
-from .window import interactive
+from .window import interactive, slider
 
 __all__ = [
     "INPUT_KINDS",

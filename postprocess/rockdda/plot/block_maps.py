@@ -5,6 +5,8 @@ from __future__ import annotations
 
 import math
 import textwrap
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -138,6 +140,28 @@ def frame_axes(
         text = f"{beyond} block{'s' if beyond > 1 else ''} beyond the picture"
         axes.annotate(text, (1, 0), (-3, 3), "axes fraction", "offset points", ha="right", fontsize=7, color="#555555")
     return axes
+
+
+@contextmanager
+def frame_map(
+    results: Results, now: Frame, axes: Axes | None, units: Units, title: str | None,
+    *, start: FloatArray | None = None, support: float = 1.0,
+) -> Iterator[Axes]:  # fmt: skip
+    """Axes with a frame's blocks in light grey (at other places `start`); what is drawn in the block comes between them
+    and supports (displacements times a factor), fixed points and boundaries."""
+    shown = now.shown_vertices
+    with style():
+        axes = frame_axes(results, now, shown, axes, units, title)
+        add_plain_blocks(axes, results, shown if start is None else start)
+        yield axes
+        add_rest(axes, results, now, shown if start is None else start, support)
+
+
+def add_rest(axes: Axes, results: Results, now: Frame, shown: FloatArray, scale: float = 1.0) -> None:
+    """Add supports (with displacements times a factor), fixed points and boundaries."""
+    add_support(axes, now, scale)
+    add_fixed_points(axes, results)
+    add_boundaries(axes, results, shown, now.time)
 
 
 def _outside(shown: FloatArray, offset: AnyArray, low: FloatArray, high: FloatArray) -> BoolArray:
@@ -296,9 +320,7 @@ def blocks(
                 add_colour_bar(axes, drawn, units, *field_words(field), values[now.active])
         if outline and now.index != 0:
             add_start(axes, results, shown)
-        add_support(axes, now, scale)
-        add_fixed_points(axes, results)
-        add_boundaries(axes, results, shown, now.time)
+        add_rest(axes, results, now, shown, scale)
         add_water_tables(axes, results, now)
         _enlarged(axes, scale)
     return axes
@@ -352,17 +374,12 @@ def stress_crosses(
     segments = np.stack([centre - arm, centre + arm], axis=2).reshape(-1, 2, 2)
     colours = np.where(principal.ravel() > 0, TENSION, COMPRESSION)
     order = np.argsort(principal.ravel() > 0, kind="stable")  # tension, the rarer, on top
-    with style():
-        axes = frame_axes(results, now, now.shown_vertices, axes, units, title)
-        add_plain_blocks(axes, results, now.shown_vertices)
+    with frame_map(results, now, axes, units, title) as axes:
         many = results.n_blocks > MANY
         axes.add_collection(
             LineCollection(list(segments[order]), colors=colours[order], linewidths=0.9, zorder=3, rasterized=many),
             autolim=False,
         )
-        add_support(axes, now)
-        add_fixed_points(axes, results)
-        add_boundaries(axes, results, now.shown_vertices, now.time)
         handles = [Line2D([], [], color=colour, lw=1.6) for colour in (COMPRESSION, TENSION)]
         axes.legend(handles, ["compression", "tension"], loc="upper left", bbox_to_anchor=(1.01, 1))
         value = _short_factor(reference)
@@ -397,9 +414,7 @@ def contact_forces(
     carrying = force > 1e-9 * largest
     share = np.minimum(force / reference, 1.5)
     colours = np.array([STATES[name] for name in STATE_NAMES])[contacts.state]
-    with style():
-        axes = frame_axes(results, now, now.shown_vertices, axes, units, title)
-        add_plain_blocks(axes, results, now.shown_vertices)
+    with frame_map(results, now, axes, units, title) as axes:
         if carrying.any():
             order = np.flatnonzero(carrying)[np.argsort(-force[carrying])]
             direction = contacts.force[order] / force[order, None]
@@ -416,9 +431,6 @@ def contact_forces(
         handles.append(Line2D([], [], color=STATES["open"], marker=".", lw=0, markersize=4))
         labels = [f"{name} ({counts[STATE_NAMES.index(name)]})" for name in ("sliding", "locked", "open")]
         axes.legend(handles, labels, loc="upper left", bbox_to_anchor=(1.01, 1))
-        add_support(axes, now)
-        add_fixed_points(axes, results)
-        add_boundaries(axes, results, now.shown_vertices, now.time)
         if carrying.any():
             value = _short_factor(reference)
             share_of = value / reference
@@ -451,9 +463,7 @@ def displacements(
     largest = float(usual.max())
     if scale is None:
         scale = 1.0 if largest > 0.05 * extent or largest == 0 else _short_factor(0.1 * extent / largest)
-    with style():
-        axes = frame_axes(results, now, now.shown_vertices, axes, units, title)
-        add_plain_blocks(axes, results, start_of)
+    with frame_map(results, now, axes, units, title, start=start_of, support=0.0) as axes:
         start = results.block_centroid[there]
         arrows = axes.quiver(
             *start.T, *(scale * vector).T, length, angles="xy", scale_units="xy", scale=1,
@@ -461,9 +471,6 @@ def displacements(
         )  # fmt: skip
         arrows.set_clim(*(limits or (0.0, largest or 1.0)))
         add_colour_bar(axes, arrows, units, *field_words("displacement"), length)
-        add_support(axes, now, 0.0)
-        add_fixed_points(axes, results)
-        add_boundaries(axes, results, start_of, now.time)
         if scale != 1:
             axes.set_title(f"{axes.get_title(loc='left')}, arrows × {scale:g}")
     return axes

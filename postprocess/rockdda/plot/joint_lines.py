@@ -11,16 +11,7 @@ from ..arrays import AnyArray, FloatArray, IntArray
 from ..errors import InputError
 from ..joints import JOINT_FIELDS, need_contacts
 from ..units import Units
-from .block_maps import (
-    _scale_bar,
-    _short_factor,
-    _with_unit,
-    add_fixed_points,
-    add_plain_blocks,
-    add_support,
-    frame_axes,
-)
-from .boundary_marks import add_boundaries
+from .block_maps import _scale_bar, _short_factor, _with_unit, frame_map
 from .style import PALETTE, PAPER_WIDTH, name_axis, nice_ticks, style
 
 if TYPE_CHECKING:
@@ -94,9 +85,7 @@ def thrust(
             inward = along if (now.centroid[block] - where[row]) @ along > 0 else -along
             strokes.append(np.array([where[row], where[row] + reach * inward]))
             widths.append(float(width[row]))
-    with style():
-        axes = frame_axes(results, now, now.shown_vertices, axes, units, title)
-        add_plain_blocks(axes, results, now.shown_vertices)
+    with frame_map(results, now, axes, units, title) as axes:
         axes.add_collection(
             LineCollection(strokes, colors=THRUST, linewidths=widths, capstyle="round", zorder=3), autolim=False
         )
@@ -104,9 +93,6 @@ def thrust(
             axes.plot(
                 *where.T, "o", color="white", markeredgecolor=THRUST, markersize=3.2, markeredgewidth=0.9, zorder=3.4
             )
-        add_support(axes, now)
-        add_fixed_points(axes, results)
-        add_boundaries(axes, results, now.shown_vertices, now.time)
         value = _short_factor(float(amount.max()))
         extent = float(np.ptp(np.array(axes.get_xlim())))
         _scale_bar(

@@ -11,9 +11,8 @@ from ..arrays import FloatArray
 from ..errors import InputError
 from ..joints import JOINT_FIELDS, need_contacts
 from ..units import Units
-from .block_maps import add_colour_bar, add_fixed_points, add_plain_blocks, add_support, frame_axes
-from .boundary_marks import add_boundaries
-from .style import PAPER_WIDTH, STATES, limits_of, style, without_splinters
+from .block_maps import add_colour_bar, frame_map
+from .style import PAPER_WIDTH, STATES, limits_of, without_splinters
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -66,10 +65,8 @@ def joints(
     low, high, colour_map = _limits(field, usual, limits)
     ends = points.stack("x1", "y1", "x2", "y2").reshape(-1, 2, 2)
     line = points["length"] > 0
-    with style():
-        axes = frame_axes(results, now, now.shown_vertices, axes, units, title)
+    with frame_map(results, now, axes, units, title) as axes:
         width = size * _width(axes, results)
-        add_plain_blocks(axes, results, now.shown_vertices)
         for some, colour, share in ((without, STATES["open"], 0.4), (~without, RIM, 1.0)):
             lines = LineCollection(list(ends[some & line]), colors=colour, zorder=3)
             lines.set(
@@ -96,9 +93,6 @@ def joints(
             handle = Line2D([], [], color=STATES["open"], lw=0.4 * width)
             name = "open, or without strength" if field == "mobilised" else "open"
             axes.legend([handle], [name], loc="lower right", bbox_to_anchor=(0.95, 1.0), borderaxespad=0.1)
-        add_support(axes, now)
-        add_fixed_points(axes, results)
-        add_boundaries(axes, results, now.shown_vertices, now.time)
     return axes
 
 

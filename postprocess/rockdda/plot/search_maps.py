@@ -11,7 +11,7 @@ from ..arrays import AnyArray, FloatArray
 from ..critical import NAMES, UNITS, CriticalFactor, read_search
 from ..errors import InputError
 from ..units import Units
-from .block_maps import add_blocks, add_boundaries, add_fixed_points, add_outline, add_support, frame_axes
+from .block_maps import add_blocks, add_outline, add_rest, frame_axes
 from .style import PAPER_WIDTH, name_axis, new_axes, nice_ticks, style, title_of
 
 if TYPE_CHECKING:
@@ -70,9 +70,7 @@ def mechanism(
                 clip_on=False,
             )  # fmt: skip
             arrows.set_in_layout(False)  # unclipped, its extent would be without bounds
-        add_support(axes, now)
-        add_fixed_points(axes, results)
-        add_boundaries(axes, results, shown, now.time)
+        add_rest(axes, results, now, shown)
         kinds = [kind for kind in MOTIONS if kind in motion.values()]
         count = {kind: list(motion.values()).count(kind) for kind in kinds}
         handles = [Patch(facecolor=MOTIONS[kind], edgecolor="#8A8A8A", lw=0.4) for kind in kinds]

@@ -16,17 +16,7 @@ from ..errors import InputError
 from ..frames import field_name
 from ..rings import triangles
 from ..units import Units
-from .block_maps import (
-    MANY,
-    add_blocks,
-    add_colour_bar,
-    add_fixed_points,
-    add_plain_blocks,
-    add_support,
-    frame_axes,
-    outlines,
-)
-from .boundary_marks import add_boundaries
+from .block_maps import MANY, add_blocks, add_colour_bar, add_rest, frame_axes, frame_map, outlines
 from .style import COMPRESSION, TENSION, field_words, limits_of, style, without_splinters
 from .water_levels import add_water_tables
 
@@ -135,9 +125,7 @@ def contours(
         edges = {"edgecolors": "#4A4A4A"} if results.n_blocks <= MANY else {}
         add_blocks(axes, now.shown_vertices, results.vertex_offset, facecolors="none", linewidths=0.25, **edges)
         add_colour_bar(axes, bands, units, *field_words(field))
-        add_support(axes, now)
-        add_fixed_points(axes, results)
-        add_boundaries(axes, results, now.shown_vertices, now.time)
+        add_rest(axes, results, now, now.shown_vertices)
         add_water_tables(axes, results, now)
     return axes
 
@@ -262,9 +250,7 @@ def trajectories(
     grid = _Grid(now)
     middle = np.argsort(np.hypot(*(np.argwhere(grid.inside) - np.array(grid.inside.shape) / 2).T), kind="stable")
     seeds = grid.low + grid.cell * np.argwhere(grid.inside)[middle]
-    with style():
-        axes = frame_axes(results, now, now.shown_vertices, axes, units, title)
-        add_plain_blocks(axes, results, now.shown_vertices)
+    with frame_map(results, now, axes, units, title) as axes:
         for smallest, width in ((False, 0.6), (True, 1.2)):
             taken = np.zeros(tuple(int(n / (0.5 * APART)) + 2 for n in grid.inside.shape), dtype=np.int64)
             for number, seed in enumerate(seeds, 1):
@@ -286,9 +272,6 @@ def trajectories(
                     ),
                     autolim=False,
                 )  # fmt: skip
-        add_support(axes, now)
-        add_fixed_points(axes, results)
-        add_boundaries(axes, results, now.shown_vertices, now.time)
         kinds = ((COMPRESSION, 1.2, "most compressive"), (COMPRESSION, 0.6, "across it"), (TENSION, 1.2, "tension"))
         handles = [Line2D([], [], color=colour, lw=width) for colour, width, _ in kinds]
         axes.legend(handles, [text for *_, text in kinds], loc="upper left", bbox_to_anchor=(1.01, 1))

@@ -10,8 +10,7 @@ import numpy as np
 
 from ..errors import InputError
 from ..units import Units
-from .block_maps import add_fixed_points, add_plain_blocks, add_support, frame_axes
-from .boundary_marks import add_boundaries
+from .block_maps import add_plain_blocks, add_rest, frame_axes
 from .style import style
 from .water_levels import TABLE, Stretch, add_water_tables, wetted_stretches
 
@@ -75,9 +74,7 @@ def water(
         if heads:
             _add_heads(axes, results, frame, units)
         add_water_tables(axes, results, now)
-        add_support(axes, now)
-        add_fixed_points(axes, results)
-        add_boundaries(axes, results, now.shown_vertices, now.time)
+        add_rest(axes, results, now, now.shown_vertices)
         handles = [Line2D([], [], color=TABLE, lw=1.1, ls=(0, (6, 2))), Patch(facecolor=WATER, alpha=0.55)]
         most = units.text(largest, "stress") if units.length else f"{largest:.4g}"
         where = "" if joints is None else f" on joints {', '.join(map(str, joints))}"

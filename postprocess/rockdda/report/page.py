@@ -16,8 +16,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .. import plot
-from ..certainty.answers import Answer, answers_beside
 from ..certainty.half_step import compare_ends, run_half_step
+from ..certainty.running import Answer, answers_beside
 from ..critical import read_search
 from ..errors import InputError
 from ..text import PathLike, readable

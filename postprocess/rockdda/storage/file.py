@@ -17,8 +17,7 @@ from ..arrays import AnyArray
 from ..errors import InputError
 from ..interrupts import HeldInterrupts
 from ..text import readable
-from .heap import heap_problem
-from .structure import structure_problem
+from .structure import heap_problem, structure_problem
 
 FORMAT_VERSIONS = (1, 2)
 # A file that is just being written to can be unreadable for a moment: try again for so many seconds.
