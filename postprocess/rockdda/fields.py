@@ -14,25 +14,25 @@ class JointField:
     dimension: str  # for its unit
 
 
-#: Label, for axes and colour bars, and description of each field of blocks.
+#: Label, for axes and colour bars, description, and dimension (for its unit) of each field of blocks.
 FIELD_TEXTS = {
-    "displacement": ("displacement", "of the centroid since the start"),
-    "displacement_x": ("displacement in x", "of the centroid since the start"),
-    "displacement_y": ("displacement in y", "of the centroid since the start"),
-    "rotation": ("rotation [rad]", "since the start, counter-clockwise"),
-    "speed": ("speed", "of the centroid"),
-    "velocity_x": ("velocity in x", "of the centroid"),
-    "velocity_y": ("velocity in y", "of the centroid"),
-    "spin": ("spin [rad per time]", "angular velocity, counter-clockwise"),
-    "stress_x": ("σx", "tension positive"),
-    "stress_y": ("σy", "tension positive"),
-    "stress_xy": ("τxy", "shear stress"),
-    "stress_min": ("smallest principal stress", "compression is negative"),
-    "stress_max": ("largest principal stress", "tension positive"),
-    "stress_mean": ("mean stress", "(σx + σy)/2, tension positive"),
-    "stress_shear": ("largest shear stress", "half the difference of the principal stresses"),
-    "material": ("block material", "number, from 1"),
-    "block": ("block", "number, from 1"),
+    "displacement": ("displacement", "of the centroid since the start", "length"),
+    "displacement_x": ("displacement in x", "of the centroid since the start", "length"),
+    "displacement_y": ("displacement in y", "of the centroid since the start", "length"),
+    "rotation": ("rotation [rad]", "since the start, counter-clockwise", "rad"),
+    "speed": ("speed", "of the centroid", "speed"),
+    "velocity_x": ("velocity in x", "of the centroid", "speed"),
+    "velocity_y": ("velocity in y", "of the centroid", "speed"),
+    "spin": ("spin [rad per time]", "angular velocity, counter-clockwise", "spin"),
+    "stress_x": ("σx", "tension positive", "stress"),
+    "stress_y": ("σy", "tension positive", "stress"),
+    "stress_xy": ("τxy", "shear stress", "stress"),
+    "stress_min": ("smallest principal stress", "compression is negative", "stress"),
+    "stress_max": ("largest principal stress", "tension positive", "stress"),
+    "stress_mean": ("mean stress", "(σx + σy)/2, tension positive", "stress"),
+    "stress_shear": ("largest shear stress", "half the difference of the principal stresses", "stress"),
+    "material": ("block material", "number, from 1", ""),
+    "block": ("block", "number, from 1", ""),
 }
 JOINT_FIELDS = {
     "normal_stress": JointField("normal stress of joints", "stress"),

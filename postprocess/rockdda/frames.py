@@ -377,7 +377,7 @@ def _fields() -> dict[str, Field]:
         "material": lambda f: f.results.block_material,
         "block": lambda f: np.arange(1, f.results.n_blocks + 1),
     }
-    return {name: Field(name, *texts, computed[name]) for name, texts in FIELD_TEXTS.items()}
+    return {name: Field(name, label, text, computed[name]) for name, (label, text, _) in FIELD_TEXTS.items()}
 
 
 FIELDS = _fields()

@@ -47,13 +47,11 @@ def read_compas(path: Path) -> tuple[Geometry, Report]:
             if len(meshes) > MOST_LINES:
                 raise InputError(f"has more than {MOST_LINES} meshes", path)
     except json.JSONDecodeError as error:
-        report.error(f"the JSON is broken: {error.msg}", error.lineno, error.colno)
-        report.raise_errors()
+        report.fail(f"the JSON is broken: {error.msg}", error.lineno, error.colno)
     except (RecursionError, KeyError, ValueError, TypeError, AttributeError, IndexError, OverflowError) as error:
         raise InputError(f"cannot be read as JSON of COMPAS: {type(error).__name__}: {shown(error)}", path) from error
     if not meshes:
-        report.error("there is no mesh, polygon or block of COMPAS in the file")
-        report.raise_errors()
+        report.fail("there is no mesh, polygon or block of COMPAS in the file")
     axes = _plane([mesh.points for mesh in meshes])
     report.note(f"the plane of the model is {'xyz'[axes[0]]}-{'xyz'[axes[1]]}")
     for mesh in meshes:

@@ -200,10 +200,9 @@ class _Reading:
         self._unit_is_stated = True
         found, report, system = self._read_drawing(path, kind, default)
         if system is not None and system.problem and self.scale is None and not self.geographic:
-            report.error(
+            report.fail(
                 f"the reference system does not give lengths: {system.problem} (--scale 1 takes the numbers as metres)"
             )
-            report.raise_errors()
         if system is not None and system.kind == "web" and self.scale is None:
             self._leave_web(found, report)
             system = WGS84
@@ -215,11 +214,10 @@ class _Reading:
         if is_geographic:
             self._project(found, report)
         elif self.scale is None and system is None and geojson.looks_like_degrees(found):
-            report.error(
+            report.fail(
                 "the coordinates look like degrees of longitude and latitude: --geographic projects them to metres "
                 "(--scale 1 keeps the numbers)"
             )
-            report.raise_errors()
         elif kind in ("gis", "geojson") and unit != 1.0 and self.scale is None:
             report.note(f"the reference system counts in units of {unit:.9g} m: lengths are converted to metres")
         if self.scale is not None:
@@ -290,8 +288,7 @@ class _Reading:
         """Longitudes and latitudes to metres about the middle of the first map."""
         (west, east), (south, north) = found.ranges
         if not (-360 <= west <= east <= 360 and -90 < south <= north < 90 and east - west < 10):
-            report.error(f"no longitudes and latitudes: x from {west:g} to {east:g}, y from {south:g} to {north:g}")
-            report.raise_errors()
+            report.fail(f"no longitudes and latitudes: x from {west:g} to {east:g}, y from {south:g} to {north:g}")
         if self._middle is None:
             self._middle = self.origin or middle_of(found)
             place = f"{self._middle[0]:.9g}, {self._middle[1]:.9g}"
@@ -336,8 +333,7 @@ class _Reading:
 
                 apply_regions(geometry, report)
             if not geometry.lines and not geometry.blocks:
-                report.error("no lines are left")
-                report.raise_errors()
+                report.fail("no lines are left")
         if geometry is not None and self._bolts is not None:
             geometry.bolt_values = self._bolts
         return geometry, self.analysis, self.reports

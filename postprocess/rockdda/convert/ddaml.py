@@ -80,9 +80,7 @@ def read_geometry(path: Path) -> tuple[Geometry, Report]:
     reader = Reader(path)
     section = reader.section("Geometry")
     if section is None:
-        reader.report.error("no element 'Geometry' in the root element")
-        reader.report.raise_errors()
-        raise AssertionError
+        reader.report.fail("no element 'Geometry' in the root element")
     geometry = Geometry(e0=math.nan)
     points = {
         "Loadpointlist": (geometry.loading, "loading point"),
@@ -94,7 +92,7 @@ def read_geometry(path: Path) -> tuple[Geometry, Report]:
         if key == "Edgenodedist":
             geometry.e0 = reader.value(element, "distance")
             if geometry.e0 <= 0:
-                reader.report.error("distance of <Edgenodedist> must be positive", element.line, element.column)
+                reader.error("distance of <Edgenodedist> must be positive", element)
         elif key in points:
             into, what = points[key]
             for child in _children(reader, element, ["Point"]):
@@ -109,7 +107,7 @@ def read_geometry(path: Path) -> tuple[Geometry, Report]:
                 if values:
                     geometry.bolts.append((values[0], values[1], values[2], values[3]))
         elif key == "Seismicpointlist":
-            reader.report.warning("seismic points are not converted", element.line, element.column)
+            reader.warning("seismic points are not converted", element)
         elif key is not None:
             into_lines, child_name, what = {
                 "Jointlist": (geometry.joints, "Joint", "joint"),
@@ -124,9 +122,9 @@ def read_geometry(path: Path) -> tuple[Geometry, Report]:
                 if values:
                     into_lines.append(((values[0], values[1], values[2], values[3]), material))
     if math.isnan(geometry.e0):
-        reader.report.error("no element 'Edgenodedist'", section.line, section.column)
+        reader.error("no element 'Edgenodedist'", section)
     if not geometry.lines:
-        reader.report.error("no lines: 'Jointlist' and 'Boundlist' are missing or empty", section.line, section.column)
+        reader.error("no lines: 'Jointlist' and 'Boundlist' are missing or empty", section)
     reader.report.raise_errors()
     return geometry, reader.report
 
@@ -156,9 +154,7 @@ def read_analysis(path: Path) -> tuple[Analysis, tuple[float, float, float] | No
     reader = Reader(path)
     section = reader.section("Analysis")
     if section is None:
-        reader.report.error("no element 'Analysis' in the root element")
-        reader.report.raise_errors()
-        raise AssertionError
+        reader.report.fail("no element 'Analysis' in the root element")
     analysis = Analysis(k01=math.nan, steps=-1, g2=math.nan, g1=math.nan, blocks=[], joints=[])
     state = _State(reader, analysis)
     # behaviour of DDA for Windows that is not the default of RockDDA
@@ -170,7 +166,7 @@ def read_analysis(path: Path) -> tuple[Analysis, tuple[float, float, float] | No
     if math.isnan(analysis.k01):
         kind = section.attributes.get("type", "static")
         analysis.k01 = 1.0 if kind == "dynamic" else 0.0
-        reader.report.warning(f"no element 'Analysistype': taken as {kind!r}", section.line, section.column)
+        reader.warning(f"no element 'Analysistype': taken as {kind!r}", section)
     for name, missing in (
         ("Numtimesteps", analysis.steps < 0),
         ("Maxtimestep", math.isnan(analysis.g1)),
@@ -179,7 +175,7 @@ def read_analysis(path: Path) -> tuple[Analysis, tuple[float, float, float] | No
         ("Jointproperties", not analysis.joints),
     ):
         if missing:
-            reader.report.error(f"no element {name!r}", section.line, section.column)
+            reader.error(f"no element {name!r}", section)
     reader.report.raise_errors()
     if state.penalty_factor > 0:
         analysis.stiffness = state.penalty_factor * max(block.youngs_modulus for block in analysis.blocks)
@@ -234,7 +230,7 @@ class _State:
         }
 
     def warn(self, element: Element, text: str) -> None:
-        self.reader.report.warning(text, element.line, element.column)
+        self.reader.warning(text, element)
 
     def ignore(self, element: Element, advice: str) -> None:
         self.warn(element, f"<{element.name}> is not converted: {advice}")
@@ -247,7 +243,7 @@ class _State:
         found = self.reader.value(element, name)
         if found <= 0:
             message = f"{name} of <{element.name}> must be positive, found {number_text(found)}"
-            self.reader.report.error(message, element.line, element.column)
+            self.reader.error(message, element)
         return found
 
     def analysis_type(self, element: Element) -> None:
@@ -329,14 +325,14 @@ class _State:
                 if not limits.get(key, True):
                     wanted = "between -1 and 0.5" if key == "Poissonratio" else "positive"
                     message = f"{what} must be {wanted}, found {number_text(found[key][0])}"
-                    self.reader.report.error(message, child.line, child.column)
+                    self.reader.error(message, child)
                 if key in ("Damping", "Istrain") and any(found[key]):
                     advice = "see &block_damping" if key == "Damping" else "initial strains have no counterpart"
                     self.warn(child, f"<{child.name}> of block material {n} is not converted: {advice}")
         for key in singles[:4]:
             if key not in found:
                 message = f"block material {n} has no <{key}>"
-                self.reader.report.error(message, element.line, element.column)
+                self.reader.error(message, element)
                 found[key] = [1.0]
         stress, velocity = (tuple(found.get(key, [0.0] * 3)) for key in ("Istress", "Ivelocity"))
         density, weight, youngs_modulus, poisson_ratio = (found[key][0] for key in singles[:4])
@@ -363,7 +359,7 @@ class _State:
                 if found[key] < 0 or (key == "Friction" and found[key] >= 90):
                     wanted = "in [0, 90) degrees" if key == "Friction" else "zero or positive"
                     message = f"{key} of joint material {n} must be {wanted}, found {number_text(found[key])}"
-                    self.reader.report.error(message, child.line, child.column)
+                    self.reader.error(message, child)
         self.analysis.joints.append(JointMaterial(found["Friction"], found["Cohesion"], found["Tensile"]))
 
     def _check_order(self, element: Element, n: int, what: str) -> None:
@@ -381,7 +377,7 @@ class _State:
         self.bolt_values = (values[0], values[2], values[1])
         if values[0] <= 0 or values[1] < 0:
             message = "bolt properties: stiffness must be positive, strength zero or positive"
-            self.reader.report.error(message, element.line, element.column)
+            self.reader.error(message, element)
 
     def loads(self, element: Element) -> None:
         for child in _children(self.reader, element, ["Loadpoint"]):
@@ -398,17 +394,17 @@ class _State:
             wanted = self.reader.whole(child, "numpoints", 1)
             if len(rows) != wanted and not self.reader.report.errors:
                 message = f"load point {n}: numpoints is {wanted}, but there are {len(rows)} records (';' ends one)"
-                self.reader.report.error(message, child.line, child.column)
+                self.reader.error(message, child)
             self.analysis.loads.append(rows)
 
     def _load_row(self, record: list[Word], n: int, before: list[TimeRow]) -> list[TimeRow]:
         first, what = record[0], f"load point {n}, record {len(before) + 1}"
         if len(record) != 3:
             message = f"{what}: expected t fx fy, found {len(record)} numbers"
-            self.reader.report.error(message, first.line, first.column)
+            self.reader.error(message, first)
             return []
         t, x, y = (self.reader.number(word, what) for word in record)
         if before and t < before[-1][0]:
             message = f"{what}: time {number_text(t)} comes before {number_text(before[-1][0])}"
-            self.reader.report.error(message, first.line, first.column)
+            self.reader.error(message, first)
         return [(t, x, y)]

@@ -130,6 +130,14 @@ class Reader:
                 return element
         return None
 
+    def error(self, message: str, at: Element | Word) -> None:
+        """An error at an element or a word."""
+        self.report.error(message, at.line, at.column)
+
+    def warning(self, message: str, at: Element | Word) -> None:
+        """A warning at an element or a word."""
+        self.report.warning(message, at.line, at.column)
+
     def known(self, element: Element, keys: list[str]) -> str | None:
         """The key that an element stands for; None after a warning when there is none like it."""
         if element.name in keys:
@@ -138,14 +146,13 @@ class Reader:
         if meant not in keys:
             self._unknown.add(element.name)
             if len(self._unknown) > MOST_UNKNOWN:
-                self.report.error(f"there are more than {MOST_UNKNOWN} unknown elements", element.line, element.column)
-                self.report.raise_errors()
+                self.report.fail(f"there are more than {MOST_UNKNOWN} unknown elements", element.line, element.column)
             meant = _nearest_key(element.name[:LONGEST_NAME], tuple(keys))
         if meant is None:
             text = f"unknown element {shown(element.name)} is ignored"
         else:
             text = f"unknown element {shown(element.name)} (which DDA for Windows ignores) is taken as {meant!r}"
-        self.report.warning(text, element.line, element.column)
+        self.warning(text, element)
         return meant
 
     def number(self, word: Word, what: str) -> float:
@@ -155,7 +162,7 @@ class Reader:
         except ValueError:
             value = math.nan
         if not math.isfinite(value):
-            self.report.error(f"{what}: expected a number, found {shown(word.text)}", word.line, word.column)
+            self.error(f"{what}: expected a number, found {shown(word.text)}", word)
             return 0.0
         return value
 
@@ -163,15 +170,11 @@ class Reader:
         """The first numbers of an element's text; None after an error."""
         words = [word for word in element.words if word.text != ";"]
         if len(words) < count:
-            self.report.error(
-                f"{what}: expected {count} numbers, found {len(words)} in <{element.name}>",
-                element.line,
-                element.column,
-            )
+            self.error(f"{what}: expected {count} numbers, found {len(words)} in <{element.name}>", element)
             return None
         if len(words) > count:
             extra = words[count]
-            self.report.warning(f"{what}: text after {count} numbers is ignored", extra.line, extra.column)
+            self.warning(f"{what}: text after {count} numbers is ignored", extra)
         return [self.number(word, what) for word in words[:count]]
 
     def attribute(self, element: Element, name: str) -> str | None:
@@ -181,9 +184,7 @@ class Reader:
         names = [found for found in element.attributes if len(found) <= LONGEST_NAME][:MOST_ATTRIBUTES]
         near = difflib.get_close_matches(name, names, n=1, cutoff=0.75)
         if near:
-            self.report.warning(
-                f"unknown attribute {near[0]!r} of <{element.name}> is taken as {name!r}", element.line, element.column
-            )
+            self.warning(f"unknown attribute {near[0]!r} of <{element.name}> is taken as {name!r}", element)
             return element.attributes[near[0]].strip()
         return None
 
@@ -191,7 +192,7 @@ class Reader:
         """A number in an attribute; 0 after an error."""
         text = self.attribute(element, name)
         if text is None:
-            self.report.error(f"<{element.name}> has no attribute {name!r}", element.line, element.column)
+            self.error(f"<{element.name}> has no attribute {name!r}", element)
             return 0.0
         return self.number(Word(text, element.line, element.column), f"{name} of <{element.name}>")
 
@@ -202,7 +203,7 @@ class Reader:
             if not self.report.errors or self.report.errors[-1].line != element.line:
                 limit = f"of at least {least}" if found < most else f"of at most {most}"
                 message = f"{name} of <{element.name}>: expected a whole number {limit}"
-                self.report.error(f"{message}, found {number_text(found)}", element.line, element.column)
+                self.error(f"{message}, found {number_text(found)}", element)
             return least
         return int(found)
 
@@ -210,9 +211,5 @@ class Reader:
         """Is the attribute `flag` 'yes'?"""
         text = (self.attribute(element, "flag") or "no").lower()
         if text not in ("yes", "no"):
-            self.report.warning(
-                f"flag of <{element.name}>: {text!r} is taken as 'no'; expected 'yes' or 'no'",
-                element.line,
-                element.column,
-            )
+            self.warning(f"flag of <{element.name}>: {text!r} is taken as 'no'; expected 'yes' or 'no'", element)
         return text == "yes"

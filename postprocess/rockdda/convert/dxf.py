@@ -139,10 +139,9 @@ def read_dxf(
     if chord is not None:
         chord = from_unit(chord, 1 / unit)
         if chord < smallest:
-            report.error(
+            report.fail(
                 f"chords are at most 1e-6 of the drawing's extent off, {smallest * unit:g}: not {chord * unit:g}"
             )
-            report.raise_errors()
     geometry = Geometry()
     adding = _Adding(geometry, report, max(chord or extent / 2000, smallest), axes, smallest)
     for shown in entities:
@@ -211,8 +210,7 @@ def _plane(entities: list[Shown], report: Report) -> tuple[float, tuple[int, int
     except Exception:  # of any kind in ezdxf
         sizes[0] = math.nan
     if not np.isfinite(sizes).all():
-        report.error("there are coordinates that are infinite, no numbers, or beyond 1e30")
-        report.raise_errors()
+        report.fail("there are coordinates that are infinite, no numbers, or beyond 1e30")
     flat = sizes <= FLAT * sizes.max()
     axes: tuple[int, int] = (0, 1)
     if not flat[2] and (flat[0] or flat[1]):

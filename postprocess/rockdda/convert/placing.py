@@ -47,13 +47,11 @@ def metres_of(document: Any, extent: float, report: Report, stated: bool = True)
     advice = "state its unit: --scale 0.001 for millimetres, --scale 1 to keep the numbers"
     if code == 0:
         if extent > LARGEST_SECTION:
-            report.error(f"the drawing states no unit ($INSUNITS), and its larger extent is {extent:g}: {advice}")
-            report.raise_errors()
+            report.fail(f"the drawing states no unit ($INSUNITS), and its larger extent is {extent:g}: {advice}")
         report.note("the drawing states no unit ($INSUNITS): its numbers are kept (--scale changes them)")
         return None
     if code not in INSUNITS:
-        report.error(f"the drawing states the unknown unit $INSUNITS = {shown(code)}: {advice}")
-        report.raise_errors()
+        report.fail(f"the drawing states the unknown unit $INSUNITS = {shown(code)}: {advice}")
     name, metres = INSUNITS[code]
     if metres != 1.0:
         report.note(f"the drawing is in {name} ($INSUNITS): lengths are converted to metres, times {metres:g}")

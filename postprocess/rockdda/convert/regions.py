@@ -45,8 +45,7 @@ def apply_regions(geometry: Geometry, report: Report) -> None:
     if len(areas) > 1:
         _warn_of_strips(areas, area, geometry.e0, NEAR * geometry.extent, report)
     if rock is not None and rock.is_empty:
-        report.error("the openings leave nothing of the areas")
-        report.raise_errors()
+        report.fail("the openings leave nothing of the areas")
     shortest = 1e-9 * geometry.extent
     for name in ("boundary", "joints"):
         before = getattr(geometry, name)

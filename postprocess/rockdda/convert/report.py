@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections import Counter
 from pathlib import Path
+from typing import NoReturn
 
 from ..errors import InputError, Problem
 from ..text import decoded, short
@@ -41,6 +42,12 @@ class Report:
         self.errors.append(problem)
         if len(self.errors) >= MOST_ERRORS:
             self.raise_errors()
+
+    def fail(self, message: str, line: int | None = None, column: int | None = None) -> NoReturn:
+        """Raise InputError with an error and all those before it."""
+        self.error(message, line, column)
+        self.raise_errors()
+        raise AssertionError
 
     def warning(self, message: str, line: int | None = None, column: int | None = None) -> None:
         """Add a warning about an entry that is left out or assumed."""

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: MIT
 """Frames for ParaView and PyVista: VTK XML files, written by VTK itself; VTKHDF with time steps, by h5py alone.
 
-Layout of VTKHDF: https://docs.vtk.org/en/latest/design_documents/VTKFileFormats.html (version 2.0, temporal unstructured
-grid). A *part* is the connectivity of the cells; frames with the same cells share one.
+Layout of VTKHDF: https://docs.vtk.org/en/latest/design_documents/VTKFileFormats.html (version 2.0, temporal
+unstructured grid). A *part* is the connectivity of the cells; frames with the same cells share one.
 """
 
 from __future__ import annotations

@@ -12,6 +12,7 @@ import numpy as np
 
 from ..arrays import AnyArray
 from ..errors import InputError
+from ..fields import FIELD_TEXTS
 from ..frames import FIELDS
 from ..text import plain_text
 from ..units import Units
@@ -63,26 +64,7 @@ RC: Any = {
     "ytick.labelsize": 8,
     "ytick.major.width": 0.6,
 }
-# Dimension of each field, for its unit.
-DIMENSIONS = {
-    "displacement": "length",
-    "displacement_x": "length",
-    "displacement_y": "length",
-    "rotation": "rad",
-    "speed": "speed",
-    "velocity_x": "speed",
-    "velocity_y": "speed",
-    "spin": "spin",
-    "stress_min": "stress",
-    "stress_max": "stress",
-    "stress_mean": "stress",
-    "stress_shear": "stress",
-    "stress_x": "stress",
-    "stress_y": "stress",
-    "stress_xy": "stress",
-    "material": "",
-    "block": "",
-}
+DIMENSIONS = {name: dimension for name, (_, _, dimension) in FIELD_TEXTS.items()}  # of fields, for their units
 SYMBOLS = {"σx": r"$\sigma_x$", "σy": r"$\sigma_y$", "τxy": r"$\tau_{xy}$"}
 
 
