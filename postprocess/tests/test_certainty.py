@@ -7,8 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from rockdda.certainty.convergence_study import Convergence
-from rockdda.certainty.failure import line_of
-from rockdda.certainty.failure import failure_of, index_of, shares_of_variance, wilson
+from rockdda.certainty.failure import failure_of, index_of, line_of, shares_of_variance, wilson
 from rockdda.certainty.random_inputs import RandomInput, correlation_of, parse_inputs, sample
 from rockdda.certainty.searching import FAILS, STANDS, UNKNOWN, Found, _side
 from rockdda.certainty.surrogate import fit, fitting_kinds

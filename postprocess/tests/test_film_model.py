@@ -8,8 +8,7 @@ import threading
 import pytest
 import rockdda
 from browser import Page, find_browser
-from rockdda.film.model_data import read_model
-from rockdda.film.model_data import ModelViewer
+from rockdda.film.model_data import ModelViewer, read_model
 from rockdda.film.server import serve
 
 MODEL = """&model geometry = 'dig.dc' /

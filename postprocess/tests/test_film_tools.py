@@ -9,9 +9,8 @@ import numpy as np
 import pytest
 import rockdda
 from browser import Page, find_browser
-from rockdda.film.viewer import PairViewer
 from rockdda.film.server import serve
-from rockdda.film.viewer import Viewer
+from rockdda.film.viewer import PairViewer, Viewer
 from synthetic import add_bolts, write_wall
 
 needs_browser = pytest.mark.skipif(find_browser() is None, reason="there is no browser")
