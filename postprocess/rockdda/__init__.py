@@ -47,34 +47,11 @@ _MODULES = frozenset(_HOMES.values()) | {
 }  # fmt: skip
 
 __all__ = [
-    "FIELDS",
-    "Blocks",
-    "Contacts",
-    "Convergence",
-    "ConvergenceError",
-    "CriticalFactor",
-    "Field",
-    "Frame",
-    "InputError",
-    "InputWarning",
-    "Model",
-    "Network",
-    "OutputError",
-    "Problem",
-    "Reliability",
-    "Results",
-    "RockddaError",
-    "Simulation",
-    "Stage",
-    "__version__",
-    "convergence",
-    "cut",
-    "factor_of_safety",
-    "lines",
-    "open",
-    "reliability",
+    "FIELDS", "Blocks", "Contacts", "Convergence", "ConvergenceError", "CriticalFactor", "Field", "Frame", "InputError",
+    "InputWarning", "Model", "Network", "OutputError", "Problem", "Reliability", "Results", "RockddaError",
+    "Simulation", "Stage", "__version__", "convergence", "cut", "factor_of_safety", "lines", "open", "reliability",
     "run",
-]
+]  # fmt: skip
 
 
 def __getattr__(name: str) -> _Any:

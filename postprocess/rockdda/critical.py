@@ -32,12 +32,9 @@ __all__ = ["CriticalFactor", "JointState", "Mechanism", "Trial", "factor_of_safe
 
 
 NAMES = {
-    "strength": "factor of safety",
-    "tilt": "critical tilt",
-    "push": "critical push",
-    "gravity": "critical gravity",
+    "strength": "factor of safety", "tilt": "critical tilt", "push": "critical push", "gravity": "critical gravity",
     "load": "load factor",
-}
+}  # fmt: skip
 UNITS = {"tilt": "°"}
 #: Arguments of `factor_of_safety` that are options of the program.
 OPTIONS = ("search", "joints", "loads", "factors", "from_", "to", "tolerance", "stage", "jobs", "max_steps", "config",

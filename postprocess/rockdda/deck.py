@@ -20,15 +20,9 @@ from .errors import InputError
 from .namelist import format_real
 
 __all__ = [
-    "AnalysisDeck",
-    "BlockMaterial",
-    "GeometryDeck",
-    "JointMaterial",
-    "coordinates",
-    "line_rows",
-    "number_text",
+    "AnalysisDeck", "BlockMaterial", "GeometryDeck", "JointMaterial", "coordinates", "line_rows", "number_text",
     "whole_number",
-]
+]  # fmt: skip
 
 Numbers = Sequence[float]
 COUNTS_IN_A_ROW = 20  # numbers of table rows in one line of an analysis file
@@ -102,13 +96,9 @@ class GeometryDeck:
         rows += [f"{number_text(self.e0)}   # smallest distance between a node and an edge (e0)"]
         rows += [f"{len(self.boundary) + len(self.joints)} {len(self.boundary)}   # lines, of which boundary lines"]
         counted: tuple[tuple[str, Sequence[Any]], ...] = (
-            ("material lines", self.material_lines),
-            ("bolts", self.bolts),
-            ("fixed lines", self.fixed),
-            ("loading points", self.loading),
-            ("measured points", self.measured),
-            ("hole points", self.holes),
-        )
+            ("material lines", self.material_lines), ("bolts", self.bolts), ("fixed lines", self.fixed),
+            ("loading points", self.loading), ("measured points", self.measured), ("hole points", self.holes),
+        )  # fmt: skip
         rows += [f"{len(entries)}   # {name}" for name, entries in counted]
         for name, lines in (
             ("boundary lines: x1 y1 x2 y2 joint material", self.boundary),

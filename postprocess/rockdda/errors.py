@@ -13,14 +13,8 @@ from types import ModuleType
 from typing import Any
 
 __all__ = [
-    "ConvergenceError",
-    "InputError",
-    "InputWarning",
-    "OutputError",
-    "Problem",
-    "RockddaError",
-    "UnknownNameError",
-]
+    "ConvergenceError", "InputError", "InputWarning", "OutputError", "Problem", "RockddaError", "UnknownNameError",
+]  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -94,19 +88,10 @@ class OutputError(RockddaError, OSError):
 
 #: Packages that each extra of pyproject.toml brings. RockDDA itself may come from a wheel or from its source.
 EXTRAS = {
-    "tables": "pandas",
-    "vtk": "pyvista vtk",
-    "films": "imageio-ffmpeg",
-    "dxf": "ezdxf shapely",
-    "gis": "geopandas pyshp shapely",
-    "xarray": "xarray",
-    "notebook": "ipywidgets",
-    "records": "scipy",
-    "reliability": "pandas scipy",
-    "study": "distributed pandas",
-    "cluster": "dask-jobqueue",
-    "pdf": "weasyprint",
-}
+    "tables": "pandas", "vtk": "pyvista vtk", "films": "imageio-ffmpeg", "dxf": "ezdxf shapely",
+    "gis": "geopandas pyshp shapely", "xarray": "xarray", "notebook": "ipywidgets", "records": "scipy",
+    "reliability": "pandas scipy", "study": "distributed pandas", "cluster": "dask-jobqueue", "pdf": "weasyprint",
+}  # fmt: skip
 
 
 def how_to_install(extra: str) -> str:

@@ -24,14 +24,10 @@ LAST = ("material", "contact", "block_damping", "time", "solver", "run", "output
 WIDTH = 110  # letters of a line
 #: Group and name of each option that is a field of `Model`, and the name of the field.
 OPTION_FIELDS = (
-    ("load", "gravity", "gravity"),
-    ("run", "steps", "steps"),
-    ("time", "k01", "k01"),
-    ("time", "dt_max", "dt_max"),
-    ("time", "displacement_ratio", "displacement_ratio"),
-    ("contact", "stiffness", "stiffness"),
+    ("load", "gravity", "gravity"), ("run", "steps", "steps"), ("time", "k01", "k01"), ("time", "dt_max", "dt_max"),
+    ("time", "displacement_ratio", "displacement_ratio"), ("contact", "stiffness", "stiffness"),
     ("solver", "omega", "sor_factor"),
-)
+)  # fmt: skip
 
 
 def labelled_text(groups: Mapping[str, Any]) -> str:

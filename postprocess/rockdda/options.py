@@ -20,17 +20,9 @@ from .text import PathLike
 C = TypeVar("C", bound=type)
 
 __all__ = [
-    "check_options",
-    "group_problems",
-    "group_row",
-    "name_arguments",
-    "names_that_add_up",
-    "option_rows",
-    "options_schema",
-    "refuse_problems",
-    "repeated_groups",
-    "replace_files",
-]
+    "check_options", "group_problems", "group_row", "name_arguments", "names_that_add_up", "option_rows",
+    "options_schema", "refuse_problems", "repeated_groups", "replace_files",
+]  # fmt: skip
 
 
 @cache

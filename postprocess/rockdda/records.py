@@ -27,21 +27,9 @@ from .text import PathLike
 from .writing import write_file
 
 __all__ = [
-    "Record",
-    "Spectrum",
-    "arias_intensity",
-    "correct_baseline",
-    "cut",
-    "filtered",
-    "husid",
-    "newmark_displacement",
-    "read",
-    "resample",
-    "response_spectrum",
-    "scale",
-    "significant_duration",
-    "write",
-]
+    "Record", "Spectrum", "arias_intensity", "correct_baseline", "cut", "filtered", "husid", "newmark_displacement",
+    "read", "resample", "response_spectrum", "scale", "significant_duration", "write",
+]  # fmt: skip
 
 GRAVITY = 9.81  # m/s²
 LARGEST = 1e60  # number of a record, as the program has it

@@ -162,13 +162,9 @@ class BackAnalysis:
     def as_json(self) -> dict[str, Any]:
         """For an answer in JSON."""
         return {
-            "factor": self.factor,
-            "names": list(self.names),
-            "pairs": self.pairs.tolist(),
-            "pairs_at_likely": self.pairs_at_likely.tolist(),
-            "error": self.error,
-            "most_likely": self.likely,
-        }
+            "factor": self.factor, "names": list(self.names), "pairs": self.pairs.tolist(),
+            "pairs_at_likely": self.pairs_at_likely.tolist(), "error": self.error, "most_likely": self.likely,
+        }  # fmt: skip
 
 
 def back_analysis(

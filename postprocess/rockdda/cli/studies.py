@@ -297,15 +297,10 @@ def voussoir_command(
     beam = VoussoirBeam(span, thickness, unit_weight, modulus, strength, friction)
     found = solve_beam(beam, variant)  # type: ignore[arg-type]
     values = {
-        "compressed_share": found.compressed_share,
-        "moment_arm": found.moment_arm,
-        "stress": found.stress,
-        "thrust": found.thrust,
-        "deflection": found.deflection,
-        "buckling_limit": found.buckling_limit,
-        "safety_crushing": found.safety_crushing,
-        "safety_shear": found.safety_shear,
-    }
+        "compressed_share": found.compressed_share, "moment_arm": found.moment_arm, "stress": found.stress,
+        "thrust": found.thrust, "deflection": found.deflection, "buckling_limit": found.buckling_limit,
+        "safety_crushing": found.safety_crushing, "safety_shear": found.safety_shear,
+    }  # fmt: skip
     if not found.snaps_through:
         values["required_friction_angle"] = found.required_friction_angle
     lines = [f"{name.replace('_', ' '):24} {value:.5g}" for name, value in values.items() if not math.isnan(value)]
@@ -434,10 +429,6 @@ def ground_reaction_command(
 
 
 COMMANDS = {
-    "study": study_command,
-    "loosening": loosening_command,
-    "voussoir": voussoir_command,
-    "rockload": rock_load_command,
-    "calibrate-bolt": calibrate_bolt_command,
-    "ground-reaction": ground_reaction_command,
-}
+    "study": study_command, "loosening": loosening_command, "voussoir": voussoir_command, "rockload": rock_load_command,
+    "calibrate-bolt": calibrate_bolt_command, "ground-reaction": ground_reaction_command,
+}  # fmt: skip

@@ -19,40 +19,9 @@ from .geometry import LARGEST_MATERIAL, Analysis, Geometry, TimeRow
 from .report import Report, read_text
 
 GEOMETRY_KEYS = [
-    "Edgenodedist",
-    "Jointlist",
-    "Boundlist",
-    "Matlinelist",
-    "Boltlist",
-    "Fixedpointlist",
-    "Loadpointlist",
-    "Measuredpointlist",
-    "Holepointlist",
-    "Seismicpointlist",
-]
-ANALYSIS_KEYS = [
-    "Analysistype",
-    "Rotation",
-    "Gravity",
-    "Autotimestep",
-    "Autopenalty",
-    "Planestrain",
-    "Numtimesteps",
-    "Maxtimestep",
-    "Mintimestep",
-    "Opencloselimit",
-    "Maxdisplacement",
-    "Saveinterval",
-    "AConstants",
-    "Blockmaterial",
-    "Jointproperties",
-    "Boltproperties",
-    "Loadpointlist",
-    "Timehistory",
-    "ContactDamping",
-    "Gravaccel",
-    "Writevertices",
-]
+    "Edgenodedist", "Jointlist", "Boundlist", "Matlinelist", "Boltlist", "Fixedpointlist", "Loadpointlist",
+    "Measuredpointlist", "Holepointlist", "Seismicpointlist",
+]  # fmt: skip
 CONSTANTS = {"Openclose": 0.0002, "Opencriteria": 2e-7, "NormSpringPen": 0.0004, "AngleOverlap": 3.0}
 CONSTANTS |= {"ShearNormRatio": 2.5}
 OTHER_CONSTANTS = ["Domainscale", "NormExternDist", "NormPenDist", "MinReflineFactor"]
@@ -160,7 +129,7 @@ def read_analysis(path: Path) -> tuple[Analysis, tuple[float, float, float] | No
     # behaviour of DDA for Windows that is not the default of RockDDA
     analysis.set_option("time", "length_scale", "'largest'")
     for element in section.children:
-        key = reader.known(element, ANALYSIS_KEYS)
+        key = reader.known(element, list(state.handlers))
         if key is not None:
             state.handlers[key](element)
     if math.isnan(analysis.k01):
@@ -205,6 +174,7 @@ class _State:
         self.bolt_values: tuple[float, float, float] | None = None
         self.penalty_factor = 0.0
         self.gravity: float | None = None
+        option = analysis.set_option
         self.handlers: dict[str, Callable[[Element], None]] = {
             "Analysistype": self.analysis_type,
             "Rotation": self.rotation,
@@ -212,12 +182,12 @@ class _State:
             "Autotimestep": lambda e: self.unless_no(e, "the time step follows RockDDA's rules, at most maxtimestep"),
             "Autopenalty": self.penalty,
             "Planestrain": self.plane,
-            "Numtimesteps": self.steps,
-            "Maxtimestep": self.largest_step,
-            "Mintimestep": self.smallest_step,
-            "Opencloselimit": self.open_close,
-            "Maxdisplacement": self.displacement,
-            "Saveinterval": self.save,
+            "Numtimesteps": lambda e: setattr(analysis, "steps", reader.whole(e, "timesteps", 0)),
+            "Maxtimestep": lambda e: setattr(analysis, "g1", self.positive(e, "maxtimestep")),
+            "Mintimestep": lambda e: option("time", "dt_min", number_text(self.positive(e, "mintimestep"))),
+            "Opencloselimit": lambda e: option("time", "max_open_close", str(reader.whole(e, "maxopenclose", 1))),
+            "Maxdisplacement": lambda e: setattr(analysis, "g2", self.positive(e, "maxdisplacement")),
+            "Saveinterval": lambda e: option("run", "save_every", str(reader.whole(e, "step", 1))),
             "AConstants": self.constants,
             "Blockmaterial": self.block_material,
             "Jointproperties": self.joint_material,
@@ -225,7 +195,7 @@ class _State:
             "Loadpointlist": self.loads,
             "Timehistory": lambda e: self.ignore(e, "give the motion as a CSV file in &load base_acceleration"),
             "ContactDamping": self.damping,
-            "Gravaccel": self.acceleration,
+            "Gravaccel": lambda e: setattr(self, "gravity", reader.value(e, "value")),
             "Writevertices": lambda e: None,  # results always hold all vertices
         }
 
@@ -271,24 +241,6 @@ class _State:
         if self.reader.flag(element):
             self.analysis.set_option("material", "plane", "'strain'")
 
-    def steps(self, element: Element) -> None:
-        self.analysis.steps = self.reader.whole(element, "timesteps", 0)
-
-    def largest_step(self, element: Element) -> None:
-        self.analysis.g1 = self.positive(element, "maxtimestep")
-
-    def smallest_step(self, element: Element) -> None:
-        self.analysis.set_option("time", "dt_min", number_text(self.positive(element, "mintimestep")))
-
-    def open_close(self, element: Element) -> None:
-        self.analysis.set_option("time", "max_open_close", str(self.reader.whole(element, "maxopenclose", 1)))
-
-    def displacement(self, element: Element) -> None:
-        self.analysis.g2 = self.positive(element, "maxdisplacement")
-
-    def save(self, element: Element) -> None:
-        self.analysis.set_option("run", "save_every", str(self.reader.whole(element, "step", 1)))
-
     def constants(self, element: Element) -> None:
         for child in element.children:
             key = self.reader.known(child, [*CONSTANTS, *OTHER_CONSTANTS])
@@ -301,9 +253,6 @@ class _State:
                 self.analysis.set_option("contact", "shear_ratio", number_text(found))
             elif key not in CONSTANTS or not math.isclose(found, CONSTANTS[key]):
                 self.warn(child, f"<{child.name}> is not converted: it has no counterpart")
-
-    def acceleration(self, element: Element) -> None:
-        self.gravity = self.reader.value(element, "value")
 
     def damping(self, element: Element) -> None:
         if self.reader.value(element, "value") != 0:

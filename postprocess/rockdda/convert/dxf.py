@@ -270,14 +270,10 @@ def _check_finite(geometry: Geometry, report: Report) -> None:
     """No coordinate may be infinite or no number."""
     rows: list[Any] = [segment for segment, _ in geometry.lines + geometry.material_lines]
     rows += [
-        *geometry.fixed,
-        *geometry.bolts,
-        *(bolt for bolt, _ in geometry.steel),
-        *(corner for line in geometry.liners for corner in line),
-        *geometry.loading,
-        *geometry.measured,
+        *geometry.fixed, *geometry.bolts, *(bolt for bolt, _ in geometry.steel),
+        *(corner for line in geometry.liners for corner in line), *geometry.loading, *geometry.measured,
         *geometry.holes,
-    ]
+    ]  # fmt: skip
     if not all(math.isfinite(value) for row in rows for value in row):
         report.error("there are coordinates that are infinite or no numbers")
 

@@ -78,14 +78,9 @@ class Geometry:
             materials = ", ".join(f"{material}: {count}" for material, count in sorted(counts.items()))
             rows.append(f"{len(self.blocks)} blocks (by material {materials})")
         names = (
-            "fixed points and lines",
-            "loading points",
-            "measured points",
-            "hole points",
-            "bolts",
-            "bolts with a kind",
+            "fixed points and lines", "loading points", "measured points", "hole points", "bolts", "bolts with a kind",
             "linings",
-        )
+        )  # fmt: skip
         groups: tuple[list[Any], ...] = (
             self.fixed, self.loading, self.measured, self.holes, self.bolts, self.steel, self.liners
         )  # fmt: skip

@@ -385,11 +385,8 @@ class ModelViewer:
         assert self._data is not None
         web = files("rockdda").joinpath("web")
         setup = {
-            "model": self._data.page,
-            "version": self.version,
-            "palette": list(PALETTE),
-            "materials": list(MATERIALS),
-        }
+            "model": self._data.page, "version": self.version, "palette": list(PALETTE), "materials": list(MATERIALS),
+        }  # fmt: skip
         parts = {
             "title": html.escape(self.path.name or str(self.path)),
             "css": web.joinpath("player.css").read_text(encoding="utf-8"),

@@ -114,43 +114,18 @@ def small_multiples(
 
 
 KINDS: dict[str, Callable[..., Any]] = {
-    "blocks": blocks,
-    "contours": contours,
-    "stress": stress_crosses,
-    "trajectories": trajectories,
-    "thrust": thrust,
-    "contacts": contact_forces,
-    "joints": joints,
-    "displacements": displacements,
-    "water": water,
-    "bolts": bolts,
-    "liner": liner,
-    "capacity": capacity,
-    "history": history,
-    "profile": profile,
-    "joint-profile": joint_profile,
-    "energy": energy,
-    "iterations": iterations,
-    "ground-reaction": ground_reaction,
-    "mechanism": mechanism,
+    "blocks": blocks, "contours": contours, "stress": stress_crosses, "trajectories": trajectories, "thrust": thrust,
+    "contacts": contact_forces, "joints": joints, "displacements": displacements, "water": water, "bolts": bolts,
+    "liner": liner, "capacity": capacity, "history": history, "profile": profile, "joint-profile": joint_profile,
+    "energy": energy, "iterations": iterations, "ground-reaction": ground_reaction, "mechanism": mechanism,
     "factor": factor,
-}
+}  # fmt: skip
 
 
 MAPS = (
-    "blocks",
-    "contours",
-    "stress",
-    "trajectories",
-    "thrust",
-    "contacts",
-    "joints",
-    "displacements",
-    "water",
-    "bolts",
-    "liner",
-    "mechanism",
-)
+    "blocks", "contours", "stress", "trajectories", "thrust", "contacts", "joints", "displacements", "water", "bolts",
+    "liner", "mechanism",
+)  # fmt: skip
 
 
 def plot(

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..arrays import FloatArray
 from ..columns import Columns
 from ..errors import InputError
 from ..frames import Frame
-from ..liners import crack_limit, cracked_limit, plastic_limit
 from ..units import Units
 from .block_maps import add_fixed_points, add_plain_blocks, frame_axes
 from .block_maps import moment as moment_of
@@ -168,3 +168,37 @@ def _draw(
     if (nodes["state"] > 1).any():
         axes.legend(loc="upper right")
     return axes
+
+
+# -- what sections of linings bear of axial force and moment together -----------------------------------------------
+
+
+def cracked_limit(thickness: float, compression: float, tension: float) -> tuple[FloatArray, FloatArray]:
+    """Compression and largest moment of a section without tension, at its first crushing; empty without a strength."""
+    if not np.isfinite(compression):
+        return np.zeros(0), np.zeros(0)
+    depth = np.linspace(0, thickness, 41)
+    n = 0.5 * compression * depth
+    return np.append(n, compression * thickness), np.append(n * (0.5 * thickness - depth / 3), 0.0)
+
+
+def crack_limit(thickness: float, compression: float, tension: float) -> tuple[FloatArray, FloatArray]:
+    """Compression and moment at which a section cracks: elastic, and where both strengths are reached with a part
+    at the compressive one; empty without strengths."""
+    if not np.isfinite(compression * tension):
+        return np.zeros(0), np.zeros(0)
+    elastic = np.linspace(thickness, 0.0, 41)  # depth of the elastic part, from -compression to tension
+    crushed = thickness - elastic
+    n = compression * crushed + 0.5 * (compression - tension) * elastic
+    m = 0.5 * compression * crushed * elastic + elastic * (
+        (compression + tension) * elastic / 12 - 0.25 * (compression - tension) * crushed
+    )
+    return np.insert(n, 0, -tension * thickness), np.insert(m, 0, 0.0)
+
+
+def plastic_limit(thickness: float, compression: float) -> tuple[FloatArray, FloatArray]:
+    """Compression and largest moment of a section without tension: all that is pressed at the strength."""
+    if not np.isfinite(compression):
+        return np.zeros(0), np.zeros(0)
+    n = compression * np.linspace(0, thickness, 41)
+    return n, 0.5 * n * (thickness - n / compression)

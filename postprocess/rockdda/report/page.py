@@ -247,11 +247,8 @@ def _model_part(results: Results, units: Units, drawn: dict[str, str]) -> list[s
     factor, unit = units.multiple("area", float(areas.max()))
     rows = [("areas of blocks", f"{factor * areas.min():.3g} to {factor * areas.max():.3g} {unit}")]
     parts = [
-        "<h2>Model</h2>",
-        _lead(facts.in_words(results, units)),
-        drawn["materials"],
-        _table(["", ""], rows, "facts"),
-    ]
+        "<h2>Model</h2>", _lead(facts.in_words(results, units)), drawn["materials"], _table(["", ""], rows, "facts"),
+    ]  # fmt: skip
     if results.boundary_kinds:
         parts += [
             "<h3>Boundaries</h3>",

@@ -10,17 +10,6 @@ from .job_array import write_job_array
 from .runner import collect, run_study
 
 __all__ = [
-    "Case",
-    "Outcome",
-    "Quantity",
-    "Study",
-    "collect",
-    "evaluate",
-    "pending",
-    "prepare_case",
-    "read_study",
-    "render",
-    "run_case",
-    "run_study",
-    "write_job_array",
-]
+    "Case", "Outcome", "Quantity", "Study", "collect", "evaluate", "pending", "prepare_case", "read_study", "render",
+    "run_case", "run_study", "write_job_array",
+]  # fmt: skip
