@@ -4,7 +4,7 @@
 import math
 
 import pytest
-from rockdda.analysis.rock_load import rose, sheorey, terzaghi
+from rockdda.analysis.rock_load import rose, terzaghi
 from rockdda.analysis.voussoir import VoussoirBeam, solve_beam
 from rockdda.errors import InputError
 
@@ -107,10 +107,3 @@ def test_rock_loads():
     for call in (lambda: terzaghi("soft", 10, 10), lambda: rose(20, 10, 10), lambda: terzaghi("blocky", 0, 10)):
         with pytest.raises(InputError):
             call()
-
-
-def test_horizontal_stress():
-    # Tel Beer-Sheva, E_h = 7.485 GPa, 10 m deep
-    assert sheorey(10, 7.485) == pytest.approx(0.25 + 7 * 7.485 * 0.101)
-    with pytest.raises(InputError):
-        sheorey(0, 7)

@@ -204,11 +204,6 @@ class TestCutModels:
             found = RigidBlocks.from_model(case.model()).strength()
             assert found == pytest.approx(case.factor, rel=1e-4)
 
-    def test_results_hold_blocks_and_strengths(self, tmp_path):
-        results = wall("wall", FIRST_WALL, slab=2.0).run(output=tmp_path / "wall.h5", steps=1)
-        assert RigidBlocks.from_results(results, 2400 * 9.81).push().factor == pytest.approx(0.64286, abs=1e-4)
-        assert RigidBlocks.from_results(results, {1: 1.0}).fixed == {0}
-
 
 def test_weights_come_from_the_gravity_of_the_model():
     model = wall("wall", [[1, 1]])

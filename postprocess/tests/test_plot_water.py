@@ -13,11 +13,15 @@ import rockdda
 from matplotlib.collections import PolyCollection
 from rockdda.cli import main
 from rockdda.errors import InputError
-from rockdda.plot.water_levels import pressure_diagrams, water_table
+from rockdda.plot.water_levels import water_table, wetted_stretches
 from rockdda.units import in_units
 from synthetic import write_wall
 
 WEIGHT = 9810.0
+
+
+def pressure_diagrams(results, frame=-1):
+    return [(stretch.at, stretch.pressure, stretch.free) for stretch in wetted_stretches(results, frame)]
 
 
 def add_water(path, *, points=False):

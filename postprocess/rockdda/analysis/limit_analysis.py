@@ -37,7 +37,6 @@ from ..errors import InputError, RockddaError, how_to_install
 
 if TYPE_CHECKING:
     from ..model import Model
-    from ..results import Results
 
 __all__ = ["Joint", "LimitLoad", "RigidBlocks", "find_joints"]
 
@@ -163,32 +162,6 @@ class RigidBlocks:
         cohesion = {i: m.cohesion for i, m in enumerate(model.joint_materials, start=1)}
         fixed = frozenset(int(i) for i in blocks.fixed_points.block)
         return cls(blocks.polygons(), weight, fixed, joints, friction, cohesion)
-
-    @classmethod
-    def from_results(
-        cls, results: Results, unit_weight: float | Mapping[int, float], *, frame: int = 0, distance: float = 0.0
-    ) -> RigidBlocks:
-        """The blocks of a results file, with the strength of joints in it; those with fixed points are fixed.
-
-        unit_weight: weight per area, one number or one for each block material.
-        """
-        polygons = results.polygons(frame)
-        unit = (
-            np.array([unit_weight[int(m)] for m in results.block_material])
-            if isinstance(unit_weight, Mapping)
-            else unit_weight
-        )
-        offset = results.vertex_offset
-        joints = find_joints(polygons, np.split(results.edge_joint, offset[1:-1]), distance)
-        strengths = results.joint_strengths()
-        return cls(
-            polygons,
-            np.asarray(results.block_area * unit),
-            frozenset(int(i) for i in results.point_blocks("fixed")),
-            joints,
-            {i: float(strength.friction) for i, strength in strengths.items()},
-            {i: float(strength.cohesion) for i, strength in strengths.items()},
-        )
 
     @property
     def free(self) -> list[int]:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Rules of thumb for the height of the rock that loads a tunnel, and the horizontal stress at depth.
+"""Rules of thumb for the height of the rock that loads a tunnel.
 
 Heights are in the unit of span and height of the tunnel.
 """
@@ -50,18 +50,6 @@ def rose(rqd: float, span: float, height: float) -> RockLoad:
         low, high = sorted((0.25 * span, 0.2 * (span + height)))
         return RockLoad("moderately blocky", low, high, source="Rose (1982)")
     return RockLoad("very blocky", 0.2 * (span + height), 0.6 * (span + height), source="Rose (1982)")
-
-
-def sheorey(depth: float, modulus: float) -> float:
-    """Ratio of horizontal to vertical stress (Sheorey 1994): 0.25 + 7 E_h (0.001 + 1/z).
-
-    ``depth`` z in m; ``modulus`` E_h, average deformation modulus in the horizontal direction, in GPa.
-    """
-    if not (math.isfinite(depth) and depth > 0):
-        raise InputError(f"depth: must be greater than 0, found {depth}")
-    if not (math.isfinite(modulus) and modulus > 0):
-        raise InputError(f"modulus: must be greater than 0, found {modulus}")
-    return 0.25 + 7 * modulus * (0.001 + 1 / depth)
 
 
 def _check(span: float, height: float) -> None:

@@ -115,11 +115,6 @@ def wetted_stretches(results: Results, frame: int = -1) -> list[Stretch]:
     return found
 
 
-def pressure_diagrams(results: Results, frame: int = -1) -> list[tuple[FloatArray, FloatArray, bool]]:
-    """Places (n, 2) along each wetted stretch of an edge, the pressure there, and whether the stretch is free."""
-    return [(stretch.at, stretch.pressure, stretch.free) for stretch in wetted_stretches(results, frame)]
-
-
 def water_tables(results: Results, frame: Frame) -> list[FloatArray]:
     """Points (m, 2) of the tables that act in a frame; none in files without water."""
     if "model/water_names" not in results:
