@@ -115,7 +115,7 @@ class Convergence:
         share = most.share(most.joints)
         if share > self.limit:
             text += (
-                f" The joint stiffness moves {_titled(most)} by {percent(share)} when it is half or twice as "
+                f" The joint stiffness moves {most.title} by {percent(share)} when it is half or twice as "
                 "large: measure it."
             )
         elif PROPERTY in most.plus_minus:
@@ -160,10 +160,6 @@ class Convergence:
             ],
             "summary": self.summary,
         }
-
-
-def _titled(finding: Finding) -> str:
-    return f"{finding.name}, {finding.stage}" if finding.stage else finding.name
 
 
 def convergence(

@@ -61,7 +61,7 @@ def draw_convergence(found: Any, axes: Axes | None = None) -> Axes:
         axes.minorticks_off()
         axes.set_xlabel(f"change [% of the number]; grey: the limit, {limit:g} %")
         axes.set_yticks(range(len(rows)))
-        axes.set_yticklabels([plain_text(short(f"{o.name}, {o.stage}" if o.stage else o.name, 42)) for o in rows])
+        axes.set_yticklabels([plain_text(short(o.title, 42)) for o in rows])
         axes.set_ylim(len(rows) - 0.4, -0.6)
         axes.legend(loc="upper left", bbox_to_anchor=(1.01, 1.0))
         if found.title:

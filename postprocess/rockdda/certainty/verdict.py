@@ -45,6 +45,11 @@ class Finding:
     grows: bool = False  #: does the change grow as the step is refined?
 
     @property
+    def title(self) -> str:
+        """Its name and stage."""
+        return f"{self.name}, {self.stage}" if self.stage else self.name
+
+    @property
     def method(self) -> float:
         """Error by the numbers of the method together, and by what is left of an equilibrium."""
         errors = sum(error for kind, error in self.plus_minus.items() if kind != PROPERTY)
@@ -67,9 +72,8 @@ class Finding:
     def words(self, units: Units, chosen: bool = False, limit: float = 0.05) -> str:
         """The verdict: 'point 1 y, heading: -5.3 mm: ± 0.2 by the step, ± 1.6 by the joint stiffness (a property:
         measure it)'. chosen: the program has chosen that stiffness."""
-        title = f"{self.name}, {self.stage}" if self.stage else self.name
         if self.value is None:
-            return f"{title}: the model as it is has no such number"
+            return f"{self.title}: the model as it is has no such number"
         factor, unit = units.multiple(self.dimension, self.value) if self.dimension and units.length else (1.0, "")
         errors = [error for error in self.plus_minus.values() if self.share(error) >= UNNAMED]
         value = number_with_error(factor * self.value, [factor * error for error in errors])
@@ -90,7 +94,7 @@ class Finding:
             named.append(f"less than {100 * UNNAMED:g} % by {listed(quiet)}")
         if self.missing:
             named.append(f"not known by {listed([WORDS[kind] for kind in self.missing])}, whose runs failed")
-        return f"{title}: {f'{value} {unit}'.rstrip()}: {', '.join(named)}"
+        return f"{self.title}: {f'{value} {unit}'.rstrip()}: {', '.join(named)}"
 
 
 def judge(

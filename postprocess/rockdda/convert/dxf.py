@@ -133,7 +133,7 @@ def read_dxf(
     if known is not None:
         known.update({name.lower(): kind for name, kind in kinds.items()})
     extent, axes = _plane(entities, report)
-    stated = scale if scale is not None else metres_of(document, extent, report, _states_unit(path))
+    stated = scale if scale is not None else metres_of(document, extent, report, b"$INSUNITS" in path.read_bytes())
     unit = 1.0 if stated is None else stated
     smallest = 1e-6 * extent
     if chord is not None:
@@ -259,11 +259,6 @@ def _check_work(path: Path) -> None:
     if found > most:
         text = f"the drawing has {found} {what}; at most {most} are converted"
         raise InputError(f"{text}: leave out layers that are not needed, or parts of the drawing", path)
-
-
-def _states_unit(path: Path) -> bool:
-    """Does the file hold $INSUNITS? The name is the same in text and binary drawings."""
-    return b"$INSUNITS" in path.read_bytes()
 
 
 def _check_finite(geometry: Geometry, report: Report) -> None:

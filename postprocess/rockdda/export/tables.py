@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any, TextIO
 
 import numpy as np
 
-from ..arrays import AnyArray
 from ..convert.dxf import write_dxf
 from ..errors import InputError
 from ..joints import joint_points, need_contacts, summary_columns
@@ -93,12 +92,8 @@ def _block_rows(frame: Frame) -> dict[str, Any]:
     return places | fields | {"stage": stage, "active": frame.active.astype(int)}
 
 
-def _owner(frame: Frame) -> AnyArray:
-    return np.repeat(np.arange(frame.results.n_blocks), np.diff(frame.results.vertex_offset))
-
-
 def _vertex_rows(frame: Frame) -> dict[str, Any]:
-    owner = _owner(frame)
+    owner = np.repeat(np.arange(frame.results.n_blocks), np.diff(frame.results.vertex_offset))
     number = np.arange(len(owner)) - frame.results.vertex_offset[owner]
     return {"block": owner + 1, "vertex": number + 1, "x": frame.vertices[:, 0], "y": frame.vertices[:, 1]}
 
