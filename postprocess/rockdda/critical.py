@@ -137,24 +137,12 @@ class CriticalFactor:
 
 
 def factor_of_safety(
-    model: PathLike | Model,
-    analysis: PathLike | None = None,
-    *,
-    search: str = "strength",
-    joints: str | Sequence[str] | None = None,
-    loads: str | Sequence[str] | None = None,
-    factors: str | Mapping[str, float] | None = None,
-    from_: float | None = None,
-    to: float | None = None,
-    tolerance: float | None = None,
-    stage: str | None = None,
-    jobs: int | None = None,
-    max_steps: int | None = None,
-    config: PathLike | None = None,
-    output: PathLike | None = None,
-    force: bool = False,
-    progress: bool = False,
-) -> CriticalFactor:
+    model: PathLike | Model, analysis: PathLike | None = None, *, search: str = "strength",
+    joints: str | Sequence[str] | None = None, loads: str | Sequence[str] | None = None,
+    factors: str | Mapping[str, float] | None = None, from_: float | None = None, to: float | None = None,
+    tolerance: float | None = None, stage: str | None = None, jobs: int | None = None, max_steps: int | None = None,
+    config: PathLike | None = None, output: PathLike | None = None, force: bool = False, progress: bool = False,
+) -> CriticalFactor:  # fmt: skip
     """Search the factor at which a model loses equilibrium, with `rockdda fos`.
 
     model: what `rockdda.run` takes. search: 'strength' divides tan φ, cohesion and tension (of the joint materials

@@ -153,14 +153,9 @@ class HasGeometry(Protocol):
 
 
 def cut(
-    geometry: PathLike | HasGeometry | npt.ArrayLike,
-    *,
-    e0: float | None = None,
-    joint: npt.ArrayLike = 1,
-    holes: npt.ArrayLike = (),
-    output: PathLike | None = None,
-    allow_open: bool = False,
-) -> Blocks:
+    geometry: PathLike | HasGeometry | npt.ArrayLike, *, e0: float | None = None, joint: npt.ArrayLike = 1,
+    holes: npt.ArrayLike = (), output: PathLike | None = None, allow_open: bool = False,
+) -> Blocks:  # fmt: skip
     """Cut the plane into blocks.
 
     geometry: a geometry file (.dc, .geo), a block file (.blk, which is read), a `Model`, or an array of lines, (n, 4)

@@ -48,13 +48,9 @@ class InputError(RockddaError, ValueError):
     """
 
     def __init__(
-        self,
-        message: str,
-        file: str | os.PathLike[str] | None = None,
-        line: int | None = None,
-        column: int | None = None,
-        problems: Iterable[Problem] = (),
-    ) -> None:
+        self, message: str, file: str | os.PathLike[str] | None = None, line: int | None = None,
+        column: int | None = None, problems: Iterable[Problem] = (),
+    ) -> None:  # fmt: skip
         self.problems: list[Problem] = list(problems)
         if not self.problems:
             self.problems = [Problem(message, os.fspath(file) if file is not None else None, line, column)]

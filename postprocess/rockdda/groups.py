@@ -52,16 +52,9 @@ class OptionGroups:
             self.options[group] = {name: value for entries in (*present, given) for name, value in entries.items()}
 
     def add_region(
-        self,
-        name: str,
-        *,
-        box: Numbers | None = None,
-        circle: Numbers | None = None,
-        polygon: Numbers | None = None,
-        material: References | None = None,
-        outline: Names | None = None,
-        width: float | None = None,
-    ) -> None:
+        self, name: str, *, box: Numbers | None = None, circle: Numbers | None = None, polygon: Numbers | None = None,
+        material: References | None = None, outline: Names | None = None, width: float | None = None,
+    ) -> None:  # fmt: skip
         """Blocks with more than half of their area, at the start, in boxes (xmin ymin xmax ymax), circles (x y r), a
         polygon, or a ring of a width around the blocks of other regions (outline) [length], or that have these block
         materials. Regions of one name add up."""
@@ -78,17 +71,9 @@ class OptionGroups:
         self.add_group("subdivide", region=region, size=size, kind=kind, joint_material=joint_material)
 
     def add_boundary(
-        self,
-        along: Numbers,
-        kind: str,
-        *,
-        velocity: Numbers | None = None,
-        stress: Numbers | None = None,
-        traction: Numbers | None = None,
-        pressure: float | None = None,
-        table: Numbers | None = None,
-        **values: Any,
-    ) -> None:
+        self, along: Numbers, kind: str, *, velocity: Numbers | None = None, stress: Numbers | None = None,
+        traction: Numbers | None = None, pressure: float | None = None, table: Numbers | None = None, **values: Any,
+    ) -> None:  # fmt: skip
         """Hold, move or load the outer edges along a polyline, rows x y [length].
 
         kind: 'fixed', 'roller', 'moving' (velocity vx vy [length/time]) or 'traction' (one of stress s11 s22 s12,
@@ -98,36 +83,20 @@ class OptionGroups:
                        pressure=pressure, table=table, **values)  # fmt: skip
 
     def add_in_situ(
-        self,
-        *,
-        surface: float | None = None,
-        profile: Numbers | None = None,
-        k0: float | None = None,
-        unit_weight: float | None = None,
-        surcharge: float | None = None,
-        stress: Numbers | None = None,
-        gradient: Numbers | None = None,
-        region: Names | None = None,
-        **values: Any,
-    ) -> None:
+        self, *, surface: float | None = None, profile: Numbers | None = None, k0: float | None = None,
+        unit_weight: float | None = None, surcharge: float | None = None, stress: Numbers | None = None,
+        gradient: Numbers | None = None, region: Names | None = None, **values: Any,
+    ) -> None:  # fmt: skip
         """Stress in the ground at the start: under a level surface (y) or a profile, rows x y [length], with k0; or
         stress at y = 0 with its gradient, s11 s22 s12 [stress, stress/length]. region: by default all blocks."""
         self.add_group("in_situ", surface=surface, profile=profile, k0=k0, unit_weight=unit_weight, surcharge=surcharge,
                        stress=stress, gradient=gradient, region=region, **values)  # fmt: skip
 
     def add_water(
-        self,
-        name: str | None = None,
-        *,
-        table: Numbers | None = None,
-        unit_weight: float | None = None,
-        pressure_file: PathLike | None = None,
-        joints: References | None = None,
-        surfaces: bool | None = None,
-        region: Names | None = None,
-        level: Numbers | None = None,
-        **values: Any,
-    ) -> None:
+        self, name: str | None = None, *, table: Numbers | None = None, unit_weight: float | None = None,
+        pressure_file: PathLike | None = None, joints: References | None = None, surfaces: bool | None = None,
+        region: Names | None = None, level: Numbers | None = None, **values: Any,
+    ) -> None:  # fmt: skip
         """Water pressure on edges: below a table, rows x y [length], with unit_weight [stress/length], or of a file
         (its path counts from the current folder). joints: those that are wetted ('none': none), all by default;
         level: rise of the table, rows t dy."""
@@ -135,28 +104,13 @@ class OptionGroups:
                        joints=joints, surfaces=surfaces, region=region, level=level, **values)  # fmt: skip
 
     def add_stage(
-        self,
-        name: str | None = None,
-        *,
-        kind: str | None = None,
-        until: str | None = None,
-        duration: float | None = None,
-        until_step: int | None = None,
-        until_time: float | None = None,
-        tolerance: float | None = None,
-        max_steps: int | None = None,
-        on_failure: str | None = None,
-        excavate: Names | None = None,
-        relax: float | None = None,
-        relax_steps: int | None = None,
-        place: Names | None = None,
-        water: Names | None = None,
-        release: npt.ArrayLike | None = None,
-        gravity: float | None = None,
-        k01: float | None = None,
-        reset_displacement: bool | None = None,
-        **values: Any,
-    ) -> None:
+        self, name: str | None = None, *, kind: str | None = None, until: str | None = None,
+        duration: float | None = None, until_step: int | None = None, until_time: float | None = None,
+        tolerance: float | None = None, max_steps: int | None = None, on_failure: str | None = None,
+        excavate: Names | None = None, relax: float | None = None, relax_steps: int | None = None,
+        place: Names | None = None, water: Names | None = None, release: npt.ArrayLike | None = None,
+        gravity: float | None = None, k01: float | None = None, reset_displacement: bool | None = None, **values: Any,
+    ) -> None:  # fmt: skip
         """Add the next stage of the run.
 
         kind: 'static' or 'dynamic'; end: until='equilibrium', duration, until_time [time] or until_step. excavate and
@@ -170,21 +124,11 @@ class OptionGroups:
                        **values)  # fmt: skip
 
     def add_liner(
-        self,
-        along: Numbers | None = None,
-        *,
-        thickness: float,
-        young: float,
-        outline: str | None = None,
-        on: str | None = None,
-        name: str | None = None,
-        poisson: float | None = None,
-        density: float | None = None,
-        compressive_strength: float | None = None,
-        tensile_strength: float | None = None,
-        joint_material: int | str | None = None,
-        element: float | None = None,
-    ) -> None:
+        self, along: Numbers | None = None, *, thickness: float, young: float, outline: str | None = None,
+        on: str | None = None, name: str | None = None, poisson: float | None = None, density: float | None = None,
+        compressive_strength: float | None = None, tensile_strength: float | None = None,
+        joint_material: int | str | None = None, element: float | None = None,
+    ) -> None:  # fmt: skip
         """A lining of a thickness [length] along a line of the rock, rows x y [length] (closed when it ends where it
         begins), around a region (outline), or a layer on another lining (on).
 
@@ -198,14 +142,9 @@ class OptionGroups:
                        tensile_strength=tensile_strength, joint_material=joint_material, element=element)  # fmt: skip
 
     def add_change(
-        self,
-        stage: str,
-        *,
-        joint_material: int | str | None = None,
-        block_material: int | str | None = None,
-        region: Names | None = None,
-        **values: Any,
-    ) -> None:
+        self, stage: str, *, joint_material: int | str | None = None, block_material: int | str | None = None,
+        region: Names | None = None, **values: Any,
+    ) -> None:  # fmt: skip
         """New values from the start of a stage on: of a joint material (friction, cohesion, …), of a block material, or
         of the blocks of regions (young, poisson, density, unit_weight; or block_material, another one for them), or of
         a lining (liner=name, young)."""
@@ -213,14 +152,9 @@ class OptionGroups:
                        region=region, **values)  # fmt: skip
 
     def add_line_load(
-        self,
-        ends: Numbers,
-        force_start: Numbers,
-        force_end: Numbers | None = None,
-        *,
-        table: Numbers | None = None,
+        self, ends: Numbers, force_start: Numbers, force_end: Numbers | None = None, *, table: Numbers | None = None,
         name: str | None = None,
-    ) -> None:
+    ) -> None:  # fmt: skip
         """A force per length [force/length] along one block's edge, ends x1 y1 x2 y2 [length], linear between both ends
         (by default uniform). table: rows t factor. name: for searches of the load."""
         self.add_group("line_load", name=name, ends=ends, force_start=force_start, force_end=force_end, table=table)

@@ -172,17 +172,9 @@ class Model(OptionGroups):
         self._material_lines.append(Line(coordinates(start, end), _reference("material", material)))
 
     def add_bolt(
-        self,
-        start: Point,
-        end: Point,
-        *,
-        stiffness: float | None = None,
-        pretension: float = 0.0,
-        strength: float = 0.0,
-        name: str | None = None,
-        kind: str | None = None,
-        **options: Any,
-    ) -> None:
+        self, start: Point, end: Point, *, stiffness: float | None = None, pretension: float = 0.0,
+        strength: float = 0.0, name: str | None = None, kind: str | None = None, **options: Any,
+    ) -> None:  # fmt: skip
         """A bolt from its head to its toe.
 
         With a `kind` ('grouted', 'end_anchored', 'yielding', 'friction') it acts along its length, and `options` are
@@ -211,16 +203,9 @@ class Model(OptionGroups):
         self._bolts.append(Bolt(coordinates(start, end), float(stiffness), float(pretension), float(strength)))
 
     def add_bolts(
-        self,
-        along: npt.ArrayLike | None = None,
-        *,
-        kind: str,
-        spacing: float,
-        length: float,
-        outline: str | None = None,
-        name: str | None = None,
-        **options: Any,
-    ) -> None:
+        self, along: npt.ArrayLike | None = None, *, kind: str, spacing: float, length: float,
+        outline: str | None = None, name: str | None = None, **options: Any,
+    ) -> None:  # fmt: skip
         """A pattern of bolts whose heads stand along a line, (n, 2), or around a region (`outline`).
 
         `options` are those of `&bolt`: angle, offset, diameter, young, spacing_out_of_plane and the others.
@@ -265,21 +250,12 @@ class Model(OptionGroups):
     # -- materials -----------------------------------------------------------------------------------------------
 
     def add_block_material(
-        self,
-        *,
-        density: float,
-        youngs_modulus: float | None = None,
-        poisson_ratio: float | None = None,
-        gravity: float | None = None,
-        weight: float | None = None,
-        stress: tuple[float, float, float] = (0.0, 0.0, 0.0),
+        self, *, density: float, youngs_modulus: float | None = None, poisson_ratio: float | None = None,
+        gravity: float | None = None, weight: float | None = None, stress: tuple[float, float, float] = (0.0, 0.0, 0.0),
         stress_gradient: tuple[float, float, float] = (0.0, 0.0, 0.0),
-        velocity: tuple[float, float, float] = (0.0, 0.0, 0.0),
-        name: str = "",
-        young: float | None = None,
-        poisson: float | None = None,
-        unit_weight: float | None = None,
-    ) -> int:
+        velocity: tuple[float, float, float] = (0.0, 0.0, 0.0), name: str = "", young: float | None = None,
+        poisson: float | None = None, unit_weight: float | None = None,
+    ) -> int:  # fmt: skip
         """A block material; returns its number. Give the weight per area, or gravity (weight = density * gravity).
 
         In a labelled model both may be left out: the weight is then density times the gravity of the model. young,
@@ -299,15 +275,9 @@ class Model(OptionGroups):
         return len(self.block_materials)
 
     def add_joint_material(
-        self,
-        *,
-        friction_angle: float | None = None,
-        cohesion: float = 0.0,
-        tension: float = 0.0,
-        name: str = "",
-        friction: float | None = None,
-        **values: Any,
-    ) -> int:
+        self, *, friction_angle: float | None = None, cohesion: float = 0.0, tension: float = 0.0, name: str = "",
+        friction: float | None = None, **values: Any,
+    ) -> int:  # fmt: skip
         """A joint material; returns its number. values: others of &joint_material, such as normal_stiffness or law.
 
         friction is the name that labelled files have for friction_angle.

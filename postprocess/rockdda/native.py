@@ -127,21 +127,11 @@ class Session:
     # -- what the session does -----------------------------------------------------------------------------------
 
     def request(
-        self,
-        *,
-        output: PathLike | None = None,
-        solver: str | None = None,
-        dialect: str | None = None,
-        threads: int | None = None,
-        steps: int | None = None,
-        save_every: int | None = None,
-        t_end: float | None = None,
-        max_wall: float | None = None,
-        checkpoint_every: float | None = None,
-        strict: bool = False,
-        allow_open: bool = False,
-        force: bool = False,
-    ) -> None:
+        self, *, output: PathLike | None = None, solver: str | None = None, dialect: str | None = None,
+        threads: int | None = None, steps: int | None = None, save_every: int | None = None, t_end: float | None = None,
+        max_wall: float | None = None, checkpoint_every: float | None = None, strict: bool = False,
+        allow_open: bool = False, force: bool = False,
+    ) -> None:  # fmt: skip
         """Set the options of the run that are not in the files."""
         if dialect not in DIALECTS:
             raise InputError(f"dialect: expected 'dda_windows' or 'g0', found {dialect!r}")

@@ -356,15 +356,9 @@ def _largest_displacement(
 
 
 def newmark_displacement(
-    record: Record,
-    yield_acceleration: float | None = None,
-    *,
-    friction: float | None = None,
-    slope: float = 0.0,
-    gravity: float = GRAVITY,
-    upslope: bool = False,
-    history: bool = False,
-) -> float | FloatArray:
+    record: Record, yield_acceleration: float | None = None, *, friction: float | None = None, slope: float = 0.0,
+    gravity: float = GRAVITY, upslope: bool = False, history: bool = False,
+) -> float | FloatArray:  # fmt: skip
     """How far a rigid block slides on moving ground (Newmark 1965), relative to the ground.
 
     With `yield_acceleration` the record is the acceleration along the plane, and the block slides with what it has

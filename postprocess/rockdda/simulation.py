@@ -40,24 +40,12 @@ class HasInput(Protocol):
 
 
 def run(
-    geometry: PathLike | HasInput,
-    analysis: PathLike | None = None,
-    *,
-    output: PathLike | None = None,
-    config: PathLike | None = None,
-    steps: int | None = None,
-    t_end: float | None = None,
-    threads: int | None = None,
-    solver: str | None = None,
-    save_every: int | None = None,
-    max_wall: float | None = None,
-    checkpoint_every: float | None = None,
-    dialect: str | None = None,
-    strict: bool = False,
-    allow_open: bool = False,
-    force: bool = False,
-    progress: Progress | bool | None = None,
-) -> Results:
+    geometry: PathLike | HasInput, analysis: PathLike | None = None, *, output: PathLike | None = None,
+    config: PathLike | None = None, steps: int | None = None, t_end: float | None = None, threads: int | None = None,
+    solver: str | None = None, save_every: int | None = None, max_wall: float | None = None,
+    checkpoint_every: float | None = None, dialect: str | None = None, strict: bool = False, allow_open: bool = False,
+    force: bool = False, progress: Progress | bool | None = None,
+) -> Results:  # fmt: skip
     """Run a model and return its results, which are those of `rockdda run`, bit for bit.
 
     geometry: a labelled file (.nml with &model), a folder with the files of a model, a geometry or block file (then
@@ -136,23 +124,12 @@ class Simulation:
     """(nb,) [length²]"""
 
     def __init__(
-        self,
-        geometry: PathLike | HasInput,
-        analysis: PathLike | None = None,
-        *,
-        output: PathLike | None = None,
-        config: PathLike | None = None,
-        steps: int | None = None,
-        t_end: float | None = None,
-        threads: int | None = None,
-        solver: str | None = None,
-        save_every: int | None = None,
-        checkpoint_every: float | None = None,
-        dialect: str | None = None,
-        strict: bool = False,
-        allow_open: bool = False,
-        force: bool = False,
-    ) -> None:
+        self, geometry: PathLike | HasInput, analysis: PathLike | None = None, *, output: PathLike | None = None,
+        config: PathLike | None = None, steps: int | None = None, t_end: float | None = None,
+        threads: int | None = None, solver: str | None = None, save_every: int | None = None,
+        checkpoint_every: float | None = None, dialect: str | None = None, strict: bool = False,
+        allow_open: bool = False, force: bool = False,
+    ) -> None:  # fmt: skip
         given = dict(locals())
         self._session = Session()
         self._session.request(**{name: given[name] for name in REQUEST if name in given})

@@ -131,14 +131,9 @@ class RigidBlocks:
 
     @classmethod
     def from_polygons(
-        cls,
-        polygons: Sequence[npt.ArrayLike],
-        fixed: Collection[int],
-        *,
-        friction: float,
-        cohesion: float = 0.0,
+        cls, polygons: Sequence[npt.ArrayLike], fixed: Collection[int], *, friction: float, cohesion: float = 0.0,
         unit_weight: float = 1.0,
-    ) -> RigidBlocks:
+    ) -> RigidBlocks:  # fmt: skip
         """Blocks of one material, from their outlines; `fixed` are the numbers of those that do not move."""
         outlines = [_counter_clockwise(np.asarray(one, dtype=float)) for one in polygons]
         weight = np.array([unit_weight * _area(one) for one in outlines])

@@ -87,14 +87,9 @@ class Loosening:
 
 
 def loosening(
-    time: npt.ArrayLike,
-    displacement: npt.ArrayLike,
-    heights: npt.ArrayLike,
-    *,
-    window: float = WINDOW,
-    gradient_limit: float = GRADIENT_LIMIT,
-    planned_time: float | None = None,
-) -> Loosening:
+    time: npt.ArrayLike, displacement: npt.ArrayLike, heights: npt.ArrayLike, *, window: float = WINDOW,
+    gradient_limit: float = GRADIENT_LIMIT, planned_time: float | None = None,
+) -> Loosening:  # fmt: skip
     """The two criteria for `displacement` (steps, points), vertical and positive upwards, of points at `heights`.
 
     `window`: the share of the run, at its end, in which oscillations are looked at. `planned_time`: the time that the

@@ -117,13 +117,9 @@ class BoltFit:
 
 
 def pull_curve(
-    displacement: npt.ArrayLike,
-    length: float,
-    axial: float,
-    stiffness: float,
-    strength: float,
+    displacement: npt.ArrayLike, length: float, axial: float, stiffness: float, strength: float,
     free_length: float = 0.0,
-) -> FloatArray:
+) -> FloatArray:  # fmt: skip
     """Force at displacements of the head of a bolt, which has a free length before the grout."""
     wave = math.sqrt(stiffness / axial)
     a = np.linspace(0.0, length, _FRONTS)
@@ -134,15 +130,9 @@ def pull_curve(
 
 
 def calibrate_bolt(
-    test: PullTest | PathLike,
-    *,
-    length: float,
-    young: float,
-    diameter: float | None = None,
-    area: float | None = None,
-    free_length: float = 0.0,
-    yield_force: float | None = None,
-) -> BoltFit:
+    test: PullTest | PathLike, *, length: float, young: float, diameter: float | None = None, area: float | None = None,
+    free_length: float = 0.0, yield_force: float | None = None,
+) -> BoltFit:  # fmt: skip
     """Fit stiffness and strength of the grout to a pull test; all in SI units.
 
     `length` is that in grout, `free_length` the steel between the measured point and the grout. Points at the yield

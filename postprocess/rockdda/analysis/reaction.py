@@ -90,15 +90,9 @@ class Reaction:
 
 
 def support_reaction(
-    model: Model | PathLike,
-    *,
-    liner: str | None = None,
-    point: int = 1,
-    releases: int = 10,
-    work: PathLike | None = None,
-    progress: Callable[[str], None] | None = None,
-    **options: Any,
-) -> Reaction:
+    model: Model | PathLike, *, liner: str | None = None, point: int = 1, releases: int = 10,
+    work: PathLike | None = None, progress: Callable[[str], None] | None = None, **options: Any,
+) -> Reaction:  # fmt: skip
     """Compute both curves of a model whose stages excavate, and place a lining, once.
 
     `liner` is the name of the lining (by default the first that a stage installs), `point` the number of the measured

@@ -163,20 +163,10 @@ class Convergence:
 
 
 def convergence(
-    model: PathLike | Model,
-    analysis: PathLike | None = None,
-    *,
-    quantities: Sequence[str] = (),
-    fos: bool = False,
-    limit: float = LIMIT,
-    config: PathLike | None = None,
-    output: PathLike | None = None,
-    jobs: int | None = None,
-    dask: str | None = None,
-    retry: bool = False,
-    progress: Progress | None = None,
-    **search: Any,
-) -> Convergence:
+    model: PathLike | Model, analysis: PathLike | None = None, *, quantities: Sequence[str] = (), fos: bool = False,
+    limit: float = LIMIT, config: PathLike | None = None, output: PathLike | None = None, jobs: int | None = None,
+    dask: str | None = None, retry: bool = False, progress: Progress | None = None, **search: Any,
+) -> Convergence:  # fmt: skip
     """Run a model with other numbers of the method and other joint stiffness, and judge its numbers.
 
     model: what `rockdda.run` takes. quantities: names as 'point 1 y', 'factor', or 'max(history/energy[0])'; by default

@@ -223,25 +223,12 @@ def _index(value: float) -> str:
 
 
 def reliability(
-    model: PathLike | Model,
-    vary: str | Mapping[str, str] | None = None,
-    analysis: PathLike | None = None,
-    *,
-    runs: int = RUNS,
-    seed: int = 1,
-    seeds: int | None = None,
-    precision: float = PRECISION,
-    correlate: str = "",
-    below: float | None = None,
-    back_analysis: float | None = None,
-    config: PathLike | None = None,
-    output: PathLike | None = None,
-    jobs: int | None = None,
-    dask: str | None = None,
-    retry: bool = False,
-    progress: Progress | None = None,
-    **search: Any,
-) -> Reliability:
+    model: PathLike | Model, vary: str | Mapping[str, str] | None = None, analysis: PathLike | None = None, *,
+    runs: int = RUNS, seed: int = 1, seeds: int | None = None, precision: float = PRECISION, correlate: str = "",
+    below: float | None = None, back_analysis: float | None = None, config: PathLike | None = None,
+    output: PathLike | None = None, jobs: int | None = None, dask: str | None = None, retry: bool = False,
+    progress: Progress | None = None, **search: Any,
+) -> Reliability:  # fmt: skip
     """Find the probability that a model fails, with a search of its critical factor for each of some runs.
 
     model: what `rockdda.run` takes. vary: inputs that scatter, 'bedding.friction = normal(35, 5); water.level =

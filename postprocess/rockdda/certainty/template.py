@@ -160,17 +160,10 @@ def _named_files(groups: Groups) -> Iterator[Path]:
 
 
 def write_study(
-    source: Source,
-    folder: Path,
-    template: str,
-    cases: Sequence[Mapping[str, Any]],
-    *,
-    title: str,
-    command: str = "run",
-    options: Sequence[str] = (),
-    constants: Mapping[str, Any] | None = None,
+    source: Source, folder: Path, template: str, cases: Sequence[Mapping[str, Any]], *, title: str,
+    command: str = "run", options: Sequence[str] = (), constants: Mapping[str, Any] | None = None,
     statistics: str | None = None,
-) -> Path:
+) -> Path:  # fmt: skip
     """Write a study into a folder: `study.toml`, and `template` with a labelled file and what that names.
 
     constants: values that cases need not give. statistics: the text of a statistics file from which each case draws its

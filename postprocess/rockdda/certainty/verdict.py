@@ -98,14 +98,9 @@ class Finding:
 
 
 def judge(
-    name: str,
-    stage: str,
-    dimension: str,
-    base: tuple[float, float] | None,
-    values: Mapping[str, float | None],
-    variants: Sequence[Variant],
-    noise: float = 0.0,
-) -> Finding:
+    name: str, stage: str, dimension: str, base: tuple[float, float] | None, values: Mapping[str, float | None],
+    variants: Sequence[Variant], noise: float = 0.0,
+) -> Finding:  # fmt: skip
     """Judge a number.
 
     base: the number of the model as it is, and what changes are shares of. values: the number of each variant by its

@@ -68,16 +68,9 @@ class Running:
 
 
 def search_options(
-    search: Search = None,
-    joints: Joints = None,
-    loads: Loads = None,
-    factors: Factors = None,
-    stage: Stage = None,
-    from_: From = None,
-    to: To = None,
-    tolerance: Tolerance = None,
-    max_steps: MaxSteps = None,
-) -> dict[str, Any]:
+    search: Search = None, joints: Joints = None, loads: Loads = None, factors: Factors = None, stage: Stage = None,
+    from_: From = None, to: To = None, tolerance: Tolerance = None, max_steps: MaxSteps = None,
+) -> dict[str, Any]:  # fmt: skip
     """Options of a search by their names in Python."""
     return dict(locals())
 

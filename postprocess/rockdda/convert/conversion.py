@@ -38,21 +38,11 @@ class Conversion:
 
 
 def convert(
-    inputs: PathLike | Iterable[PathLike],
-    output: PathLike | None = None,
-    *,
-    layers: dict[str, str] | None = None,
-    e0: float | None = None,
-    chord: float | None = None,
-    template: bool = False,
-    force: bool = False,
-    areas: PathLike | Iterable[PathLike] = (),
-    scale: float | None = None,
-    origin: tuple[float, float] | None = None,
-    window: tuple[float, float, float, float] | None = None,
-    blocks: bool = False,
-    geographic: bool = False,
-) -> Conversion:
+    inputs: PathLike | Iterable[PathLike], output: PathLike | None = None, *, layers: dict[str, str] | None = None,
+    e0: float | None = None, chord: float | None = None, template: bool = False, force: bool = False,
+    areas: PathLike | Iterable[PathLike] = (), scale: float | None = None, origin: tuple[float, float] | None = None,
+    window: tuple[float, float, float, float] | None = None, blocks: bool = False, geographic: bool = False,
+) -> Conversion:  # fmt: skip
     """Convert DDAML (geometry, analysis or both), or drawings and maps; returns the files written.
 
     Drawings and maps are DXF, GeoJSON, GeoPackages, Shapefiles, traces as text (FracPaQ) and JSON of COMPAS. The
@@ -148,16 +138,10 @@ class _Reading:
     """Reads the files of one model, one after the other."""
 
     def __init__(
-        self,
-        layers: dict[str, str],
-        e0: float | None,
-        chord: float | None,
-        scale: float | None,
-        origin: tuple[float, float] | None,
-        window: tuple[float, float, float, float] | None,
-        blocks: bool,
+        self, layers: dict[str, str], e0: float | None, chord: float | None, scale: float | None,
+        origin: tuple[float, float] | None, window: tuple[float, float, float, float] | None, blocks: bool,
         geographic: bool,
-    ) -> None:
+    ) -> None:  # fmt: skip
         self.layers, self.e0, self.chord, self.scale, self.origin = layers, e0, chord, scale, origin
         self.window, self.blocks, self.geographic = window, blocks, geographic
         self._middle: tuple[float, float] | None = None  # of the first map in degrees

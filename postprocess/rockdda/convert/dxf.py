@@ -97,14 +97,9 @@ def kind_of(word: str) -> str:
 
 
 def read_dxf(
-    path: Path,
-    layers: dict[str, str] | None = None,
-    chord: float | None = None,
-    *,
-    scale: float | None = None,
-    default: str | None = None,
-    known: dict[str, tuple[str, int]] | None = None,
-) -> tuple[Geometry, Report, float | None]:
+    path: Path, layers: dict[str, str] | None = None, chord: float | None = None, *, scale: float | None = None,
+    default: str | None = None, known: dict[str, tuple[str, int]] | None = None,
+) -> tuple[Geometry, Report, float | None]:  # fmt: skip
     """The lines of a drawing's model space, in the drawing's unit, and the length of that unit.
 
     Curves become chords no farther from them than `chord`, by default 1/2000 of the drawing's larger extent. `scale` is

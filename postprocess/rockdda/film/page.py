@@ -193,14 +193,9 @@ def filled(text: str, parts: dict[str, str]) -> str:
 
 
 def film_page(
-    results: Results,
-    frames: Sequence[int],
-    fields: Sequence[str],
-    units: Units,
-    title: str,
-    progress: Callable[[int, int], None] | None = None,
-    joints: bool = False,
-) -> str:
+    results: Results, frames: Sequence[int], fields: Sequence[str], units: Units, title: str,
+    progress: Callable[[int, int], None] | None = None, joints: bool = False,
+) -> str:  # fmt: skip
     """A page with the data of some frames in it, with `joints` those along the joints, too.
 
     Displacements keep 1/32,767 of the largest one, values of fields 1/65,535 of their range.

@@ -121,23 +121,11 @@ BAR = 0.95  # inches, of a further scale of colours with its label
 
 
 def animate(
-    results: Results,
-    output: PathLike,
-    field: str = "displacement",
-    *,
-    every: int = 1,
-    fps: float = 20.0,
-    scale: float = 1.0,
-    outline: bool = True,
-    limits: tuple[float, float] | None = None,
-    units: str | Units | None = None,
-    fields: Sequence[str] | None = None,
-    title: str | None = None,
-    dpi: int = 120,
-    joints: bool = False,
-    liner: str = "use",
-    progress: Progress | None = None,
-) -> Path:
+    results: Results, output: PathLike, field: str = "displacement", *, every: int = 1, fps: float = 20.0,
+    scale: float = 1.0, outline: bool = True, limits: tuple[float, float] | None = None,
+    units: str | Units | None = None, fields: Sequence[str] | None = None, title: str | None = None, dpi: int = 120,
+    joints: bool = False, liner: str = "use", progress: Progress | None = None,
+) -> Path:  # fmt: skip
     """Make a film of all frames (or every n-th and the last); returns its path.
 
     The ending of `output` selects the kind. `field` colours the blocks; a page (.html) lets its viewer choose among

@@ -192,14 +192,9 @@ def serve(viewer: Answers, port: int = 0) -> ThreadingHTTPServer:
 
 
 def view(
-    path: PathLike | Results,
-    port: int = 0,
-    browser: bool = True,
-    field: str = "displacement",
-    units: str | None = None,
-    ready: Callable[[str], None] | None = None,
-    beside: Results | None = None,
-) -> None:
+    path: PathLike | Results, port: int = 0, browser: bool = True, field: str = "displacement",
+    units: str | None = None, ready: Callable[[str], None] | None = None, beside: Results | None = None,
+) -> None:  # fmt: skip
     """Serve the page until interrupted (Ctrl-C); `ready` is called with its address, which holds the token.
 
     `path`: results, or a model before any run: a labelled file, its folder, a geometry or block file. `beside`: other

@@ -282,19 +282,10 @@ def _height(axes: Axes) -> float:
 
 
 def blocks(
-    results: Results,
-    field: str | None = "displacement",
-    frame: int = -1,
-    *,
-    axes: Axes | None = None,
-    scale: float = 1.0,
-    outline: bool = True,
-    limits: tuple[float, float] | None = None,
-    colour_map: str | None = None,
-    colour_bar: bool = True,
-    units: str | Units | None = None,
-    title: str | None = None,
-) -> Axes:
+    results: Results, field: str | None = "displacement", frame: int = -1, *, axes: Axes | None = None,
+    scale: float = 1.0, outline: bool = True, limits: tuple[float, float] | None = None, colour_map: str | None = None,
+    colour_bar: bool = True, units: str | Units | None = None, title: str | None = None,
+) -> Axes:  # fmt: skip
     """The blocks of a frame, coloured by a field (None: plain), with their outlines at the start.
 
     `scale` enlarges the displacements, `limits` are the ends of the colour scale (by default those of the values;
@@ -347,14 +338,9 @@ def add_plain_blocks(axes: Axes, results: Results, shown: FloatArray) -> None:
 
 
 def stress_crosses(
-    results: Results,
-    frame: int = -1,
-    *,
-    axes: Axes | None = None,
-    size: float = 1.0,
-    units: str | Units | None = None,
+    results: Results, frame: int = -1, *, axes: Axes | None = None, size: float = 1.0, units: str | Units | None = None,
     title: str | None = None,
-) -> Axes:
+) -> Axes:  # fmt: skip
     """Principal stresses at the centroids: directions and sizes as crosses, compression and tension by colour.
 
     `size` is a factor on their length; where blocks differ in size, the 95th percentile of the stresses fits a block of
@@ -388,14 +374,9 @@ def stress_crosses(
 
 
 def contact_forces(
-    results: Results,
-    frame: int = -1,
-    *,
-    axes: Axes | None = None,
-    size: float = 1.0,
-    units: str | Units | None = None,
+    results: Results, frame: int = -1, *, axes: Axes | None = None, size: float = 1.0, units: str | Units | None = None,
     title: str | None = None,
-) -> Axes:
+) -> Axes:  # fmt: skip
     """Contact forces: strokes along the force through the contact, width and length by size, colour by state.
 
     Contacts that carry nothing are small dots. `size` is a factor on widths and lengths.
@@ -440,15 +421,9 @@ def contact_forces(
 
 
 def displacements(
-    results: Results,
-    frame: int = -1,
-    *,
-    axes: Axes | None = None,
-    scale: float | None = None,
-    units: str | Units | None = None,
-    title: str | None = None,
-    limits: tuple[float, float] | None = None,
-) -> Axes:
+    results: Results, frame: int = -1, *, axes: Axes | None = None, scale: float | None = None,
+    units: str | Units | None = None, title: str | None = None, limits: tuple[float, float] | None = None,
+) -> Axes:  # fmt: skip
     """Displacement of every centroid since the start, as arrows from where it was, coloured by size.
 
     `scale` is the factor on their length; by default 1, or so that the longest is a tenth of the model.

@@ -25,15 +25,9 @@ FIELDS = ("force", "use")
 
 
 def bolts(
-    results: Results,
-    field: str = "force",
-    frame: int = -1,
-    *,
-    axes: Axes | None = None,
-    size: float = 1.0,
-    units: str | Units | None = None,
-    title: str | None = None,
-) -> Axes:
+    results: Results, field: str = "force", frame: int = -1, *, axes: Axes | None = None, size: float = 1.0,
+    units: str | Units | None = None, title: str | None = None,
+) -> Axes:  # fmt: skip
     """Axial force along the bolts as colour, per bolt, and marks at nodes that slip, yield or are broken.
 
     `field='use'` shows the largest share of a strength instead, of the steel or of its grout; bolts without a strength

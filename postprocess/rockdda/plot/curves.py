@@ -116,14 +116,9 @@ def _need_energies(results: Results) -> None:
 
 
 def history(
-    results: Results,
-    columns: Sequence[str] | str | None = None,
-    *,
-    axes: Axes | None = None,
-    units: str | Units | None = None,
-    title: str | None = None,
-    stage: str | None = None,
-) -> Axes:
+    results: Results, columns: Sequence[str] | str | None = None, *, axes: Axes | None = None,
+    units: str | Units | None = None, title: str | None = None, stage: str | None = None,
+) -> Axes:  # fmt: skip
     """Columns of `results.history()` over time; by default what the measured points did.
 
     Columns must be of one kind, since they share an axis; `measured_displacement` stands for all columns that begin so.
@@ -220,15 +215,9 @@ def _crossings(results: Results, start: FloatArray, end: FloatArray) -> list[tup
 
 
 def profile(
-    results: Results,
-    field: str = "displacement_y",
-    line: Sequence[float] | None = None,
-    frames: Sequence[int] = (-1,),
-    *,
-    axes: Axes | None = None,
-    units: str | Units | None = None,
-    title: str | None = None,
-) -> Axes:
+    results: Results, field: str = "displacement_y", line: Sequence[float] | None = None, frames: Sequence[int] = (-1,),
+    *, axes: Axes | None = None, units: str | Units | None = None, title: str | None = None,
+) -> Axes:  # fmt: skip
     """A field along a line x1 y1 x2 y2 (by default horizontal at half the height) through the start geometry."""
     field, units = field_name(field), Units.parse(units, results)
     if line is None:
@@ -256,13 +245,9 @@ def profile(
 
 
 def energy(
-    results: Results,
-    *,
-    axes: Sequence[Axes] | None = None,
-    units: str | Units | None = None,
-    title: str | None = None,
+    results: Results, *, axes: Sequence[Axes] | None = None, units: str | Units | None = None, title: str | None = None,
     stage: str | None = None,
-) -> AnyArray:
+) -> AnyArray:  # fmt: skip
     """The energy balance: stored energies and losses, and below the residual relative to the turnover.
 
     `stage`: of this stage only.
@@ -311,13 +296,9 @@ def energy(
 
 
 def iterations(
-    results: Results,
-    *,
-    axes: Sequence[Axes] | None = None,
-    units: str | Units | None = None,
-    title: str | None = None,
+    results: Results, *, axes: Sequence[Axes] | None = None, units: str | Units | None = None, title: str | None = None,
     stage: str | None = None,
-) -> AnyArray:
+) -> AnyArray:  # fmt: skip
     """Step size, rounds of the open-close loop and attempts, and numbers of contacts, over the steps.
 
     `stage`: of this stage only.

@@ -87,13 +87,9 @@ def _way(results: Results, rows: AnyArray) -> FloatArray:
 
 
 def ground_reaction(
-    results: Results,
-    stage: str | None = None,
-    *,
-    axes: Axes | None = None,
-    units: str | Units | None = None,
+    results: Results, stage: str | None = None, *, axes: Axes | None = None, units: str | Units | None = None,
     title: str | None = None,
-) -> Axes:
+) -> Axes:  # fmt: skip
     """Released share of the forces of excavated blocks over the convergence of the measured points.
 
     `stage` names the excavation (by default the first one); dots mark the ends of stages. Points on excavated blocks

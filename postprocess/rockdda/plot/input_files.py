@@ -55,14 +55,9 @@ def _is_namelist(path: PathLike) -> bool:
 
 
 def input_plot(
-    path: PathLike,
-    kind: str | None = None,
-    *,
-    axes: Axes | None = None,
-    units: str | Units | None = None,
-    title: str | None = None,
-    window: Sequence[float] | None = None,
-) -> Axes:
+    path: PathLike, kind: str | None = None, *, axes: Axes | None = None, units: str | Units | None = None,
+    title: str | None = None, window: Sequence[float] | None = None,
+) -> Axes:  # fmt: skip
     """Draw a geometry file (.dc, .geo) or a block file (.blk) with its points and bolts; returns the axes.
 
     `kind` is 'lines' (of a geometry file, coloured by joint material; its default) or 'blocks' (cut if need be,

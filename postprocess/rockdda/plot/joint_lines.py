@@ -46,14 +46,9 @@ def _resultants(results: Results, frame: int) -> tuple[IntArray, FloatArray, Flo
 
 
 def thrust(
-    results: Results,
-    frame: int = -1,
-    *,
-    axes: Axes | None = None,
-    size: float = 1.0,
-    units: str | Units | None = None,
+    results: Results, frame: int = -1, *, axes: Axes | None = None, size: float = 1.0, units: str | Units | None = None,
     title: str | None = None,
-) -> Axes:
+) -> Axes:  # fmt: skip
     """The line of thrust: dots where the force of each joint crosses it, joined through blocks between two joints.
 
     The width follows the force. In a block with another number of joints that bear, strokes along the forces end
@@ -139,14 +134,9 @@ def joint_profile_data(results: Results, line: tuple[float, float, float, float]
 
 
 def joint_profile(
-    results: Results,
-    line: tuple[float, float, float, float] | None = None,
-    frame: int = -1,
-    *,
-    axes: Any = None,
-    units: str | Units | None = None,
-    title: str | None = None,
-) -> AnyArray:
+    results: Results, line: tuple[float, float, float, float] | None = None, frame: int = -1, *, axes: Any = None,
+    units: str | Units | None = None, title: str | None = None,
+) -> AnyArray:  # fmt: skip
     """Normal and shear stress with the strength, and slip, along joints on a line from x1 y1 to x2 y2; two axes."""
     import matplotlib.pyplot as plt
 

@@ -32,16 +32,10 @@ def joint_field_name(name: str) -> str:
 
 
 def joints(
-    results: Results,
-    field: str = "normal_stress",
-    frame: int = -1,
-    *,
-    axes: Axes | None = None,
-    limits: tuple[float, float] | None = None,
-    size: float = 1.0,
-    units: str | Units | None = None,
+    results: Results, field: str = "normal_stress", frame: int = -1, *, axes: Axes | None = None,
+    limits: tuple[float, float] | None = None, size: float = 1.0, units: str | Units | None = None,
     title: str | None = None,
-) -> Axes:
+) -> Axes:  # fmt: skip
     """A field of JOINT_FIELDS as colours along the joints of a frame.
 
     Each point of a joint colours the length that it stands for; points without length are dots. Where a joint is open,

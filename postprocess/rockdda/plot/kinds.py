@@ -46,18 +46,10 @@ if TYPE_CHECKING:
 
 
 def small_multiples(
-    runs: Sequence[Results],
-    field: str = "displacement",
-    frame: int = -1,
-    *,
-    labels: Sequence[str] | None = None,
-    columns: int | None = None,
-    scale: float = 1.0,
-    limits: tuple[float, float] | None = None,
-    units: str | Units | None = None,
-    outline: bool = True,
-    window: Sequence[float] | None = None,
-) -> AnyArray:
+    runs: Sequence[Results], field: str = "displacement", frame: int = -1, *, labels: Sequence[str] | None = None,
+    columns: int | None = None, scale: float = 1.0, limits: tuple[float, float] | None = None,
+    units: str | Units | None = None, outline: bool = True, window: Sequence[float] | None = None,
+) -> AnyArray:  # fmt: skip
     """One frame of several runs side by side, with one colour scale; returns their axes, one for each run.
 
     `labels` name the runs (by default their files), `columns` is the number of pictures in a row, `window` x0 y0 x1 y1
@@ -129,14 +121,9 @@ MAPS = (
 
 
 def plot(
-    results: Results,
-    field: str | None = None,
-    frame: int = -1,
-    kind: str = "blocks",
-    *,
-    window: Sequence[float] | None = None,
-    **options: Any,
-) -> Any:
+    results: Results, field: str | None = None, frame: int = -1, kind: str = "blocks", *,
+    window: Sequence[float] | None = None, **options: Any,
+) -> Any:  # fmt: skip
     """Draw a picture and return its axes (an array of them where there are several panels).
 
     `kind` is one of KINDS; `field` colours the blocks or joints or is drawn along the line of a profile; `options`

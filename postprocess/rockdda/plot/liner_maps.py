@@ -28,14 +28,9 @@ SHARE = 0.16  # of the extent of a lining, which the largest ordinate takes
 
 
 def liner(
-    results: Results,
-    field: str | None = None,
-    frame: int = -1,
-    *,
-    axes: Axes | None = None,
-    units: str | Units | None = None,
-    title: str | None = None,
-) -> Any:
+    results: Results, field: str | None = None, frame: int = -1, *, axes: Axes | None = None,
+    units: str | Units | None = None, title: str | None = None,
+) -> Any:  # fmt: skip
     """Forces along the linings, drawn normal to them: N (tension positive), M (positive where it pulls on the side of
     the opening, and drawn there), Q, in one panel each, or the one that `field` names. Per metre out of the plane."""
     import matplotlib.pyplot as plt
@@ -58,13 +53,9 @@ def liner(
 
 
 def capacity(
-    results: Results,
-    frame: int = -1,
-    *,
-    axes: Axes | None = None,
-    units: str | Units | None = None,
+    results: Results, frame: int = -1, *, axes: Axes | None = None, units: str | Units | None = None,
     title: str | None = None,
-) -> Axes:
+) -> Axes:  # fmt: skip
     """Axial force (compression to the right) and moment at all nodes of the linings, by statics, and in the sections
     between them by which the program judges cracks (crosses); and the capacity of their sections: where the sound one
     cracks (dashed), where the cracked one, without tension, begins to crush (dotted), and what it bears at most, all

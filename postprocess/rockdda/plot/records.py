@@ -19,14 +19,9 @@ if TYPE_CHECKING:
 
 
 def record(
-    motion: Record,
-    *,
-    damping: float = 0.05,
-    periods: npt.ArrayLike | None = None,
-    gravity: float = GRAVITY,
-    units: str | Units | None = None,
-    title: str | None = None,
-) -> AnyArray:
+    motion: Record, *, damping: float = 0.05, periods: npt.ArrayLike | None = None, gravity: float = GRAVITY,
+    units: str | Units | None = None, title: str | None = None,
+) -> AnyArray:  # fmt: skip
     """Acceleration, velocity and displacement over time, growth of the Arias intensity, response spectrum.
 
     The band marks the time in which the Arias intensity grows from 5 to 95 %.

@@ -30,14 +30,9 @@ FLOOR = 1e-12  # of displacements on a logarithmic axis, as a share of the large
 
 
 def mechanism(
-    results: Results,
-    frame: int = -1,
-    *,
-    axes: Axes | None = None,
-    scale: float | None = None,
-    units: str | Units | None = None,
-    title: str | None = None,
-) -> Axes:
+    results: Results, frame: int = -1, *, axes: Axes | None = None, scale: float | None = None,
+    units: str | Units | None = None, title: str | None = None,
+) -> Axes:  # fmt: skip
     """How the model fails: the blocks that move, coloured by their motion, and arrows of their displacement.
 
     results: a file of `rockdda fos -o`, whose first frame is the settled state. Displacements count from it. `scale` is

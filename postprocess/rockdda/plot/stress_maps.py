@@ -87,15 +87,9 @@ def _mesh(frame: Frame, values: FloatArray) -> tuple[FloatArray, FloatArray, Int
 
 
 def contours(
-    results: Results,
-    field: str = "stress_y",
-    frame: int = -1,
-    *,
-    axes: Axes | None = None,
-    limits: tuple[float, float] | None = None,
-    units: str | Units | None = None,
-    title: str | None = None,
-) -> Axes:
+    results: Results, field: str = "stress_y", frame: int = -1, *, axes: Axes | None = None,
+    limits: tuple[float, float] | None = None, units: str | Units | None = None, title: str | None = None,
+) -> Axes:  # fmt: skip
     """Contour bands of a field over the blocks, smoothed at the corners where blocks touch; stresses need a scale
     of blocks much smaller than the model."""
     from matplotlib.patches import PathPatch
@@ -234,13 +228,9 @@ def _walk(grid: _Grid, start: FloatArray, smallest: bool, sign: float, taken: In
 
 
 def trajectories(
-    results: Results,
-    frame: int = -1,
-    *,
-    axes: Axes | None = None,
-    units: str | Units | None = None,
+    results: Results, frame: int = -1, *, axes: Axes | None = None, units: str | Units | None = None,
     title: str | None = None,
-) -> Axes:
+) -> Axes:  # fmt: skip
     """Trajectories of the principal stresses, smoothed over neighbouring blocks: lines along the most compressive one
     and, thin, across it; compression and tension by colour."""
     from matplotlib.collections import LineCollection

@@ -24,16 +24,9 @@ HEADS = "#005F8F"
 
 
 def water(
-    results: Results,
-    frame: int = -1,
-    *,
-    joints: Sequence[int] | None = None,
-    heads: bool = False,
-    axes: Axes | None = None,
-    size: float = 1.0,
-    units: str | Units | None = None,
-    title: str | None = None,
-) -> Axes:
+    results: Results, frame: int = -1, *, joints: Sequence[int] | None = None, heads: bool = False,
+    axes: Axes | None = None, size: float = 1.0, units: str | Units | None = None, title: str | None = None,
+) -> Axes:  # fmt: skip
     """Water tables, and the pressure on wetted edges as bands: inside the blocks at joints, outside at free edges.
 
     `joints`: numbers of the joint materials whose joints alone have bands, on the block above them; otherwise all

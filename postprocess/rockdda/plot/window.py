@@ -31,13 +31,9 @@ def polygons_mesh(results: Results, frame: int = -1) -> Any:
 
 
 def interactive(
-    results: Results,
-    field: str = "displacement",
-    frame: int = -1,
-    *,
-    units: str | Units | None = None,
+    results: Results, field: str = "displacement", frame: int = -1, *, units: str | Units | None = None,
     show: bool = True,
-) -> Any:
+) -> Any:  # fmt: skip
     """Open a window with a slider for the frames; a click on a block shows its number and value.
 
     With `show=False` the plotter is returned without a window.

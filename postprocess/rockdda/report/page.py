@@ -77,16 +77,10 @@ class Cover:
 
 
 def report(
-    results: Results,
-    output: PathLike,
-    *,
-    units: str | Units | None = None,
-    title: str | None = None,
-    cover: Cover | None = None,
-    check_step: bool = False,
-    progress: Progress | None = None,
+    results: Results, output: PathLike, *, units: str | Units | None = None, title: str | None = None,
+    cover: Cover | None = None, check_step: bool = False, progress: Progress | None = None,
     beside: Results | None = None,
-) -> Path:
+) -> Path:  # fmt: skip
     """Write a report of a run as one .html page, or as .pdf on A4; returns its path.
 
     In the order of an engineer: question, model, parameters with their sources, stages, result with its ±, checks, and

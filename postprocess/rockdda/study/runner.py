@@ -36,13 +36,9 @@ Progress = Callable[[int, int, Outcome], None]
 
 
 def run_study(
-    study: Study,
-    *,
-    workers: int | None = None,
-    retry: bool = False,
-    dask: str | None = None,
+    study: Study, *, workers: int | None = None, retry: bool = False, dask: str | None = None,
     progress: Progress | None = None,
-) -> list[Outcome]:
+) -> list[Outcome]:  # fmt: skip
     """Run the cases that are not done. Ctrl-C stops the runs after their present step; the next call continues.
 
     `dask`: the address of a scheduler, ``"local"`` for a cluster on this machine, or ``"slurm"``, ``"pbs"``, ``"lsf"``
