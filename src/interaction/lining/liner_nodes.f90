@@ -196,7 +196,7 @@ contains
          type(load_type), intent(in) :: load
          type(side_type), intent(inout) :: sides(:, :)
          real(wp), intent(inout) :: bent(:)
-         real(wp) :: ends(2, 2), share(2), q(2), couple, u
+         real(wp) :: ends(2, 2), share(2), of_side(2, 2), arm(2, 2), angle(2), q(2), couple
          integer :: j, s
          ends(:, 1) = min(0.0_wp, load%ends)
          ends(:, 2) = max(0.0_wp, load%ends)
@@ -205,26 +205,45 @@ contains
          share = ends(2, :) - ends(1, :)
          if (.not. sum(share) > 0) return
          share = share/sum(share)
+         ! on a curve they turn with it, from part to part
+         angle = turn_of(n)
+         q = [sum(share*cos(angle)), sum(share*sin(angle))]
+         q = turned(load%force, -atan2(q(2), q(1)))/norm2(q)
          couple = load%moment
          do s = 1, 2
-            u = 0.5_wp*sum(ends(:, s))
-            couple = couple - share(s)*u*(sides(s, n)%along(1)*load%force(2) - sides(s, n)%along(2)*load%force(1))
+            of_side(:, s) = share(s)*turned(q, angle(s))
+            arm(:, s) = 0.5_wp*sum(ends(:, s))*turned(sides(s, n)%along, 0.5_wp*angle(s))
+            couple = couple - (arm(1, s)*of_side(2, s) - arm(2, s)*of_side(1, s))
          end do
          do s = 1, 2
             if (.not. share(s) > 0) cycle
             associate (side => sides(s, n))
-               q = share(s)*load%force
-               u = 0.5_wp*sum(ends(:, s))
+               q = of_side(:, s)
                j = merge(n, 1 + modulo(n - 2, size(bent)), s == 2)
                bent(j) = bent(j) - (side%along(1)*q(2) - side%along(2)*q(1))* &
                          (ends(1, s)**2 + ends(1, s)*ends(2, s) + ends(2, s)**2)/(12*side%length)
                q = merge(-1, 1, s == 1)*q
                side%force = side%force + q
-               side%moment = side%moment + u*(side%along(1)*q(2) - side%along(2)*q(1)) + &
+               side%moment = side%moment + (arm(1, s)*q(2) - arm(2, s)*q(1)) + &
                              merge(-1, 1, s == 1)*share(s)*couple
             end associate
          end do
       end subroutine add_load
+
+      !> Angles from the direction of the path at node n to those of the parts of its segment before and behind it; 0 at
+      !> an end, and at a corner.
+      pure function turn_of(n) result(angle)
+         integer, intent(in) :: n
+         real(wp) :: angle(2), a(2), b(2)
+         angle = 0
+         if (.not. all(sides(:, n)%is_there)) return
+         associate (path => liners(k)%path, layout => liners(k)%layout)
+            a = path(:, layout%node(n)) - path(:, layout%first(n))
+            b = path(:, layout%last(n)) - path(:, layout%node(n))
+         end associate
+         if (dot_product(a, b) < corner*norm2(a)*norm2(b)) return
+         angle = [-0.5_wp, 0.5_wp]*atan2(a(1)*b(2) - a(2)*b(1), dot_product(a, b))
+      end function turn_of
 
    end subroutine show_nodes_of
 
@@ -280,8 +299,8 @@ contains
       along = sides(1)%along + sides(2)%along
       if (all(sides%is_there)) then
          ! beside the end of the rock what lies between nodes is no pressure: the free side knows better
-         s = merge(1, 2, abs(sides(1)%bent) < abs(sides(2)%bent))
-         moment = moment(s)
+         lengths = sum(sides%bent**2)
+         if (lengths > 0) moment = sum(moment*sides([2, 1])%bent**2)/lengths
          if (dot_product(sides(1)%along, sides(2)%along) < corner) then
             ! the side of the larger axial force
             s = merge(1, 2, abs(dot_product(force(:, 1), sides(1)%along)) >= &

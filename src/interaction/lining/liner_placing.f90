@@ -304,12 +304,12 @@ contains
             state%stress(:, b) = 0
             state%active(b) = .true.
          end do
-         call join_segments(liner)
          if (liner%lower > 0) then
             call tie_to_lining(context, liners(liner%lower), liner)
          else
             call tie_to_rock(context, stretches, liner)
          end if
+         call join_segments(liner)
       end associate
    end subroutine install_liner
 
@@ -336,7 +336,7 @@ contains
       path(:, p) = path(:, 1)
    end function path_now
 
-   !> Beams between all neighbours, on the path as installed.
+   !> Beams between all neighbours, on the path as installed, when the ties are known.
    pure subroutine join_segments(liner)
       type(liner_type), intent(inout) :: liner
       real(wp) :: center(2, liner%layout%n)
@@ -354,8 +354,9 @@ contains
             path = columns(liner%path(:, liner%layout%node(i):), liner%path(:, 2:liner%layout%node(1)))
          end if
          associate (joint => liner%joints(i))
-            joint%beam = new_beam(path, liner%section, liner%side)
             joint%block = liner%before + [i, next]
+            joint%beam = new_beam(path, liner%section, liner%side, &
+                                  any(liner%ties%b == joint%block(1)) .and. any(liner%ties%b == joint%block(2)))
             joint%arm(:, 1) = joint%beam%center - center(:, i)
             joint%arm(:, 2) = joint%beam%center - center(:, next)
          end associate
@@ -383,7 +384,7 @@ contains
          piece(liner%layout%first(i):liner%layout%last(i) - 1) = i
       end do
       s = distances_along(liner%path)
-      usual = s(size(s))/size(liner%joints)
+      usual = s(size(s))/merge(liner%layout%n, liner%layout%n - 1, liner%layout%closed)
       ! one part for each block and segment
       n = 0
       do j = 1, size(stretches)

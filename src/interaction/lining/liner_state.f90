@@ -180,12 +180,12 @@ contains
          deallocate (liner%ties)
          allocate (liner%ties(size(behind)))
          liner%ties%a = behind
-         if (liner%is_there) call join_segments(liner)
       end if
       do i = 1, size(liner%ties)
          call archive%section(name//'_tie_'//to_string(i))
          call exchange_tie(liner%ties(i))
       end do
+      if (archive%has_loaded() .and. liner%is_there) call join_segments(liner)
       do i = 1, merge(size(liner%joints), 0, liner%is_there)
          call archive%section(name//'_joint_'//to_string(i))
          call exchange_joint(liner%joints(i))
