@@ -28,6 +28,11 @@ module rockdda_check_linings
    real(wp), parameter :: shortest = 0.5_wp, longest = 4
    !> A line that lies closer to the rock than this share of the thickness lies on it.
    real(wp), parameter :: beside = 0.05_wp
+   !> Rock that turns by more from edge to edge makes N of a lining more than 3 % too small [rad].
+   real(wp), parameter :: coarse_turn = 0.183_wp
+   !> What N and M of a lining in a round hole in elastic ground lack over the square of that angle, at most: Einstein
+   !> and Schwartz's against those of holes of 24 to 96 edges. A quarter of it is the smaller hole, the rest the cells.
+   real(wp), parameter :: lack(2) = [0.9_wp, 1.2_wp]
    !> Shares of the length that matter.
    real(wp), parameter :: least_share = 0.01_wp
 
@@ -221,7 +226,7 @@ contains
       type(stretch_type), allocatable :: stretches(:)
       logical, allocatable :: rock(:), is_cell(:)
       character(len=:), allocatable :: problem
-      real(wp) :: total, covered, blocked, of_cells, far, length, element, point(2), thinner
+      real(wp) :: total, covered, blocked, of_cells, far, length, element, point(2), thinner, turn, edge(2), before(2)
       integer :: i, j, n_cells, side
       logical :: meets
       associate (liner => options%liners(k), t => options%liners(k)%thickness)
@@ -282,23 +287,38 @@ contains
          is_cell = cells_of(blocks)
          of_cells = 0
          n_cells = 0
+         turn = 0
+         edge = 0
+         before = 0
          do j = 1, size(stretches)
             length = (stretches(j)%ends(2) - stretches(j)%ends(1))* &
                      norm2(layout%path(:, stretches(j)%piece + 1) - layout%path(:, stretches(j)%piece))
             covered = covered + length
             if (is_in_rock(stretches(j))) blocked = blocked + length
-            if (.not. is_cell(stretches(j)%block)) cycle
-            of_cells = of_cells + length
+            if (is_cell(stretches(j)%block)) of_cells = of_cells + length
             ! several elements may lie along one edge
             if (j > 1) then
-               if (stretches(j - 1)%block == stretches(j)%block) cycle
+               if (stretches(j - 1)%block /= stretches(j)%block) then
+                  turn = max(turn, smooth_turn(before, edge))
+                  before = edge
+                  edge = 0
+                  if (is_cell(stretches(j)%block)) n_cells = n_cells + 1
+               end if
+            else if (is_cell(stretches(j)%block)) then
+               n_cells = 1
             end if
-            n_cells = n_cells + 1
+            edge = edge + (stretches(j)%ends(2) - stretches(j)%ends(1))* &
+                   (layout%path(:, stretches(j)%piece + 1) - layout%path(:, stretches(j)%piece))
          end do
          if (element*n_cells < of_cells*0.95_wp) call tell(severity%warning, 'nodes are '//to_string(element, 3)// &
             ' apart, the edges of the cells behind it '//to_string(of_cells/n_cells, 3)//': these stay '// &
             'straight, so that it bends at their corners alone, and too much there; '// &
             'expected smaller cells, or longer elements')
+         if (turn > coarse_turn .and. size(line) > size(line_of_liner(options%liners, k, blocks, options%regions, &
+            as_drawn=.true.))) call tell(severity%warning, 'it is round, the rock behind it turns by '// &
+            to_string(turn*180/acos(-1.0_wp), 3)//' degrees from edge to edge: in continuous ground N is up to '// &
+            to_string(100*lack(1)*turn**2, 2)//' % and M up to '//to_string(100*lack(2)*turn**2, 2)// &
+            ' % too small; expected edges that turn by 10 degrees or less')
          if (size(stretches) == 0) then
             i = block_at(0.5_wp*(layout%path(:, 1) + layout%path(:, 2)))
             if (i > 0) then
@@ -332,6 +352,14 @@ contains
          call messages%add(level, "liner '"//title_of_liner(options%liners(k), k)//"': "//text, &
                            options%liners(k)%origin)
       end subroutine tell
+
+      !> Angle between two directions; 0 where one is none, and at a corner, of more than 30 degrees.
+      pure real(wp) function smooth_turn(a, b) result(angle)
+         real(wp), intent(in) :: a(2), b(2)
+         angle = 0
+         if (norm2(a) > 0 .and. norm2(b) > 0) angle = abs(atan2(a(1)*b(2) - a(2)*b(1), dot_product(a, b)))
+         if (angle > acos(-1.0_wp)/6) angle = 0
+      end function smooth_turn
 
       !> Is there rock in the middle of the lining along a stretch?
       pure logical function is_in_rock(stretch)
