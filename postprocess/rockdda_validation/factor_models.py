@@ -23,6 +23,9 @@ __all__ = [
     "DOORWAY",
     "FIRST_WALL",
     "PIERCED_WALL",
+    "TALL_WALL",
+    "TOWER",
+    "TWO_OPENINGS",
     "Dam",
     "PlaneFailure",
     "arch",
@@ -119,6 +122,23 @@ PIERCED_WALL = [
     [1, 1, 1, 1], [0.5, 1, 1, 1, 0.5], [1, 1, 1, 1],
     [0.5, 1, -1, 1, 0.5], [1, 0.5, -1, 0.5, 1], [0.5, 1, -1, 1, 0.5], [1, 0.5, -1, 0.5, 1], [0.5, 1, -1, 1, 0.5],
     [1, 1, 1, 1], [0.5, 1, 1, 1, 0.5], [1, 1, 1, 1],
+]  # fmt: skip
+#: their second wall: the first one with ten courses
+TALL_WALL = [[0.5, 1, 1, 1, 1, 0.5], [1, 1, 1, 1, 1]] * 5
+#: their fourth wall, eleven courses with two openings side by side
+TWO_OPENINGS = [
+    [0.5, 1, 1, 1, 1, 0.5], [1, 1, 1, 1, 1], [0.5, 1, 1, 1, 1, 0.5],
+    [1, -1, 1, -1, 1], [0.5, 0.5, -1, 0.5, 0.5, -1, 0.5, 0.5], [1, -1, 1, -1, 1],
+    [0.5, 0.5, -1, 0.5, 0.5, -1, 0.5, 0.5], [1, -1, 1, -1, 1],
+    [0.5, 1, 1, 1, 1, 0.5], [1, 1, 1, 1, 1], [0.5, 1, 1, 1, 1, 0.5],
+]  # fmt: skip
+#: their fifth wall, nineteen courses with two openings above each other
+TOWER = [
+    *[
+        [0.5, 1, 1, 0.5], [1, 1, 1], [0.5, 1, 1, 0.5],
+        [1, -1, 1], [0.5, 0.5, -1, 0.5, 0.5], [1, -1, 1], [0.5, 0.5, -1, 0.5, 0.5], [1, -1, 1],
+    ] * 2,
+    [0.5, 1, 1, 0.5], [1, 1, 1], [0.5, 1, 1, 0.5],
 ]  # fmt: skip
 #: a slender pier of ten courses
 BUTTRESS = [[1, 1], [0.5, 1, 0.5]] * 5

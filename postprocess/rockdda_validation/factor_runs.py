@@ -25,6 +25,7 @@ __all__ = [
     "LENGTH",
     "draw_mechanism",
     "draw_trial_values",
+    "load_of_mechanism",
     "of_own_mechanism",
     "search",
     "trial_table",
@@ -69,13 +70,18 @@ def within_bound(record: Record, quantity: str, found: float, bound: float, sour
     )  # fmt: skip
 
 
-def of_own_mechanism(record: Record, quantity: str, found: CriticalFactor, blocks: RigidBlocks) -> None:
-    """Promise that a push is the least with which its mechanism is in equilibrium without dilation."""
+def load_of_mechanism(found: CriticalFactor, blocks: RigidBlocks) -> float:
+    """The least push with which the mechanism of the failing trial is in equilibrium without dilation."""
     assert found.results is not None
     settled, last = found.results.frames[0], found.results.frames[-1]
     motion = np.column_stack([last.centroid - settled.centroid, last.rotation - settled.rotation])
+    return blocks.push_of_mechanism(motion)
+
+
+def of_own_mechanism(record: Record, quantity: str, found: CriticalFactor, blocks: RigidBlocks) -> None:
+    """Promise that a push is the least with which its mechanism is in equilibrium without dilation."""
     record.compare(
-        quantity, found.value, truth=blocks.push_of_mechanism(motion),
+        quantity, found.value, truth=load_of_mechanism(found, blocks),
         truth_source="statics of its mechanism without dilation (linear programme)", allowed=NEAR,
     )  # fmt: skip
 

@@ -12,6 +12,7 @@ from rockdda_validation.cases.factor_slopes import two_block_factor, two_block_s
 from rockdda_validation.factor_models import (
     DOORWAY,
     FIRST_WALL,
+    TOWER,
     Dam,
     PlaneFailure,
     arch,
@@ -58,6 +59,19 @@ def test_pushed_walls_lie_below_the_limit_analysis(rows):
     assert 0.94 * limit <= found.value <= 1.01 * limit
     assert found.mechanism.blocks
     assert 0 not in found.mechanism.blocks  # the slab
+
+
+def test_a_push_by_dilation_for_some_steps_is_no_failure():
+    """A tower whose joints dilate by their friction angle stands 0.23 (linear programme: 0.2396).
+
+    After a long step dilation pushes for some steps what nothing pulled before: judged by these it failed at 0.2285.
+    """
+    model = wall("tower", TOWER)
+    (joint,) = model.joint_materials
+    model.options["joint_law"] = [{"material": 1, "dilation": joint.friction_angle}]
+    found = rockdda.factor_of_safety(model, search="push", from_=0.22852, to=0.25, tolerance=0.02)
+    assert found.trials[0].value == 0.22852
+    assert found.trials[0].stable
 
 
 @pytest.mark.parametrize(

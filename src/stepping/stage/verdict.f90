@@ -65,6 +65,7 @@ module rockdda_stepping_verdict
       real(wp) :: ways = 1                      !! first lengths beyond which a block may fail
       integer, allocatable :: mark(:)           !! (nb) the last mark that was passed
       real(wp), allocatable :: pull(:, :)       !! (between + 1, nb) at the last marks, in turn [force]
+      real(wp), allocatable :: least(:, :)      !! the same: the least pull since then [force]
       real(wp), allocatable :: way(:, :)        !! the same: how far the block had moved [length]
       integer, allocatable :: step(:, :)        !! the same: when the mark was passed, counted from the beginning
       integer, allocatable :: first_step(:)     !! (nb) the same of the first mark
@@ -106,6 +107,7 @@ contains
       self%between = nint(log(self%growth)/log(spacing))
       if (.not. self%is_trial) self%ways = self%growth
       allocate (self%moved(nb), self%pull(self%between + 1, nb), self%way(self%between + 1, nb), source=0.0_wp)
+      allocate (self%least(self%between + 1, nb), source=0.0_wp)
       allocate (self%step(self%between + 1, nb), self%mark(nb), self%first_step(nb), source=0)
    end subroutine begin
 
@@ -139,11 +141,13 @@ contains
          if (.not. forces%counts(i, step%state)) cycle
          first = first_length(self, step, i)
          pull = forces%force_of(i, step%state)
+         self%least(:, i) = min(self%least(:, i), pull)
          do while (self%mark(i) < n_marks)
             m = self%mark(i) + 1
             if (self%moved(i) < first*self%ways/self%growth*spacing**(m - 1)) exit
             self%mark(i) = m
             self%pull(self%place_of(m), i) = pull
+            self%least(self%place_of(m), i) = pull
             self%way(self%place_of(m), i) = self%moved(i)
             self%step(self%place_of(m), i) = self%steps
             if (m == 1) self%first_step(i) = self%steps
@@ -179,7 +183,10 @@ contains
          ! where the pull may be gone by the line through both
          farthest = self%moved(i) + since
          if (slides) farthest = max(farthest, (2*self%growth - 1)*first)
-         has_stayed = pull >= self%pull(mark, i)*(1 - since/(farthest - self%way(mark, i)))
+         ! a contact that closes, and dilation by the slip of a long step, push for some steps what nothing pulled
+         ! before; over a long distance pulls have dips as well, where a joint locks and slides on
+         has_stayed = merge(pull, self%least(mark, i), slides .or. self%growth > apart) >= &
+                      self%pull(mark, i)*(1 - since/(farthest - self%way(mark, i)))
          if (has_stayed) return
       end do
    end function stays_pulled
