@@ -8,7 +8,7 @@ import math
 import numpy as np
 from hypothesis import strategies as st
 
-from .bench import Bench, Model, box, compare, joint, rock
+from .bench import Bench, G, Model, Unsuited, box, compare, joint, rock
 from .drawing import Kind, Values, between, decades, values
 
 
@@ -109,6 +109,58 @@ def drawn_foundation(drawn: Values, bench: Bench) -> None:
     compare(f"tilt on a foundation {drawn['floor']:g} widths larger [deg]", found[1], found[0], 0.03)
 
 
+def _mean_fall(stretch: np.ndarray) -> float:
+    """How far a stretch that goes up and down falls, without the first time."""
+    least = 0.25 * float(np.ptp(stretch))
+    turns = [float(stretch[0])]  # a low, a peak, a low ...
+    for value in map(float, stretch):
+        rises = len(turns) % 2 == 0
+        if (value > turns[-1]) == rises:
+            turns[-1] = value
+        elif abs(value - turns[-1]) > least:
+            turns.append(value)
+    falls = -np.diff(turns)[1:-1:2]
+    if len(falls) < 3:
+        raise Unsuited
+    return float(falls[1:].mean())
+
+
+def stick_slip(drawn: Values, bench: Bench) -> None:
+    """A belt carries a block on a spring until it slides back: the fall of the stretch, by its equation of motion.
+
+    Friction falls from tan 30 to tan 20 degrees by the law of the slip rate, whose scale is a share of what sliding
+    reaches. The oracle goes on in steps of 2e-4 of the period (velocities half a step late).
+    """
+    omega, static, moving = drawn["omega"], math.tan(math.radians(30)), math.tan(math.radians(20))
+    reached = (static - moving) * G / omega
+    belt, rate = drawn["belt"] * reached, drawn["rate"] * reached
+    duration = 5 * ((static - moving) * 2 * G / omega**2 / belt + 2 * math.pi / omega) + static * G / omega**2 / belt
+    dt = 2e-4 * 2 * math.pi / omega
+    x, v, found = 0.0, belt, []
+    for _ in range(int(duration / dt)):
+        held = omega**2 * x  # friction per mass that keeps the speed of the belt
+        if not (v >= belt and held <= static * G):
+            friction = G * (moving + (static - moving) * math.exp(-max(belt - v, 0.0) / rate))
+            v = min(v + (friction - held) * dt, belt)
+        x += v * dt
+        found.append(x)
+    model = Model(blocks=[box(-4, -1, 12, 1), box(0, 0, 1, 0.5), box(3, 0.1, 1, 0.5)], held={0, 2})
+    model.groups = [
+        rock(),
+        joint(friction=30.0, more=f", law='velocity', residual_friction=20, slip_rate={rate!r}"),
+        f"&fixed_point points=1,2,3,4, displacement=0,0,0, 1,0,0, {1 + duration!r},{belt * duration!r},0 /",
+        f"&bolt from=0.5,0.25, to=3.5,0.25, stiffness={1250 * omega**2!r} /",
+        f"&load gravity={G} /",
+        "&stage name='weight', until='equilibrium' /",
+        "&stage name='belt' /",
+        f"&run t_end={1 + duration!r}, save_every=1 /",
+        f"&time dt_max={drawn['step'] / omega!r} /",
+    ]
+    run = bench.run(model)
+    stretch = (run.get("frames/centroid")[:, 1, 0] - 0.5)[run.get("frames/time") >= 1]
+    compare("fall of the stretch", _mean_fall(stretch), _mean_fall(np.array(found)), 0.03)
+
+
 KINDS = [
     Kind(
         "winkler-toe",
@@ -137,5 +189,14 @@ KINDS = [
         "the same tilt for any size of the ground that is drawn below a column",
         values(width=between(0.5, 2), slender=between(4, 20), floor=between(2, 40, 38)),
         drawn_foundation,
+    ),
+    Kind(
+        "stick-slip",
+        "joints",
+        "a block on a spring that a belt carries until it slides back, by its equation of motion",
+        values(
+            omega=decades(3, 60, 12), belt=between(0.05, 0.3, 10), rate=between(0.2, 1, 8), step=decades(0.01, 0.1, 10)
+        ),
+        stick_slip,
     ),
 ]
