@@ -131,8 +131,7 @@ class CriticalFactor:
     def plot(self, kind: str | None = None, **options: Any) -> Any:
         """Draw the search ('factor') or the mechanism of the failing trial ('mechanism'); returns matplotlib axes.
 
-        The default is the mechanism where there are results, else the search.
-        """
+        The default is the mechanism where there are results, else the search."""
         return output("draw_search", self, kind or ("factor" if self.results is None else "mechanism"), **options)
 
 
@@ -156,8 +155,7 @@ def factor_of_safety(
     progress: the program prints what it tries on standard error.
 
     Raises InputError; ConvergenceError when the range does not hold the limit (not stable at its lower end, stable at
-    its upper end) or the model is not in equilibrium before the search; OutputError.
-    """
+    its upper end) or the model is not in equilibrium before the search; OutputError."""
     if search not in NAMES:
         raise InputError(f"search: expected one of {', '.join(NAMES)}, found {search!r}")
     options = dict(locals())

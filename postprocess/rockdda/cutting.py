@@ -164,8 +164,7 @@ def cut(
     output: also write the blocks to this file, as `rockdda cut` does. allow_open: boundary lines that leave a gap or
     bound no block are a warning.
 
-    Raises InputError; warnings (dropped lines, …) become `InputWarning`.
-    """
+    Raises InputError; warnings (dropped lines, …) become `InputWarning`."""
     session = Session()
     was_cut = True
     if isinstance(geometry, HasGeometry):

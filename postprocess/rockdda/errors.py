@@ -22,8 +22,7 @@ class Problem:
     """One message about input, as the program prints it.
 
     `line` and `column` count from 1; None where no place in the file is known. `file` is None for a model that was
-    built in memory.
-    """
+    built in memory."""
 
     message: str
     file: str | None = None
@@ -44,8 +43,7 @@ class InputError(RockddaError, ValueError):
     """Bad input: nothing was computed, nothing was overwritten.
 
     `file`, `line` and `column` are those of the first problem (None where unknown), `problems` holds all of them.
-    The text of the exception shows each problem with its source line, as the program does.
-    """
+    The text of the exception shows each problem with its source line, as the program does."""
 
     def __init__(
         self, message: str, file: str | os.PathLike[str] | None = None, line: int | None = None,

@@ -35,8 +35,7 @@ class OptionGroups:
         """Add a group of options that may be repeated, or set values of one that may not.
 
         Values of None are left out. Raises InputError for unknown groups and names, with a suggestion, for values of
-        another kind or out of bounds, and where a value that the group needs is missing.
-        """
+        another kind or out of bounds, and where a value that the group needs is missing."""
         rows = option_rows(group)
         given = {name: _checked_form(rows.get(name, {}), value) for name, value in values.items() if value is not None}
         present = as_list(self.options.get(group, []))
@@ -66,8 +65,7 @@ class OptionGroups:
     ) -> None:
         """Cut the blocks of regions (all blocks by default) into cells of a size [length], 'rectangles' or 'triangles'.
 
-        joint_material holds the cells together: tie=True of `add_joint_material` makes them one elastic body.
-        """
+        joint_material holds the cells together: tie=True of `add_joint_material` makes them one elastic body."""
         self.add_group("subdivide", region=region, size=size, kind=kind, joint_material=joint_material)
 
     def add_boundary(
@@ -115,8 +113,7 @@ class OptionGroups:
 
         kind: 'static' or 'dynamic'; end: until='equilibrium', duration, until_time [time] or until_step. excavate and
         place: regions, relax: released share of the forces of excavated blocks; water: groups that act from here on;
-        release: fixed points that are let go at the end; gravity: factor of all weights. values: others of &stage.
-        """
+        release: fixed points that are let go at the end; gravity: factor of all weights. values: others of &stage."""
         self.add_group("stage", name=name, kind=kind, until=until, duration=duration, until_step=until_step,
                        until_time=until_time, tolerance=tolerance, max_steps=max_steps, on_failure=on_failure,
                        excavate=excavate, relax=relax, relax_steps=relax_steps, place=place, water=water,
@@ -133,8 +130,7 @@ class OptionGroups:
         begins), around a region (outline), or a layer on another lining (on).
 
         young, compressive_strength and tensile_strength [stress], density [mass/length²]; without joint_material it is
-        bonded to what it lies on. element: largest distance of its nodes. A stage places it: install=name.
-        """
+        bonded to what it lies on. element: largest distance of its nodes. A stage places it: install=name."""
         if sum(place is not None for place in (along, outline, on)) != 1:
             raise InputError("give one of along, outline and on")
         self.add_group("liner", name=name, along=along, outline=outline, on=on, thickness=thickness, young=young,

@@ -19,8 +19,7 @@ class HeldInterrupts:
 
     The handler that was there before then gets the signal, and is there again after the block. Nothing changes where
     SIGINT is ignored or ends the process without Python, and in other threads than the main one, which alone runs
-    handlers of signals. Blocks may be nested.
-    """
+    handlers of signals. Blocks may be nested."""
 
     def __init__(self) -> None:
         self._before: Callable[[int, FrameType | None], Any] | None = None

@@ -147,8 +147,7 @@ def _directions(frame: Frame, edge: IntArray) -> tuple[FloatArray, FloatArray]:
 def _edges(frame: Frame, point: FloatArray, pair: IntArray) -> tuple[IntArray, IntArray]:
     """For each point between two blocks the edges of both between which it lies.
 
-    At a corner several edges are as near: those that run in opposite directions face each other.
-    """
+    At a corner several edges are as near: those that run in opposite directions face each other."""
     offset = frame.results.vertex_offset.astype(np.int64)
     counts = offset[pair + 1] - offset[pair]  # (n, 2)
     sizes = counts[:, 0] * counts[:, 1]

@@ -68,8 +68,7 @@ class JointStrength:
 def joint_strengths(analysis: str, config: str) -> dict[int, JointStrength]:
     """Strengths by number of the joint material, of an analysis file and an options file.
 
-    `&joint_material` and `&joint_law` change the values that they name. Changes at stages are not followed.
-    """
+    `&joint_material` and `&joint_law` change the values that they name. Changes at stages are not followed."""
     found = {i: JointStrength(row[0], row[1], row[2]) for i, row in enumerate(material_rows(analysis)[1], start=1)}
     groups = groups_in(config)
     numbers: dict[str, int] = {}

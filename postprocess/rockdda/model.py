@@ -51,8 +51,7 @@ class Model(OptionGroups):
     >>> model.add_joint_material(friction_angle=30)
     1
     >>> model.cut().areas
-    array([1.])
-    """
+    array([1.])"""
 
     name: str = "model"  # of the files
     e0: float = 0.01  # minimum edge-node distance: closer nodes are one
@@ -140,8 +139,7 @@ class Model(OptionGroups):
         options file.
 
         Written and run, the model does the same as the files. A file of base motion that the options name stays
-        where it is.
-        """
+        where it is."""
         session = Session()
         session.read_files(geometry, analysis, config)
         reading = is_labelled(session)
@@ -179,8 +177,7 @@ class Model(OptionGroups):
 
         With a `kind` ('grouted', 'end_anchored', 'yielding', 'friction') it acts along its length, and `options` are
         those of `&bolt`: `model.add_bolt((0, 0), (0, 3), kind="grouted", diameter=0.025, young=200e9, …)`. Without one
-        it is a spring of a `stiffness`; strength 0 is unlimited. A spring without a name stands in the geometry.
-        """
+        it is a spring of a `stiffness`; strength 0 is unlimited. A spring without a name stands in the geometry."""
         if kind is not None and kind != "spring":
             if stiffness is not None or strength:
                 raise InputError(
@@ -208,8 +205,7 @@ class Model(OptionGroups):
     ) -> None:  # fmt: skip
         """A pattern of bolts whose heads stand along a line, (n, 2), or around a region (`outline`).
 
-        `options` are those of `&bolt`: angle, offset, diameter, young, spacing_out_of_plane and the others.
-        """
+        `options` are those of `&bolt`: angle, offset, diameter, young, spacing_out_of_plane and the others."""
         if (along is None) == (outline is None):
             raise InputError("give along or outline")
         place: dict[str, Any] = {"outline": outline}
@@ -221,8 +217,7 @@ class Model(OptionGroups):
     def add_fixed(self, start: Point, end: Point | None = None, *, table: Table = ()) -> None:
         """A fixed point, or a fixed line: points where it crosses edges and at its ends.
 
-        table: (m, 3) rows t x y of prescribed displacements, linear in between.
-        """
+        table: (m, 3) rows t x y of prescribed displacements, linear in between."""
         self._fixed.append(Place(coordinates(start, start if end is None else end), time_table(table)))
 
     def add_loading(self, point: Point, *, table: Table) -> None:
@@ -259,8 +254,7 @@ class Model(OptionGroups):
         """A block material; returns its number. Give the weight per area, or gravity (weight = density * gravity).
 
         In a labelled model both may be left out: the weight is then density times the gravity of the model. young,
-        poisson and unit_weight are the names that labelled files have for youngs_modulus, poisson_ratio and weight.
-        """
+        poisson and unit_weight are the names that labelled files have for youngs_modulus, poisson_ratio and weight."""
         youngs_modulus = _one_of("block material", youngs_modulus=youngs_modulus, young=young)
         poisson_ratio = _one_of("block material", poisson_ratio=poisson_ratio, poisson=poisson)
         if unit_weight is not None:
@@ -280,8 +274,7 @@ class Model(OptionGroups):
     ) -> int:  # fmt: skip
         """A joint material; returns its number. values: others of &joint_material, such as normal_stiffness or law.
 
-        friction is the name that labelled files have for friction_angle.
-        """
+        friction is the name that labelled files have for friction_angle."""
         if values:  # the table of names is in the compiled part
             refuse_problems("joint material", "joint_material", values)
         friction_angle = _one_of("joint material", friction_angle=friction_angle, friction=friction)
@@ -395,8 +388,7 @@ class Model(OptionGroups):
         """Write the model as a labelled file: name.nml, which is run by itself, and its lines, name.dc.
 
         The run has the results of this model, bit for bit, and `Model.read` reads the file. Returns the paths. Files
-        that are there are overwritten only with force=True.
-        """
+        that are there are overwritten only with force=True."""
         check_options(self.options)
         text = self.options_text() if self.labelled else self._as_labelled()
         return self._write_files(folder, {f"{self.name}.dc": self.geometry_text(), f"{self.name}.nml": text}, force)
@@ -416,8 +408,7 @@ class Model(OptionGroups):
         written as by `to_files`.
 
         Returns the paths. Files that are there are overwritten only with force=True. Options that the program would not
-        read are refused.
-        """
+        read are refused."""
         if self.labelled:
             return self.to_files(folder, force=force)
         check_options(self.options)

@@ -89,8 +89,7 @@ def _format(value: Any) -> str:
 def parse_groups(text: str, cumulative: Container[str] = ()) -> dict[str, Any]:
     """Namelist text that the program has accepted. A group that comes once is a dictionary, else a list of them.
 
-    cumulative: names whose values add up when they are given several times in a group.
-    """
+    cumulative: names whose values add up when they are given several times in a group."""
     found: dict[str, list[dict[str, Any]]] = {}
     group: dict[str, list[Any]] = {}
     name = ""

@@ -116,8 +116,7 @@ def lines(
     >>> len(network.cut())
     30
 
-    Raises InputError; warnings become `InputWarning`.
-    """
+    Raises InputError; warnings become `InputWarning`."""
     if seed is not None and not (isinstance(seed, int | np.integer) and 0 <= seed <= LARGEST_SEED):
         raise InputError(f"seed: expected a whole number from 0 to {LARGEST_SEED}, found {seed!r}")
     session = Session()

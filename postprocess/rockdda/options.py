@@ -91,8 +91,7 @@ def check_options(options: Mapping[str, Any]) -> None:
     >>> check_options({"time": {"dt_mx": 1.0}})
     Traceback (most recent call last):
         ...
-    rockdda.errors.InputError: options['time']['dt_mx']: unknown name; did you mean 'dt_max'?
-    """
+    rockdda.errors.InputError: options['time']['dt_mx']: unknown name; did you mean 'dt_max'?"""
     problems = []
     for group, entries in _groups(options):
         rows = _rows().get(group)

@@ -126,8 +126,7 @@ def read(
     `format` is 'csv' (the time in the first column; `column` names or numbers that of the acceleration, by default the
     second) or 'at2' (PEER); by default by the ending. `scale` multiplies the values: by default it brings them from the
     unit that the file names to m/s² (from g: 9.81), and is 1 where it names none; `is_si` of the record says which.
-    `InputError` names line and column of what cannot be read.
-    """
+    `InputError` names line and column of what cannot be read."""
     path = Path(path)
     form = (format or "").lower()
     if form not in ("", "csv", "at2"):
@@ -150,8 +149,7 @@ def read(
 def write(record: Record, path: PathLike) -> Path:
     """The record as a CSV file that `&quake record = 'PATH'` and `read` read back exactly.
 
-    Its header names the units m/s² where the record is known to be in them (`is_si`).
-    """
+    Its header names the units m/s² where the record is known to be in them (`is_si`)."""
     path = Path(path)
     rows = "".join(f"{t!r},{a!r}\n" for t, a in zip(record.time.tolist(), record.acceleration.tolist(), strict=True))
     write_file(path, ("t [s],a [m/s2]\n" if record.is_si else "t,a\n") + rows)
@@ -196,8 +194,7 @@ def resample(record: Record, step: float) -> Record:
     """The record at equal steps in time.
 
     Shorter steps keep its straight lines. For longer ones what the new steps cannot show, above 0.8 of half their rate,
-    is filtered out first (needs SciPy: `pip install scipy`).
-    """
+    is filtered out first (needs SciPy: `pip install scipy`)."""
     if not step > 0:
         raise ValueError("the step must be greater than 0")
     if not record.duration / step < MOST_STEPS:
@@ -213,8 +210,7 @@ def resample(record: Record, step: float) -> Record:
 def filtered(record: Record, low: float | None = None, high: float | None = None, order: int = 4) -> Record:
     """The record between two frequencies [1/time]: Butterworth, forwards and backwards, so without a shift in phase.
 
-    Needs SciPy: `pip install scipy`.
-    """
+    Needs SciPy: `pip install scipy`."""
     signal = _scipy_signal("filtering a record")
     time, acceleration = _equal_steps(record, record.step)
     nyquist = 0.5 / (time[1] - time[0])
@@ -233,8 +229,7 @@ def correct_baseline(record: Record, degree: int = 1) -> Record:
     """The record less a polynomial in time, so that it ends at rest where it began.
 
     Degree 0: the velocity at the end becomes zero. Degree 1: the displacement, too. Higher ones also bring the velocity
-    as near to zero throughout as they can (least squares with these two conditions).
-    """
+    as near to zero throughout as they can (least squares with these two conditions)."""
     if not 0 <= degree <= HIGHEST_DEGREE:
         raise ValueError(f"the degree must be from 0 to {HIGHEST_DEGREE}")
     s = (record.time - record.time[0]) / record.duration
@@ -293,8 +288,7 @@ def response_spectrum(
 
     `damping` is the share of critical damping, below 1. The motion goes on freely for `rest` periods after the record.
     Each step is the exact solution for a straight line of acceleration (Nigam and Jennings 1969), between the samples
-    and parts of these of at most 1/40 of the period, so that peaks between them are missed by less than 0.3 %.
-    """
+    and parts of these of at most 1/40 of the period, so that peaks between them are missed by less than 0.3 %."""
     period = np.geomspace(0.05, 5.0, 100) if periods is None else np.atleast_1d(np.asarray(periods, dtype=float))
     if not ((period > 0) & (period < LARGEST)).all():
         raise ValueError("periods must be greater than 0, and numbers")
@@ -365,8 +359,7 @@ def newmark_displacement(
     beyond it, one way. With `friction` and `slope` [deg] the ground moves horizontally and a positive acceleration
     drives the block down the plane; the normal force follows the motion. `upslope` lets the block slide back, too.
     `history` gives the slip at the samples instead of the last value. Start and end of sliding within a straight piece
-    of the record are found exactly.
-    """
+    of the record are found exactly."""
     if (yield_acceleration is None) == (friction is None):
         raise ValueError("give one of yield_acceleration and friction")
     a = record.acceleration

@@ -50,8 +50,7 @@ class Results(StageTables):
     """A results file. Make it with `rockdda.open(path)` or `rockdda.run(...)`.
 
     Only the sizes are read at first, arrays when they are used. While the run still writes the file, the object shows
-    the steps and frames that were there when it was opened or last refreshed; `refresh` adds what was written since.
-    """
+    the steps and frames that were there when it was opened or last refreshed; `refresh` adds what was written since."""
 
     def __init__(self, path: PathLike) -> None:
         self.path = Path(path)
@@ -199,8 +198,7 @@ class Results(StageTables):
     def __getitem__(self, path: str) -> Any:
         """The array at a path of the file, as NumPy array (texts as `str`); see docs/file-formats.md for all paths.
 
-        Tables that grow are cut to the whole steps and frames of this view.
-        """
+        Tables that grow are cut to the whole steps and frames of this view."""
         path = path.strip("/")
 
         def read(file: h5py.File) -> Any:
@@ -351,8 +349,7 @@ class Results(StageTables):
         that the point stands for), length, state, opening, slip, normal_stress (tension positive), shear_stress,
         mobilised (share of the shear strength, as the program has it; 0 where open or without strength; NaN in a file
         that does not hold it), force_x, force_y (on the first block).
-        Raises InputError for a file without these values.
-        """
+        Raises InputError for a file without these values."""
         return self.joint_columns(frame).to_pandas("a table of joints")
 
     def joint_columns(self, frame: int = -1) -> Columns:
@@ -390,8 +387,7 @@ class Results(StageTables):
         fixed point fixed_force_i_x, _y (of the support on the block), and for each boundary boundary_force_i_x, _y (on
         the blocks). Points and boundaries count from 1, as in the input files. Points keep their numbers where others
         were ignored: column k of `results["history/measured_rotation"]` is measured_rotation_i with
-        i = `results.point_numbers("measured")[k]`.
-        """
+        i = `results.point_numbers("measured")[k]`."""
         return self.history_columns().to_pandas("a table of the history", "step")
 
     def history_columns(self) -> Columns:
@@ -443,8 +439,7 @@ class Results(StageTables):
     def animate(self, output: PathLike | None = None, **options: Any) -> Path:
         """Make a film (.mp4, .gif or .html; by default the stem of the results + .mp4 in the current folder).
 
-        Returns its path. See `rockdda.film.animate`.
-        """
+        Returns its path. See `rockdda.film.animate`."""
         return draw_or_write("animate", self, output or f"{self.path.stem}.mp4", **options)
 
     def to_vtk(self, path: PathLike, **options: Any) -> Path:
@@ -455,6 +450,5 @@ class Results(StageTables):
 def open(path: PathLike) -> Results:
     """Open a results file (.h5), also one that a run is still writing.
 
-    Raises InputError, with the reason, for a file that is damaged or no results file.
-    """
+    Raises InputError, with the reason, for a file that is damaged or no results file."""
     return Results(path)

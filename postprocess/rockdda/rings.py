@@ -24,8 +24,7 @@ def rings_of(corners: FloatArray) -> list[IntArray]:
     """The simple rings of an outline that walks bridges to islands, as indices of corners: the outer one, then holes.
 
     The outline comes back to the same point at both ends of a bridge, and where an island touches it. The ring between
-    two such visits is taken out; that of a bridge, there and back, has no area.
-    """
+    two such visits is taken out; that of a bridge, there and back, has no area."""
     places = list(map(tuple, corners.tolist()))
     if len(set(places)) == len(places):
         return [np.arange(len(places))]
@@ -57,8 +56,7 @@ def bridged(rings: Sequence[Sequence[Point]]) -> tuple[list[Point], list[bool]]:
     """One outline of a counter-clockwise outer ring and its clockwise holes, and which of its edges are bridges.
 
     Each hole is joined, from the one that reaches farthest to the right, at its rightmost corner to a corner of the
-    outline that is seen from there (D. Eberly, Triangulation by ear clipping); without a bridge where they touch.
-    """
+    outline that is seen from there (D. Eberly, Triangulation by ear clipping); without a bridge where they touch."""
     outline = list(rings[0])
     is_bridge = [False] * len(outline)
     for hole in sorted(rings[1:], key=lambda ring: -max(ring)[0]):

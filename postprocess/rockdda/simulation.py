@@ -58,8 +58,7 @@ def run(
     `results` hold everything up to there); OutputError. Ctrl-C (KeyboardInterrupt) stops after the step at hand; the
     results so far are kept. With max_wall the results are incomplete: see `results.complete`; the step at
     hand is dropped. With strict=True energy from nowhere, or a static stage that ends without
-    equilibrium, raises ConvergenceError; otherwise it is a warning.
-    """
+    equilibrium, raises ConvergenceError; otherwise it is a warning."""
     given = dict(locals())
     session = Session()
     session.request(**{name: given[name] for name in REQUEST})
@@ -107,8 +106,7 @@ class Simulation:
 
     Arrays are those after the last step; they cannot be changed, and do not change when the simulation advances.
     Takes the arguments of `run`; results are written only when `output` is given, and are closed by `close`, at the
-    end of a `with` block, or when the computation fails.
-    """
+    end of a `with` block, or when the computation fails."""
 
     vertices = Stored[FloatArray]("vertices")
     """(nv, 2) [length]"""
@@ -171,8 +169,7 @@ class Simulation:
         """Do the given number of steps, or those that are left; returns how many were done.
 
         Ctrl-C stops after the step at hand. Raises ConvergenceError when the computation fails; the state is
-        then that of the last step.
-        """
+        then that of the last step."""
         done = 0
         self._state, self._contacts = {}, None
         try:

@@ -84,8 +84,7 @@ class StageTables(FrameTables):
     def at_stage(self, stage: str | int) -> Frame:
         """The frame at the end of a stage, given by its name or index (negative: from the last one).
 
-        Raises InputError for a stage that is not there, with a suggestion, and for one that has no frame.
-        """
+        Raises InputError for a stage that is not there, with a suggestion, and for one that has no frame."""
         chosen = self.stage(stage)
         if not chosen.frames:
             raise InputError(f"stage {chosen.name!r} has no frame: {chosen.n_steps} steps were computed", self.path)

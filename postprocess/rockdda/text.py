@@ -86,8 +86,7 @@ def plain_text(text: str) -> str:
 def csv_text(table: Mapping[str, Any] | pandas.DataFrame) -> str:
     """Columns by name as CSV whose texts no spreadsheet takes for formulas and no terminal for commands.
 
-    Numbers have as many digits as it takes to read back the same value; what is not there is empty.
-    """
+    Numbers have as many digits as it takes to read back the same value; what is not there is empty."""
     import numpy as np
 
     stream = io.StringIO()

@@ -258,8 +258,7 @@ def in_units(results: Results, units: str | Units, shown: str | Units) -> Result
 def check_units(results: Results, units: str | Units) -> None:
     """InputError when the file cannot be in these units: no material of it would have a possible density or weight.
 
-    No check where names of units are unknown or the analysis file that the results hold cannot be read.
-    """
+    No check where names of units are unknown or the analysis file that the results hold cannot be read."""
     given = Units.parse(units)
     stated = Units.parse(None, results)
     if stated.length and (given.length, given.time, given.force) != (stated.length, stated.time, stated.force):

@@ -18,8 +18,7 @@ def complete_file(path: Path) -> Iterator[Path]:
     """A name to write to, with the ending of `path`, in a new folder beside it that nobody else can enter.
 
     At the end of the block the file is renamed to `path` (a link of this name is replaced, not followed); where an
-    exception leaves the block, it is removed. OutputError if it cannot be written.
-    """
+    exception leaves the block, it is removed. OutputError if it cannot be written."""
     private = None
     try:
         if path.exists() and not (path.is_file() or path.is_char_device()):

@@ -79,8 +79,7 @@ def find_joints(
 
     polygons: (m, 2) vertices of each block, counter-clockwise; edge_joint: joint material of the edge that starts at
     each vertex (0: none), by default 1. Two edges of unlike materials make a joint of the larger number, as in the
-    program. Corners that only touch make no joint.
-    """
+    program. Corners that only touch make no joint."""
     starts = np.vstack(polygons)
     ends = np.vstack([np.roll(one, -1, axis=0) for one in polygons])
     owner = np.repeat(np.arange(len(polygons)), [len(one) for one in polygons])
@@ -207,8 +206,7 @@ class RigidBlocks:
     def push_of_mechanism(self, motion: npt.ArrayLike, direction: float = 1.0) -> float:
         """The least push under which the blocks can move like this with Coulomb friction without dilation.
 
-        motion: (nb, 3) displacements u v r of the centroids, or velocities.
-        """
+        motion: (nb, 3) displacements u v r of the centroids, or velocities."""
         moved = np.asarray(motion, dtype=float)
         live = self._push(direction)
         n = 3 * len(self.joints)
@@ -288,8 +286,7 @@ class RigidBlocks:
     def _largest(self, dead: FloatArray, live: FloatArray, factor: float) -> LimitLoad | None:
         """Maximise α with dead load + α × live load in equilibrium; strength is divided by `factor`.
 
-        None when there is no equilibrium under the dead load alone.
-        """
+        None when there is no equilibrium under the dead load alone."""
         found = _solve(self._problem(dead, live, factor))
         velocity = np.zeros((len(self.weight), 3))
         if found is None:

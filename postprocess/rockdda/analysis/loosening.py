@@ -93,8 +93,7 @@ def loosening(
     """The two criteria for `displacement` (steps, points), vertical and positive upwards, of points at `heights`.
 
     `window`: the share of the run, at its end, in which oscillations are looked at. `planned_time`: the time that the
-    run was to cover; by default the last of `time`. A history shorter than the window of it is refused.
-    """
+    run was to cover; by default the last of `time`. A history shorter than the window of it is refused."""
     times = np.asarray(time, dtype=np.float64)
     moved = np.asarray(displacement, dtype=np.float64)
     levels = np.asarray(heights, dtype=np.float64)

@@ -136,8 +136,7 @@ def calibrate_bolt(
     """Fit stiffness and strength of the grout to a pull test; all in SI units.
 
     `length` is that in grout, `free_length` the steel between the measured point and the grout. Points at the yield
-    force of the steel, and those after the largest force where the grout has weakened, are left out.
-    """
+    force of the steel, and those after the largest force where the grout has weakened, are left out."""
     optimize = need("scipy.optimize", "records", "the fit of a pull test")
     if not isinstance(test, PullTest):
         test = read_pull_test(test)

@@ -26,8 +26,7 @@ def terzaghi(condition: str, span: float, height: float) -> RockLoad:
     """Terzaghi (1946), in a tunnel of given span B and height H_t at a depth of up to 1.5 (B + H_t).
 
     Conditions: ``"horizontally stratified"`` (0 to 0.5 B), ``"vertically stratified"`` (0 to 0.25 B),
-    ``"moderately jointed"`` (0 to 0.25 B), ``"blocky"`` (0.25 B to 1.1 (B + H_t)).
-    """
+    ``"moderately jointed"`` (0 to 0.25 B), ``"blocky"`` (0.25 B to 1.1 (B + H_t))."""
     _check(span, height)
     ranges = {
         "horizontally stratified": (0.0, 0.5 * span),

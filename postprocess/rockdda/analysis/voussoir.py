@@ -41,8 +41,7 @@ class VoussoirBeam:
     """A roof layer. Units are consistent, for example m, N/m3, Pa.
 
     ``strength`` (uniaxial compression) and ``friction_angle`` (of the joints, degrees) are needed for the factors of
-    safety only.
-    """
+    safety only."""
 
     span: float
     thickness: float
@@ -132,8 +131,7 @@ def solve_beam(beam: VoussoirBeam, variant: Variant = "beer-meek", samples: int 
 def _arm(beam: VoussoirBeam, variant: Variant, n: float) -> float:
     """Z for a given n: the larger root of Z^3 - Z0^2 Z + 3/8 S L c = 0 with f_av/E = c/Z; NaN when there is none.
 
-    The smaller root is the arch on its way through: its thrust falls as it sinks.
-    """
+    The smaller root is the arch on its way through: its thrust falls as it sinks."""
     first = beam.thickness * (1 - 2 * n / 3)
     length = beam.span + 8 * first**2 / (3 * beam.span)
     share = (2 / 3 + n / 2) / 2 if variant == "beer-meek" else (2 / 3 + n) / 3

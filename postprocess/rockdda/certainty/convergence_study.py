@@ -173,8 +173,7 @@ def convergence(
     the displacements of all measured points at the end of every stage. fos: also the critical factor, with the options
     of `rockdda.factor_of_safety` (search, joints, from_, to, tolerance, stage …). limit: share of a number by which it
     may change. output: the folder of the study, NAME_convergence by default; what is done in it is not run again.
-    jobs: runs at a time; dask: as of `rockdda.study.run_study`. The answer does not depend on either.
-    """
+    jobs: runs at a time; dask: as of `rockdda.study.run_study`. The answer does not depend on either."""
     wanted = _checked(quantities, fos, limit)
     with read_source(model, analysis, config) as source:
         studies = prepare_convergence(source, output, fos, search)

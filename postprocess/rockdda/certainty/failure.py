@@ -98,8 +98,7 @@ def most_likely(
     """The normal scores nearest to the middle at which the factor is the limit (the design point of FORM).
 
     Several directions are tried: those of the nearest points of either side among some thousand. None: beyond 8
-    standard deviations.
-    """
+    standard deviations."""
     optimize = need("scipy.optimize", "reliability", "a design point")
 
     def over(u: FloatArray) -> float:

@@ -42,8 +42,7 @@ def run_half_step(results: Results) -> HalfStep:
     """Run the model of a results file again with half the largest time step, and compare the ends.
 
     Files that the input names beside the geometry (records, pressures) are looked for beside the results and in the
-    current folder; `InputError` names one that is not there.
-    """
+    current folder; `InputError` names one that is not there."""
     refused = _refusal(results)
     if refused:
         return HalfStep(f"not checked: {refused}")
@@ -128,8 +127,7 @@ def path_of(named: str, beside: Path) -> Path | None:
 def compare_ends(results: Results, half: Results) -> HalfStep:
     """How far the ends of a run and of one of the same model at half the step differ.
 
-    `InputError` where the blocks are others.
-    """
+    `InputError` where the blocks are others."""
     if not (
         np.array_equal(results.vertex_offset, half.vertex_offset) and np.array_equal(results.vertices, half.vertices)
     ):

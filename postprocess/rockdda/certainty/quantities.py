@@ -44,8 +44,7 @@ def quantities_of(results: Results, names: Sequence[str] = ()) -> list[Quantity]
     """The quantities of these names, or the displacements of all measured points at the end of every stage.
 
     A model without measured points has the largest displacement of a block. Points at rest, and components that are
-    small beside the other one, are left out, but where they are named.
-    """
+    small beside the other one, are left out, but where they are named."""
     every = [
         one for stage in range(len(results.stages)) if results.stages[stage].n_steps for one in _of(results, stage)
     ]

@@ -238,8 +238,7 @@ def reliability(
     none. back_analysis: the factor whose pairs of inputs are wanted. search: options of `rockdda.factor_of_safety`
     (search, joints, from_, to, tolerance, stage …). output: the folder of the study, NAME_reliability by default; what
     is done in it is not run again. jobs: runs at a time; dask: as of `rockdda.study.run_study`. The answer does not
-    depend on either.
-    """
+    depend on either."""
     with read_source(model, analysis, config) as source:
         plan = make_plan(source, vary, runs, seed, seeds, precision, correlate, below, back_analysis, search)
         study = prepare_reliability(source, plan, output, search)

@@ -108,8 +108,7 @@ def answers_beside(results: Results) -> list[Answer]:
     """The answers in folders beside the results and in the current folder whose input is that of the results.
 
     One in the folder that the command takes for these results (NAME_convergence, NAME_reliability) is listed without
-    its content where its input is another one.
-    """
+    its content where its input is another one."""
     digest = digest_of_texts(*(str(results[f"input/{name}"]) for name in ("geometry", "analysis", "config")))
     places = list(dict.fromkeys([results.path.parent.resolve(), Path.cwd()]))
     answers = []

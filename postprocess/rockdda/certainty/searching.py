@@ -85,8 +85,7 @@ def found_in(study: Study, folder: Path, case: int, limit: float = 1.0) -> Found
 def _side(message: str, limit: float) -> str:
     """What a search without a factor says of the value that counts, by its message.
 
-    It stands at the upper end of the range, does not stand at the lower one, or slides off with any strength.
-    """
+    It stands at the upper end of the range, does not stand at the lower one, or slides off with any strength."""
     text = message.removeprefix("rockdda: error: ")
     words = text.split(",")[0].split()
     if text.startswith(("stable at ", "not stable at ")):

@@ -67,8 +67,7 @@ def _terms(z: FloatArray, kind: str) -> FloatArray:
 def fit(values: FloatArray, factors: FloatArray, mean: FloatArray, deviation: FloatArray) -> Surrogate | None:
     """The surface with the least error at runs that are left out; of two that are as good the simpler one.
 
-    None where there are too few runs.
-    """
+    None where there are too few runs."""
     kinds = fitting_kinds(*values.shape)
     found: Surrogate | None = None
     for kind in kinds:

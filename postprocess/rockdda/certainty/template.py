@@ -81,8 +81,7 @@ def read_source(
     """Read a model with the program; InputError where it cannot be run.
 
     model: a labelled file, a folder, a geometry or block file (then with `analysis`), or a `Model`. The files of a
-    `Model` are there as long as the block lasts.
-    """
+    `Model` are there as long as the block lasts."""
     with _as_files(model, analysis, config) as files:
         told = json.loads(_call("check", *files, "--json"))
         text = _call("check", *files, "--as-namelist")
@@ -167,8 +166,7 @@ def write_study(
     """Write a study into a folder: `study.toml`, and `template` with a labelled file and what that names.
 
     constants: values that cases need not give. statistics: the text of a statistics file from which each case draws its
-    lines. Returns the path of the study.
-    """
+    lines. Returns the path of the study."""
     make_folder(folder)
     place = folder / "template"
     make_folder(place)

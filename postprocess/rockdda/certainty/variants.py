@@ -79,8 +79,7 @@ def steps_of(source: Source) -> int:
 def comes_to_rest(source: Source) -> bool:
     """Do the steps of a run only bring it to rest? It is static, without stages, and nothing changes with time.
 
-    A static step moves a block by at most its force over 2 m/Δt²: steps half as long need four times as many.
-    """
+    A static step moves a block by at most its force over 2 m/Δt²: steps half as long need four times as many."""
     if source.groups.get("stage") or float(source.facts.get("k01", 1.0)) > 0:
         return False
     return not any(_varies(name, group) for name, some in source.groups.items() for group in some)
@@ -113,8 +112,7 @@ def other_solver(source: Source) -> str:
 def stiffness_of(source: Source) -> float | None:
     """The contact stiffness (g0) to be multiplied; None where all joints have a stiffness of their own.
 
-    Automatic stiffness goes by the blocks that meet; what stands for all is its geometric mean over the model.
-    """
+    Automatic stiffness goes by the blocks that meet; what stands for all is its geometric mean over the model."""
     if by_length(source) and all("normal_stiffness" in joint or joint.get("tie") for joint in _joints(source)):
         return None
     given = chosen(source.groups, "contact", "stiffness")
@@ -145,8 +143,7 @@ def template_of(source: Source, *, end_time: float | None = None) -> str:
 
     A run that ends after some steps, and not with a stage, has an end time, too: that of its steps at their largest;
     where it comes to rest (`comes_to_rest`) over the factor of the step.
-    end_time: one that is known.
-    """
+    end_time: one that is known."""
     groups, marks = copy.deepcopy(source.groups), Placeholders()
     ties = [joint for joint in _joints(source) if joint.get("tie")]
     for name in ("joint_material", "joint_law", "change"):

@@ -104,8 +104,7 @@ def judge(
     """Judge a number.
 
     base: the number of the model as it is, and what changes are shares of. values: the number of each variant by its
-    name. noise: half the interval in which a search has found it.
-    """
+    name. noise: half the interval in which a search has found it."""
     if base is None:
         missing = tuple(dict.fromkeys(variant.kind for variant in variants if variant.kind))
         return Finding(name, stage, None, 0.0, dimension, dict.fromkeys(values), missing=missing)

@@ -126,8 +126,7 @@ def convergence_command(
 
         rockdda-post convergence tunnel.dc tunnel.df --quantity 'point 1 y' --limit 2%
 
-        rockdda-post convergence slope.nml --slurm && sbatch slope_convergence/model/runs/job-array.sh
-    """
+        rockdda-post convergence slope.nml --slurm && sbatch slope_convergence/model/runs/job-array.sh"""
     draw_into_files()
     from ..certainty.convergence_study import convergence, prepare_convergence
     from ..certainty.running import write_arrays
@@ -199,8 +198,7 @@ def reliability_command(
         rockdda-post reliability slope.nml --vary 'seam.friction = normal(35, 5); seam.cohesion = lognormal(1e5, 2e4)'
         --correlate 'seam.friction, seam.cohesion = -0.5' --runs 40 --back-analysis 1.0
 
-        rockdda-post reliability slope.nml --seeds 100 --jobs 4
-    """
+        rockdda-post reliability slope.nml --seeds 100 --jobs 4"""
     draw_into_files()
     from ..certainty.reliability_study import make_plan, prepare_reliability, reliability
     from ..certainty.running import write_arrays

@@ -117,8 +117,7 @@ def plot_command(
 
         rockdda-post plot failing.h5 --kind mechanism
 
-        rockdda-post plot phi20.h5 phi30.h5 phi40.h5 --label 20° --label 30° --label 40°
-    """
+        rockdda-post plot phi20.h5 phi30.h5 phi40.h5 --label 20° --label 30° --label 40°"""
     if not interactive:
         common.draw_into_files()
     from .. import plot
@@ -225,8 +224,7 @@ def animate_command(
 
         rockdda-post animate slope.h5 -o slope.gif --every 5 --fps 10 --scale 100
 
-        rockdda-post animate tunnel.h5 -o tunnel.mp4 --field stress_min --liner N
-    """
+        rockdda-post animate tunnel.h5 -o tunnel.mp4 --field stress_min --liner N"""
     common.draw_into_files()
     from ..film.recording import animate
 
@@ -269,8 +267,7 @@ def view_command(
 
         rockdda-post view dry.h5 wet.h5
 
-        rockdda-post view slope.nml
-    """
+        rockdda-post view slope.nml"""
     from ..film.server import view
     from ..plot.input_files import is_input
 
@@ -330,8 +327,7 @@ def report_command(
 
         rockdda-post report slope.h5 --source "bedding=shear tests of the laboratory"
 
-        rockdda-post report slope.h5 --half slope_half.h5
-    """
+        rockdda-post report slope.h5 --half slope_half.h5"""
     common.draw_into_files()
     from ..report import Cover, report
     from ..report.paper import needs_for_pdf
@@ -393,8 +389,7 @@ def completion_command(shell: Annotated[Shell, Argument(metavar="bash|zsh|fish",
 
         eval "$(rockdda-post completion bash)"
 
-        rockdda-post completion fish | source
-    """
+        rockdda-post completion fish | source"""
     script = get_completion_script(
         prog_name="rockdda-post", complete_var="_ROCKDDA_POST_COMPLETE", shell=shell.value
     ).strip()

@@ -66,8 +66,7 @@ def export_command(
 
         rockdda-post export slope.h5 -o outlines.txt --frames 0:50:10
 
-        rockdda-post export slope.h5 -o end.dxf
-    """
+        rockdda-post export slope.h5 -o end.dxf"""
     from .. import export
 
     results = open_results(file, frames=False)
@@ -165,8 +164,7 @@ def convert_command(
 
         rockdda-post convert fracpaq.txt --scale 0.01 --window 100,100,900,700 -o outcrop
 
-        rockdda-post convert wall.dxf --blocks --template
-    """
+        rockdda-post convert wall.dxf --blocks --template"""
     from ..convert.conversion import convert
 
     named: dict[str, str] = {}
@@ -234,8 +232,7 @@ def compare_command(
 
         rockdda-post compare old.h5 new.h5
 
-        rockdda-post compare old.h5 new.h5 --tol 1e-9 && echo still the same
-    """
+        rockdda-post compare old.h5 new.h5 --tol 1e-9 && echo still the same"""
     from ..analysis.compare import compare
 
     a, b = open_results(first, frames=False), open_results(second, frames=False)
@@ -286,8 +283,7 @@ def record_command(
 
         rockdda-post record station.at2 --units m,s,N
 
-        rockdda-post record station.csv --column ns --scale 0.01 --from 2 --to 22 --baseline 1 --write quake.csv
-    """
+        rockdda-post record station.csv --column ns --scale 0.01 --from 2 --to 22 --baseline 1 --write quake.csv"""
     draw_into_files()
     from .. import plot, records
 

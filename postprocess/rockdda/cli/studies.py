@@ -80,8 +80,7 @@ def study_command(
 
         rockdda-post study tunnels.toml --slurm && sbatch tunnels/job-array.sh
 
-        rockdda-post study tunnels.toml --dask tcp://head:8786
-    """
+        rockdda-post study tunnels.toml --dask tcp://head:8786"""
     draw_into_files()
     from ..study.case import prepare_case
     from ..study.definition import read_study
@@ -235,8 +234,7 @@ def loosening_command(
 
         rockdda-post loosening tunnel.h5
 
-        rockdda-post loosening tunnels/cases/*/out.h5
-    """
+        rockdda-post loosening tunnels/cases/*/out.h5"""
     from ..analysis.loosening import loosening_of
 
     if not 0 < window <= 1:
@@ -290,8 +288,7 @@ def voussoir_command(
 
     Example:
 
-        rockdda-post voussoir --span 8 --thickness 0.5 --unit-weight 18640 --modulus 7.84e9 --friction 47
-    """
+        rockdda-post voussoir --span 8 --thickness 0.5 --unit-weight 18640 --modulus 7.84e9 --friction 47"""
     from ..analysis.voussoir import DESIGN_BUCKLING_LIMIT, VoussoirBeam, solve_beam
 
     beam = VoussoirBeam(span, thickness, unit_weight, modulus, strength, friction)
@@ -323,8 +320,7 @@ def rock_load_command(
 
     Example:
 
-        rockdda-post rockload --span 10 --height 10 --rqd 60
-    """
+        rockdda-post rockload --span 10 --height 10 --rqd 60"""
     from ..analysis.rock_load import rose, terzaghi
 
     kinds = ("horizontally stratified", "vertically stratified", "moderately jointed", "blocky")
@@ -361,8 +357,7 @@ def calibrate_bolt_command(
 
     Example:
 
-        rockdda-post calibrate-bolt lab.csv --length 1 --diameter 0.025 --free-length 0.3
-    """
+        rockdda-post calibrate-bolt lab.csv --length 1 --diameter 0.025 --free-length 0.3"""
     draw_into_files()
     from .. import plot
     from ..analysis.pull_test import calibrate_bolt
@@ -408,8 +403,7 @@ def ground_reaction_command(
 
     Example:
 
-        rockdda-post ground-reaction tunnel.nml --point 1
-    """
+        rockdda-post ground-reaction tunnel.nml --point 1"""
     draw_into_files()
     from .. import plot
     from ..analysis.reaction import support_reaction

@@ -73,8 +73,7 @@ def validate_command(
 
         rockdda-post validate --report-only --pdf
 
-        rockdda-post validate --list
-    """
+        rockdda-post validate --list"""
     from ..report.paper import needs_for_pdf
 
     try:

@@ -23,8 +23,7 @@ def check_blocks(geometry: Geometry, report: Report) -> None:
     """Make the polygons simple and counter-clockwise; errors for those that are none, warnings for what no block takes.
 
     Blocks within others, and openings in them, are holes of these. Lines beside blocks are left out, and so are points
-    outside of them.
-    """
+    outside of them."""
     blocks = []
     for material, joint, rings in geometry.blocks:
         cleaned = [[corner for k, corner in enumerate(ring) if corner != ring[k - 1]] for ring in rings]

@@ -56,8 +56,7 @@ def convert(
     coordinates, that becomes 0, 0. `window` (xmin, ymin, xmax, ymax, in these coordinates) is a further area. With
     `blocks` each polygon is a block, and nothing is cut. With `geographic` coordinates are longitudes and latitudes
     [degrees, WGS 84] and become metres. Raises InputError with all problems; nothing is written then. Existing files
-    are replaced with `force` only.
-    """
+    are replaced with `force` only."""
     paths = [Path(inputs)] if isinstance(inputs, str | os.PathLike) else [Path(path) for path in inputs]
     if not paths:
         raise InputError("nothing to convert")

@@ -31,8 +31,7 @@ class Word:
 class Element:
     """An element without its namespace prefix; `words` are the pieces of its own text, split at blanks and commas.
 
-    A semicolon is a word of its own.
-    """
+    A semicolon is a word of its own."""
 
     name: str
     attributes: dict[str, str]
@@ -49,8 +48,7 @@ class _EntityFound(Exception):
 def parse_xml(text: str, report: Report) -> Element | None:
     """The root element; None, with errors in the report, when the text is not well-formed.
 
-    Nothing outside the text is read, and entities are refused: no file of DDA for Windows has any.
-    """
+    Nothing outside the text is read, and entities are refused: no file of DDA for Windows has any."""
     parser = expat.ParserCreate("utf-8")  # the text is decoded already: whatever encoding its first line names
     parser.buffer_text = False
     stack: list[Element] = []

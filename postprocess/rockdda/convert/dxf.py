@@ -104,8 +104,7 @@ def read_dxf(
 
     Curves become chords no farther from them than `chord`, by default 1/2000 of the drawing's larger extent. `scale` is
     the unit's length if it is given, else it follows from the drawing's $INSUNITS [m]; None where it states none.
-    `known` are the layers of other drawings; those of this one are added.
-    """
+    `known` are the layers of other drawings; those of this one are added."""
     report = Report(path)
     logged = _Logged(report)
     with logged:
@@ -188,8 +187,7 @@ class _Logged(logging.Handler):
 def _plane(entities: list[Shown], report: Report) -> tuple[float, tuple[int, int]]:
     """The larger extent of a drawing, from the corners and control points, and the two axes of its plane.
 
-    It is x-y unless the drawing is flat in y (or x) and has heights.
-    """
+    It is x-y unless the drawing is flat in y (or x) and has heights."""
     from ezdxf import bbox
 
     sizes = np.zeros(3)
@@ -441,8 +439,7 @@ def _curve(spline: Any, chord: float) -> list[Any]:
 def write_dxf(frame: Frame, path: Path) -> Path:
     """The outlines of a frame's blocks as closed polylines on layers `block_material_N`, fixed points, bolts, linings.
 
-    Holes are closed polylines on the layer `opening`.
-    """
+    Holes are closed polylines on the layer `opening`."""
     ezdxf = need("ezdxf", "dxf", "writing DXF drawings")
     document = ezdxf.new("R2010")
     space = document.modelspace()

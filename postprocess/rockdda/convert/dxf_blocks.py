@@ -45,8 +45,7 @@ class Shown:
 def drawn(document: Any, path: Path, report: Report) -> Iterator[Shown]:
     """All lines, curves and points with their layers, also those within block references; the rest is listed.
 
-    InputError when a block holds itself, or when there are more than 150,000 entities.
-    """
+    InputError when a block holds itself, or when there are more than 150,000 entities."""
     _check_count(document, path)
     layers = _Layers(document)
     others: Counter[tuple[str, str]] = Counter()  # kind of entity, layer and reason

@@ -31,8 +31,7 @@ JsonPath = tuple[str | int, ...]
 def places_of(text: str, paths: Iterable[JsonPath]) -> dict[JsonPath, tuple[int, int]]:
     """Line and column, from 1, of the values at paths such as ('features', 3, 'geometry').
 
-    One pass over the text, however many paths there are.
-    """
+    One pass over the text, however many paths there are."""
     wanted: dict[Any, Any] = {}  # a tree of keys and indices; None holds the path that ends there
     for path in paths:
         node = wanted
@@ -339,8 +338,7 @@ class Reader:
 def read_geojson(path: Path, default: str | None = None) -> tuple[Geometry, Report, System | None]:
     """The lines, regions and points of a GeoJSON file, and its reference system where it names one.
 
-    `default` is the kind of what has none (but of points).
-    """
+    `default` is the kind of what has none (but of points)."""
     reader = Reader(path, default)
     reader.read()
     geometry, report = reader.geometry, reader.report

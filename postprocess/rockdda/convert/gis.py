@@ -43,8 +43,7 @@ class UnreadShapeError(ValueError):
 def shape_of(cell: object) -> dict[str, Any] | None:
     """The shape in a cell of a GeoPackage: a header, then well-known binary; None without one.
 
-    UnreadShapeError for curves and surfaces; ValueError for a damaged cell.
-    """
+    UnreadShapeError for curves and surfaces; ValueError for a damaged cell."""
     if cell is None or cell == b"":
         return None
     if not isinstance(cell, bytes) or len(cell) < 8 or cell[:2] != b"GP":
@@ -148,8 +147,7 @@ def read_gis(
 ) -> tuple[Geometry, Report, System | None]:
     """Lines, regions and points of a GeoPackage or Shapefile, and its reference system.
 
-    `layers` maps names of layers to kinds, `default` is the kind of lines and polygons that have none.
-    """
+    `layers` maps names of layers to kinds, `default` is the kind of lines and polygons that have none."""
     check_size(path)
     report = Report(path)
     sources = _shapefile(path, report) if path.suffix.lower() == ".shp" else _geopackage(path, report)

@@ -41,8 +41,7 @@ INSUNITS = {
 def metres_of(document: Any, extent: float, report: Report, stated: bool = True) -> float | None:
     """The length of a drawing's unit [m] by its $INSUNITS; None with a note, or an error, where it states none.
 
-    `stated`: the file itself holds $INSUNITS; for one without, ezdxf assumes metres.
-    """
+    `stated`: the file itself holds $INSUNITS; for one without, ezdxf assumes metres."""
     code = document.header.get("$INSUNITS", 0) if stated else 0
     advice = "state its unit: --scale 0.001 for millimetres, --scale 1 to keep the numbers"
     if code == 0:
@@ -75,8 +74,7 @@ def place(geometry: Geometry, unit: float, origin: Point) -> None:
 def move_to_local_origin(geometry: Geometry, report: Report) -> Point | None:
     """Move the origin beside lines that are far from it, and note this; returns the new origin, None if it stays.
 
-    Areas and moments of blocks are sums of products of coordinates: far from the origin they lose digits.
-    """
+    Areas and moments of blocks are sums of products of coordinates: far from the origin they lose digits."""
     ranges, extent = geometry.ranges, geometry.extent
     largest = max(abs(value) for limits in ranges for value in limits)
     if not 0 < extent * FAR < largest:
@@ -99,8 +97,7 @@ def to_metres(geometry: Geometry, middle: Point) -> None:
     """Longitudes and latitudes [degrees, WGS 84] to metres east and north of a point.
 
     Transverse Mercator about the meridian of that point (Krüger's series to the fourth power of n): angles are true,
-    and lengths at the distance d from the meridian are too long by d²/2R², 1e-6 at 10 km.
-    """
+    and lengths at the distance d from the meridian are too long by d²/2R², 1e-6 at 10 km."""
     n = FLATTENING / (2 - FLATTENING)
     eccentricity = 2 * math.sqrt(n) / (1 + n)
     radius = AXIS / (1 + n) * (1 + n**2 / 4 + n**4 / 64)

@@ -23,8 +23,7 @@ MOST_LINES = 500_000  # that drawings may give; they take 250 MB
 class Report:
     """Collects errors and warnings about one file; `raise_errors` ends the conversion when there are errors.
 
-    After 1000 errors it ends at once. Warnings beyond 1000 are counted only.
-    """
+    After 1000 errors it ends at once. Warnings beyond 1000 are counted only."""
 
     def __init__(self, path: Path | str, text: str = "") -> None:
         self.path = str(path)

@@ -108,8 +108,7 @@ def template_text(geometry: Geometry, name: str, ending: str, title: str) -> str
 def supports_of(geometry: Geometry) -> list[Support]:
     """Boundaries along the level base and the upright sides of the outermost lines; none where points are fixed.
 
-    The sides of blocks that are not cut, as of a wall, are free: nothing is beside them.
-    """
+    The sides of blocks that are not cut, as of a wall, are free: nothing is beside them."""
     if geometry.fixed:
         return []
     edges: list[Segment] = [segment for segment, _ in geometry.lines]

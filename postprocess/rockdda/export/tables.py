@@ -42,8 +42,7 @@ def to_csv(
     force per bolt and per metre, slip, state) or 'liner' (per frame and node of a lining: place, N, M, Q, state).
 
     Numbers have as many digits as it takes to read back the same value. Blocks, vertices, points and bolts count from
-    1, as in the input files (block 0 of a bolt: the fixed outside); frame 0 is the start.
-    """
+    1, as in the input files (block 0 of a bolt: the fixed outside); frame 0 is the start."""
     path = Path(path)
     units = Units.parse(None, results)
     if what == "history":
@@ -142,8 +141,7 @@ def to_text(
 
     Per frame a comment with number, step and time, then lines `block vertex x y`, counted from 1; the first vertex is
     repeated at the end of its block, and an empty line follows, so that gnuplot draws closed outlines. Blocks that are
-    not there (excavated, or still to be placed) are left out.
-    """
+    not there (excavated, or still to be placed) are left out."""
     path = Path(path)
     numbers = chosen(results, frames)
 

@@ -106,8 +106,7 @@ def to_geopandas(
     the columns of `Results.joints`) or 'contacts' (points). Numbers of blocks count from 1, as in `rockdda-post
     export`; crs is the reference system of the coordinates, where they have one, and `origin` the place of 0, 0 in it,
     which is added to them. Without it, that is the place to which `rockdda-post convert` moved the origin, where the
-    first line of the geometry says it. Lengths are not converted.
-    """
+    first line of the geometry says it. Lengths are not converted."""
     geopandas = need("geopandas", "gis", "to_geopandas")
     tables = {"blocks": _blocks, "joints": _joints, "contacts": _contact_points}
     if what not in tables:

@@ -38,8 +38,7 @@ def to_vtkhdf(
 
     The cells and values are those of `to_vtk`: blocks in this file; bolts, linings, joints and edges of boundaries,
     where there are any, in files beside it (…_bolts.vtkhdf, …_liners.vtkhdf, …_joints.vtkhdf, …). Field data: index of
-    the stage; attribute of each file: the system of units.
-    """
+    the stage; attribute of each file: the system of units."""
     path = Path(path)
     if path.suffix.lower() not in (".vtkhdf", ".hdf"):
         raise InputError(f"VTKHDF files end in .vtkhdf, not in {path.suffix!r}", path)
@@ -135,8 +134,7 @@ def to_vtk(
     their strength, joints lines with stresses, opening, slip and mobilised strength, edges of boundaries lines with the
     number of the boundary, its kind (1 fixed, 2 roller, 3 moving, 4 traction) and force, in further files for each
     frame (…_bolts.vtu, …_liners.vtu, …_joints.vtu, …_boundaries.vtu), which the index holds, too. Blocks that are not
-    there are left out; field data name the stage and the system of units.
-    """
+    there are left out; field data name the stage and the system of units."""
     path = Path(path)
     if path.suffix.lower() in (".vtkhdf", ".hdf"):
         return to_vtkhdf(results, path, frames, progress)

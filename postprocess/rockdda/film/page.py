@@ -84,8 +84,7 @@ def describe(
 ) -> dict[str, Any]:
     """The data of the page beside the frames; `fields` without their values, and those of joints where wanted.
 
-    The values come in the units of `shown`, those of `shown_fields`.
-    """
+    The values come in the units of `shown`, those of `shown_fields`."""
     shown = shown_fields(results, fields, units, joints=joints) if shown is None else shown
     now = results.frames[-1].vertices
     place = units.multiple("length", 1.0)
@@ -146,8 +145,7 @@ def bolt_titles(results: Results) -> list[str]:
 def bolt_rows(frame: Frame, shown: Shown) -> AnyArray:
     """(n, 6) x1 y1 x2 y2, force and share of a strength of the pieces of bolts of a frame; -1: none is known.
 
-    The places of what is not there are no numbers.
-    """
+    The places of what is not there are no numbers."""
     pieces = frame.bolt_pieces
     return np.column_stack([_places(pieces), shown["bolts"][0] * pieces["force"], _use(pieces)])
 
@@ -198,8 +196,7 @@ def film_page(
 ) -> str:  # fmt: skip
     """A page with the data of some frames in it, with `joints` those along the joints, too.
 
-    Displacements keep 1/32,767 of the largest one, values of fields 1/65,535 of their range.
-    """
+    Displacements keep 1/32,767 of the largest one, values of fields 1/65,535 of their range."""
     shown = shown_fields(results, fields, units, joints=joints)
     setup = describe(results, fields, units, joints=joints, shown=shown)
     moves = np.empty((len(frames), results.n_vertices, 2), dtype=np.float32)

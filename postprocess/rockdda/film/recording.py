@@ -133,8 +133,7 @@ def animate(
     linings in .mp4 and .gif: by the share of their strength ('use'), or by N, M, Q; a page lets its viewer choose.
     `scale` enlarges the displacements in .mp4 and .gif. `progress` is called with the number of frames done and their
     number. An existing film is replaced; Ctrl-C stops between two frames and leaves it as it was, a second Ctrl-C does
-    not wait for the frame.
-    """
+    not wait for the frame."""
     path = Path(output)
     units = Units.parse(units, results)
     if path.suffix.lower() not in ENDINGS:

@@ -198,8 +198,7 @@ def view(
     """Serve the page until interrupted (Ctrl-C); `ready` is called with its address, which holds the token.
 
     `path`: results, or a model before any run: a labelled file, its folder, a geometry or block file. `beside`: other
-    results, which are shown beside them at the same moment.
-    """
+    results, which are shown beside them at the same moment."""
     viewer: Answers
     if not isinstance(path, Results) and (Path(path).is_dir() or is_input(path)):
         viewer = ModelViewer(Path(path))

@@ -289,8 +289,7 @@ def blocks(
     """The blocks of a frame, coloured by a field (None: plain), with their outlines at the start.
 
     `scale` enlarges the displacements, `limits` are the ends of the colour scale (by default those of the values;
-    symmetric, with white at zero, when both signs occur).
-    """
+    symmetric, with white at zero, when both signs occur)."""
     now, units = results.frames[frame], Units.parse(units, results)
     field = None if field is None else field_name(field)
     shown = _moved(now, scale)
@@ -344,8 +343,7 @@ def stress_crosses(
     """Principal stresses at the centroids: directions and sizes as crosses, compression and tension by colour.
 
     `size` is a factor on their length; where blocks differ in size, the 95th percentile of the stresses fits a block of
-    middle size.
-    """
+    middle size."""
     from matplotlib.collections import LineCollection
     from matplotlib.lines import Line2D
 
@@ -379,8 +377,7 @@ def contact_forces(
 ) -> Axes:  # fmt: skip
     """Contact forces: strokes along the force through the contact, width and length by size, colour by state.
 
-    Contacts that carry nothing are small dots. `size` is a factor on widths and lengths.
-    """
+    Contacts that carry nothing are small dots. `size` is a factor on widths and lengths."""
     from matplotlib.collections import LineCollection
     from matplotlib.lines import Line2D
 
@@ -426,8 +423,7 @@ def displacements(
 ) -> Axes:  # fmt: skip
     """Displacement of every centroid since the start, as arrows from where it was, coloured by size.
 
-    `scale` is the factor on their length; by default 1, or so that the longest is a tenth of the model.
-    """
+    `scale` is the factor on their length; by default 1, or so that the longest is a tenth of the model."""
     now, units = results.frames[frame], Units.parse(units, results)
     there = now.active
     start_of = np.where(np.isnan(now.shown_vertices), np.nan, results.vertices)  # vertices of blocks that are there

@@ -31,8 +31,7 @@ def bolts(
     """Axial force along the bolts as colour, per bolt, and marks at nodes that slip, yield or are broken.
 
     `field='use'` shows the largest share of a strength instead, of the steel or of its grout; bolts without a strength
-    are grey. `size` is a factor on the width of the lines.
-    """
+    are grey. `size` is a factor on the width of the lines."""
     from matplotlib import colormaps
     from matplotlib.collections import LineCollection
 

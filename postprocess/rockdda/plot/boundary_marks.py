@@ -25,8 +25,7 @@ def edge_arrows(results: Results, time: float | None = None) -> FloatArray:
     """(n, 3) for each edge of `results.boundary_edges`: NONE, INWARD, OUTWARD or ALONG, and the vector of the last.
 
     Read from the input in the results. Tractions and velocities act as at a time, by the factor of their table: none
-    where it is zero; without a time as they are given.
-    """
+    where it is zero; without a time as they are given."""
     edges, kinds = results.boundary_edges, results.boundary_kinds
     arrows = np.zeros((len(edges), 3))
     for i, (kind, group) in enumerate(zip(kinds, _groups(results), strict=True)):

@@ -122,8 +122,7 @@ def history(
     """Columns of `results.history()` over time; by default what the measured points did.
 
     Columns must be of one kind, since they share an axis; `measured_displacement` stands for all columns that begin so.
-    `stage`: of this stage only, from its beginning.
-    """
+    `stage`: of this stage only, from its beginning."""
     units = Units.parse(units, results)
     table = _rows(results, stage)
     known = [name for name in table if name != "step"]
@@ -164,8 +163,7 @@ def profile_data(
     """(n,) distances along the line x1 y1 x2 y2, (n,) values there, (n,) blocks; two points for each block it crosses.
 
     The line is drawn through the blocks at the start. Displacements are those of the points of the line, which move
-    with their blocks; other fields have one value for each block. Blocks that are not there in the frame are gaps.
-    """
+    with their blocks; other fields have one value for each block. Blocks that are not there in the frame are gaps."""
     start, end = np.array(line[:2], dtype=float), np.array(line[2:], dtype=float)
     length = float(np.hypot(*(end - start)))
     if length == 0 or not np.isfinite(length):
@@ -252,8 +250,7 @@ def energy(
 
     `stage`: of this stage only.
 
-    Returns the two axes.
-    """
+    Returns the two axes."""
     import matplotlib.pyplot as plt
 
     units = Units.parse(units, results)
@@ -303,8 +300,7 @@ def iterations(
 
     `stage`: of this stage only.
 
-    Returns the three axes.
-    """
+    Returns the three axes."""
     import matplotlib.pyplot as plt
     from matplotlib.ticker import MaxNLocator
     from matplotlib.transforms import ScaledTranslation

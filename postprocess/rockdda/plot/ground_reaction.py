@@ -26,8 +26,7 @@ def ground_reaction_data(results: Results, stage: str | None = None) -> tuple[Fl
 
     The rows are those from the end of the stage before the excavation on: of the first excavation, or of the one in
     the stage of this name, up to the next one. The convergence of a point is its displacement since then in the
-    direction in which it has moved at the end.
-    """
+    direction in which it has moved at the end."""
     if "history/relaxation" not in results:
         raise InputError("there are no stages in it: the file was written by an older version", results.path)
     share, index = results["history/relaxation"], results["history/stage"]
@@ -93,8 +92,7 @@ def ground_reaction(
     """Released share of the forces of excavated blocks over the convergence of the measured points.
 
     `stage` names the excavation (by default the first one); dots mark the ends of stages. Points on excavated blocks
-    are left out.
-    """
+    are left out."""
     units = Units.parse(units, results)
     share, convergence, ends = ground_reaction_data(results, stage)
     with style():

@@ -61,8 +61,7 @@ def input_plot(
     """Draw a geometry file (.dc, .geo) or a block file (.blk) with its points and bolts; returns the axes.
 
     `kind` is 'lines' (of a geometry file, coloured by joint material; its default) or 'blocks' (cut if need be,
-    coloured by block material). Points are numbered from 1, as in the file. `window` x0 y0 x1 y1: what is shown.
-    """
+    coloured by block material). Points are numbered from 1, as in the file. `window` x0 y0 x1 y1: what is shown."""
     from ..cutting import Blocks
     from ..native import Session
 

@@ -52,8 +52,7 @@ def thrust(
     """The line of thrust: dots where the force of each joint crosses it, joined through blocks between two joints.
 
     The width follows the force. In a block with another number of joints that bear, strokes along the forces end
-    within it. `size` is a factor on the widths.
-    """
+    within it. `size` is a factor on the widths."""
     from matplotlib.collections import LineCollection
 
     need_contacts(results)
@@ -104,8 +103,7 @@ def joint_profile_data(results: Results, line: tuple[float, float, float, float]
     joint), normal_stress, shear_stress, strength, opening, slip.
 
     A joint belongs to the line where it is no farther than a fifth of the size of a middle block and runs parallel
-    within 15°.
-    """
+    within 15°."""
     need_contacts(results)
     start, end = np.array(line[:2]), np.array(line[2:])
     length = float(np.hypot(*(end - start)))

@@ -40,8 +40,7 @@ def joints(
 
     Each point of a joint colours the length that it stands for; points without length are dots. Where a joint is open,
     or has no strength to be mobilised, it is a thin grey line, but for the field 'opening'. `limits` are the ends of
-    the colour scale, `size` is a factor on widths.
-    """
+    the colour scale, `size` is a factor on widths."""
     from matplotlib.collections import LineCollection
     from matplotlib.colors import Normalize
     from matplotlib.lines import Line2D

@@ -53,8 +53,7 @@ def small_multiples(
     """One frame of several runs side by side, with one colour scale; returns their axes, one for each run.
 
     `labels` name the runs (by default their files), `columns` is the number of pictures in a row, `window` x0 y0 x1 y1
-    the part of the models that is shown.
-    """
+    the part of the models that is shown."""
     import matplotlib.pyplot as plt
 
     if not runs:
@@ -128,8 +127,7 @@ def plot(
 
     `kind` is one of KINDS; `field` colours the blocks or joints or is drawn along the line of a profile; `options`
     go to the function of the kind, for example `scale=100` to enlarge displacements or `units="m,s,kN"` for the labels.
-    `window` x0 y0 x1 y1 is the part of the model that a map of blocks or joints shows.
-    """
+    `window` x0 y0 x1 y1 is the part of the model that a map of blocks or joints shows."""
     if kind not in KINDS:
         raise InputError(f"there is no kind of picture {kind!r}; the kinds are: {', '.join(KINDS)}")
     draw = KINDS[kind]

@@ -24,8 +24,7 @@ def record(
 ) -> AnyArray:  # fmt: skip
     """Acceleration, velocity and displacement over time, growth of the Arias intensity, response spectrum.
 
-    The band marks the time in which the Arias intensity grows from 5 to 95 %.
-    """
+    The band marks the time in which the Arias intensity grows from 5 to 95 %."""
     import matplotlib.pyplot as plt
 
     units = Units.parse(units)
@@ -66,8 +65,7 @@ def record(
 def pull_test(fit: Any, *, axes: Axes | None = None, title: str | None = None) -> Axes:
     """Measured points, the fit, where the slip begins and the plateau; points that were left out are hollow.
 
-    `fit` is a `BoltFit` of `analysis.pull_test`.
-    """
+    `fit` is a `BoltFit` of `analysis.pull_test`."""
     test = fit.test
     with style():
         _, axes = new_axes(axes, (PAPER_WIDTH, 3.6))

@@ -36,8 +36,7 @@ def mechanism(
     """How the model fails: the blocks that move, coloured by their motion, and arrows of their displacement.
 
     results: a file of `rockdda fos -o`, whose first frame is the settled state. Displacements count from it. `scale` is
-    the factor on the arrows' length; by default the longest is a tenth of the model.
-    """
+    the factor on the arrows' length; by default the longest is a tenth of the model."""
     from matplotlib.patches import Patch
 
     found, units = read_search(results), Units.parse(units, results)

@@ -145,8 +145,7 @@ def usual_range(values: AnyArray, areas: AnyArray, active: AnyArray | None = Non
 
     Otherwise one splinter that falls out of sight would take the whole colour scale. In each frame the blocks with
     the smallest and largest values are left out, on each side until they have 2 % of the area; the widest range of all
-    frames counts. `active`: blocks that count in each frame, by default all.
-    """
+    frames counts. `active`: blocks that count in each frame, by default all."""
     values = np.atleast_2d(values).astype(float)
     there = np.ones(values.shape, dtype=bool) if active is None else np.atleast_2d(active)
     low, high = np.inf, -np.inf
@@ -170,8 +169,7 @@ def colour_range(whole: tuple[float, float], usual: tuple[float, float]) -> tupl
 def without_splinters(values: AnyArray, areas: AnyArray, active: AnyArray | None = None) -> AnyArray:
     """The values (frames, blocks) for a colour scale.
 
-    Within their usual range, where the rest would take more than half of the colours for a twenty-fifth of the area.
-    """
+    Within their usual range, where the rest would take more than half of the colours for a twenty-fifth of the area."""
     rows = np.atleast_2d(values).astype(float)
     there = rows if active is None else rows[np.atleast_2d(active)]
     if not np.size(there):
@@ -189,8 +187,7 @@ def title_of(results: Results) -> str:
 def usual_view(start: AnyArray, shown: AnyArray, offset: AnyArray, areas: AnyArray) -> tuple[AnyArray, AnyArray]:
     """Lower left and upper right of a map: all of the start, and of the frame all that does not take the picture.
 
-    Blocks with the outermost 2 % of the area are out of sight where the rest takes less than half of the sides.
-    """
+    Blocks with the outermost 2 % of the area are out of sight where the rest takes less than half of the sides."""
     low, high = np.nanmin(start, axis=0), np.nanmax(start, axis=0)
     there = np.asarray(np.isfinite(np.add.reduceat(shown, offset[:-1], axis=0)).all(axis=1))
     if not there.any():

@@ -31,8 +31,7 @@ def water(
 
     `joints`: numbers of the joint materials whose joints alone have bands, on the block above them; otherwise all
     wetted edges have, at joints as wide as the blocks leave room. `heads` adds contours of the head of the water in the
-    joints. `size` is a factor on the width of the bands.
-    """
+    joints. `size` is a factor on the width of the bands."""
     from matplotlib.collections import LineCollection, PolyCollection
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch

@@ -36,8 +36,7 @@ def interactive(
 ) -> Any:  # fmt: skip
     """Open a window with a slider for the frames; a click on a block shows its number and value.
 
-    With `show=False` the plotter is returned without a window.
-    """
+    With `show=False` the plotter is returned without a window."""
     pyvista = _pyvista()
     units = Units.parse(units, results)
     field = field_name(field)
@@ -100,8 +99,7 @@ def slider(results: Results, field: str = "displacement", frame: int = -1, **opt
 
     options: of `rockdda.plot.blocks`. The limits of colours are those of each frame unless `limits=` fixes them. Frames
     that a run adds are there after `results.refresh()` and a new slider. Needs ipywidgets (`pip install
-    ipywidgets`).
-    """
+    ipywidgets`)."""
     widgets = need("ipywidgets", "notebook", "a slider")
     last = len(results.frames) - 1
     frames = widgets.IntSlider(

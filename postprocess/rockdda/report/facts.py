@@ -363,8 +363,7 @@ def search_table(results: Results) -> list[tuple[str, str]]:
 def checks(results: Results, half: HalfStep | None = None) -> list[tuple[str, str, str, str]]:
     """What was checked, the value found, the bound, and 'kept', 'not kept' or '–' where there is none.
 
-    half: the run at half the time step, where there was one.
-    """
+    half: the run at half the time step, where there was one."""
     rows: list[tuple[str, str, str, str]] = []
 
     def add(what: str, value: float, bound: float, of: str) -> None:

@@ -88,8 +88,7 @@ def report(
     has project, author, date, question and sources. A .pdf is laid out by WeasyPrint where it is installed, else by
     Chromium. With `check_step` the model runs again at half the time step, and the report tells how far the ends
     differ; `beside` is such a run that is there. Without either it tells that this was not checked. `progress` is
-    called with the number of pictures done and their number. An existing file is replaced.
-    """
+    called with the number of pictures done and their number. An existing file is replaced."""
     path = Path(output)
     if path.suffix.lower() not in (".html", ".pdf"):
         raise InputError(f"a report ends in .html or .pdf, not in {path.suffix or 'nothing'!r}", path)

@@ -40,8 +40,7 @@ class _Opened:
     behind that end cannot be read ("addr overflow"), and rows whose index has been split in the meantime read as
     zeros, without a word. So: nothing that was read while the file changed may be used. Files that are opened by name
     share what was taken in with all others of the process that are open under that name, older ones of the user too;
-    opened as a stream a file is seen as it is now.
-    """
+    opened as a stream a file is seen as it is now."""
 
     def __init__(self, path: Path) -> None:
         self.state = _state_of(path)

@@ -133,8 +133,7 @@ MOST_TEXTS = 1_000_000
 def heap_problem(file: h5py.File, stream: BinaryIO, size: int) -> str:
     """The first error in the heaps of texts of an open file of the given size in bytes; '' without one.
 
-    The structure of the file has been checked.
-    """
+    The structure of the file has been checked."""
     try:
         heaps: set[int] = set()
         head = _read(stream, 0, 40, size)

@@ -142,8 +142,7 @@ def _alone(folder: Path, patience: float = 0.0) -> Iterator[int | None]:
     """Hold the lock on a folder; None where another process still holds it after `patience` seconds.
 
     The lock is one of the operating system, which ends with the last process that has the handle. Where a file system
-    has none (some networks), the lock of the results by the program itself remains.
-    """
+    has none (some networks), the lock of the results by the program itself remains."""
     handle = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
     try:
         end = time.monotonic() + patience
@@ -171,8 +170,7 @@ def run_case(
     raises for a bad case.
 
     A search keeps its trials itself, so that the same command continues it; its answer is in `out.json`. Where another
-    process runs the case, it gets `patience` seconds to end.
-    """
+    process runs the case, it gets `patience` seconds to end."""
     here = Path(folder)
     with _alone(here, patience) as handle:
         status = read_status(here)

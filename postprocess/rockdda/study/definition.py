@@ -230,8 +230,7 @@ class _Reader:
     def check_texts(self) -> None:
         """No text may hold line breaks or other control characters: texts go into scripts, tables and logs.
 
-        Values of parameters and constants go into the files of the template only, and may hold them.
-        """
+        Values of parameters and constants go into the files of the template only, and may hold them."""
 
         def texts(value: Any) -> Iterator[str]:
             if isinstance(value, str):

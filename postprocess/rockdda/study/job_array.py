@@ -140,8 +140,7 @@ def last_words(study: Study) -> dict[int, tuple[bool, str]]:
     """For cases by their number: has the last task ended with an error, and the last line of its log with its path.
 
     A case says itself how it ended, in its folder. This is for tasks that could not begin one, and for those that the
-    scheduler ended; the log of a task that came to its end without an error is not named.
-    """
+    scheduler ended; the log of a task that came to its end without an error is not named."""
     found: dict[int, tuple[bool, str]] = {}
     for _, path in sorted(_logs(study)):
         with path.open("rb") as stream:

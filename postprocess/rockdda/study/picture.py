@@ -21,8 +21,7 @@ if TYPE_CHECKING:
 def plot_study(study: Study, table: pandas.DataFrame) -> Figure:
     """Every result against the first parameter of numbers that varies; further ones distinguish lines and rows.
 
-    Cases without a result are left out, so that gaps show.
-    """
+    Cases without a result are left out, so that gaps show."""
     import matplotlib.pyplot as plt
     from pandas.api.types import is_numeric_dtype
 

@@ -42,8 +42,7 @@ def run_study(
     """Run the cases that are not done. Ctrl-C stops the runs after their present step; the next call continues.
 
     `dask`: the address of a scheduler, ``"local"`` for a cluster on this machine, or ``"slurm"``, ``"pbs"``, ``"lsf"``
-    and others for dask-jobqueue with the options of the study's [cluster] table.
-    """
+    and others for dask-jobqueue with the options of the study's [cluster] table."""
     todo = pending(study, retry=retry)
     folders = []
     for case in todo:
@@ -100,8 +99,7 @@ def collect(study: Study) -> pandas.DataFrame:
     """One row a case: number, parameters, results, status, seconds. Missing numbers are NaN.
 
     A case whose results do not hold a quantity has failed, as in the run that finds it missing. So has one whose task
-    of a job array ended before the case could begin.
-    """
+    of a job array ended before the case could begin."""
     pd = need("pandas", "tables", "the table of a study")
 
     rows, said = [], last_words(study)
