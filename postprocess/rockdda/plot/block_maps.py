@@ -28,6 +28,7 @@ from .style import (
     SEQUENTIAL,
     STATES,
     TENSION,
+    add_strokes,
     field_words,
     limits_of,
     name_axis,
@@ -213,17 +214,12 @@ def add_lines(
     axes: Axes, pieces: Columns, colour: str, width: float = 1.6, *, label: str | None = None
 ) -> list[LineCollection]:
     """Add pieces of lines and, beneath them, their white rim, to be seen on any colour; nothing without pieces."""
-    from matplotlib.collections import LineCollection
-
     if not pieces.n_rows:
         return []
-    ends = list(pieces.stack("x1", "y1", "x2", "y2").reshape(-1, 2, 2))
-    rim = LineCollection(ends, colors="white", linewidths=width + 1.8, zorder=3.5, capstyle="projecting")
-    drawn = LineCollection(ends, colors=colour, linewidths=width, zorder=3.51, label=label or "", capstyle="round")
-    for lines in (rim, drawn):
-        lines.set_in_layout(False)
-        axes.add_collection(lines, autolim=False)
-    return [rim, drawn]
+    ends = pieces.stack("x1", "y1", "x2", "y2").reshape(-1, 2, 2)
+    rim = {"colors": "white", "linewidths": width + 1.8, "zorder": 3.5, "capstyle": "projecting"}
+    line = {"colors": colour, "linewidths": width, "zorder": 3.51, "capstyle": "round", "label": label or ""}
+    return [add_strokes(axes, ends, in_layout=False, **options) for options in (rim, line)]
 
 
 def _enlarged(axes: Axes, scale: float) -> None:
@@ -344,7 +340,6 @@ def stress_crosses(
 
     `size` is a factor on their length; where blocks differ in size, the 95th percentile of the stresses fits a block of
     middle size."""
-    from matplotlib.collections import LineCollection
     from matplotlib.lines import Line2D
 
     now, units = results.frames[frame], Units.parse(units, results)
@@ -360,10 +355,7 @@ def stress_crosses(
     order = np.argsort(principal.ravel() > 0, kind="stable")  # tension, the rarer, on top
     with frame_map(results, now, axes, units, title) as axes:
         many = results.n_blocks > MANY
-        axes.add_collection(
-            LineCollection(list(segments[order]), colors=colours[order], linewidths=0.9, zorder=3, rasterized=many),
-            autolim=False,
-        )
+        add_strokes(axes, segments[order], colors=colours[order], linewidths=0.9, zorder=3, rasterized=many)
         handles = [Line2D([], [], color=colour, lw=1.6) for colour in (COMPRESSION, TENSION)]
         axes.legend(handles, ["compression", "tension"], loc="upper left", bbox_to_anchor=(1.01, 1))
         value = _short_factor(reference)
@@ -378,7 +370,6 @@ def contact_forces(
     """Contact forces: strokes along the force through the contact, width and length by size, colour by state.
 
     Contacts that carry nothing are small dots. `size` is a factor on widths and lengths."""
-    from matplotlib.collections import LineCollection
     from matplotlib.lines import Line2D
 
     need_contacts(results)
@@ -399,8 +390,7 @@ def contact_forces(
             reach = longest * (0.1 + 0.9 * share[order, None])
             ends = np.stack([contacts.point[order] - reach * direction, contacts.point[order] + reach * direction], 1)
             widths = size * (0.3 + 1.9 * share[order])
-            strokes = LineCollection(list(ends), colors=colours[order], linewidths=widths, zorder=3, capstyle="round")
-            axes.add_collection(strokes, autolim=False)
+            add_strokes(axes, ends, colors=colours[order], linewidths=widths, zorder=3, capstyle="round")
         idle = contacts.point[~carrying]
         if len(idle):
             axes.plot(idle[:, 0], idle[:, 1], ".", color=STATES["open"], markersize=2, zorder=3)

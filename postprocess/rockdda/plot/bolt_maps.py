@@ -11,7 +11,7 @@ from ..errors import InputError
 from ..units import Units
 from .block_maps import add_fixed_points, add_lines, add_plain_blocks, frame_axes
 from .boundary_marks import add_boundaries
-from .style import LINER, USE_MAP, style
+from .style import LINER, USE_MAP, add_strokes, style
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -33,7 +33,6 @@ def bolts(
     `field='use'` shows the largest share of a strength instead, of the steel or of its grout; bolts without a strength
     are grey. `size` is a factor on the width of the lines."""
     from matplotlib import colormaps
-    from matplotlib.collections import LineCollection
 
     now, units = results.frames[frame], Units.parse(units, results)
     if field not in FIELDS:
@@ -53,9 +52,8 @@ def bolts(
         add_plain_blocks(axes, results, now.shown_vertices)
         colours = colormaps["viridis" if field == "force" else USE_MAP].with_extremes(bad="#999999")
         add_lines(axes, now.moved_pieces("liner"), LINER, 2.2)
-        lines = LineCollection(list(parts), array=shown, cmap=colours, linewidths=2.4 * size, zorder=3.5)
+        lines = add_strokes(axes, parts, array=shown, cmap=colours, linewidths=2.4 * size, zorder=3.5)
         lines.set_clim(low, high if high > low else 1.0)
-        axes.add_collection(lines, autolim=False)
         axes.figure.colorbar(lines, ax=axes, label=label, shrink=0.7)
         nodes = now.bolt_node_columns
         for state, (words, mark) in MARKS.items():

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..arrays import AnyArray, BoolArray, FloatArray
-from .style import BOUNDARIES
+from .style import BOUNDARIES, add_strokes
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist
@@ -93,8 +93,6 @@ def add_boundaries(axes: Axes, results: Results, shown: FloatArray, time: float 
     """Add the edges of boundaries with their symbols outside of the blocks: hatches (fixed, moving), rollers, dashpots
     (viscous; before a line, the ground that moves: free field), arrows of tractions and, one for each boundary, of
     velocities, as they act at a time. Edges of blocks that are not there (NaN) have none."""
-    from matplotlib.collections import LineCollection
-
     ends, edges = results.boundary_ends, results.boundary_edges
     if not len(edges):
         return []
@@ -104,9 +102,8 @@ def add_boundaries(axes: Axes, results: Results, shown: FloatArray, time: float 
     drawn: list[Artist] = []
 
     def add(lines: FloatArray, colour: str, width: float, order: float) -> None:
-        collection = LineCollection(list(lines), colors=colour, linewidths=width, zorder=order)
-        collection.set(clip_on=False, in_layout=False)
-        drawn.append(axes.add_collection(collection, autolim=False))
+        options: dict[str, Any] = {"clip_on": False, "in_layout": False}
+        drawn.append(add_strokes(axes, lines, colors=colour, linewidths=width, zorder=order, **options))
 
     for kind, colour in BOUNDARIES.items():
         here = (kinds == kind) & np.isfinite(shown[ends]).all(axis=(1, 2))

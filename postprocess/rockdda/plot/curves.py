@@ -13,7 +13,18 @@ from ..errors import InputError
 from ..frames import field_name
 from ..text import plain_text
 from ..units import Units
-from .style import PALETTE, PAPER_WIDTH, STATES, field_words, name_axis, new_axes, nice_ticks, style, title_of
+from .style import (
+    PALETTE,
+    PAPER_WIDTH,
+    STATES,
+    field_words,
+    name_axis,
+    new_axes,
+    new_panels,
+    nice_ticks,
+    style,
+    title_of,
+)
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -251,7 +262,6 @@ def energy(
     `stage`: of this stage only.
 
     Returns the two axes."""
-    import matplotlib.pyplot as plt
 
     units = Units.parse(units, results)
     _need_energies(results)
@@ -260,12 +270,7 @@ def energy(
     time = table["time"]
     turnover = float(np.max([np.abs(table[f"energy_{name}"]).max(initial=0.0) for name in names])) or 1.0
     with style():
-        if axes is None:
-            _, panels = plt.subplots(
-                2, figsize=(PAPER_WIDTH, 4.4), sharex=True, layout="constrained", height_ratios=(2.4, 1)
-            )
-        else:
-            panels = np.asarray(axes)
+        panels = new_panels(axes, 4.4, (2.4, 1))
         for i, name in enumerate(names):
             values = table[f"energy_{name}"]
             kind: dict[str, Any] = {"linestyle": "-" if name in STORED else (0, (4, 1.5))}
@@ -301,7 +306,6 @@ def iterations(
     `stage`: of this stage only.
 
     Returns the three axes."""
-    import matplotlib.pyplot as plt
     from matplotlib.ticker import MaxNLocator
     from matplotlib.transforms import ScaledTranslation
 
@@ -309,10 +313,7 @@ def iterations(
     table = _rows(results, stage)
     step = table["step"]
     with style():
-        if axes is None:
-            _, panels = plt.subplots(3, figsize=(PAPER_WIDTH, 5.0), sharex=True, layout="constrained")
-        else:
-            panels = np.asarray(axes)
+        panels = new_panels(axes, 5.0, (1, 1, 1))
         panels[0].step(step, table["dt"], where="mid", color=PALETTE[0])
         panels[0].set_ylabel(units.label("time step", "time"))
         panels[0].set_ylim(0, 1.08 * float(table["dt"].max()) if table.n_rows else 1.0)

@@ -15,7 +15,7 @@ from ..errors import InputError
 from ..text import PathLike, decoded, plain_text
 from ..units import Units
 from .block_maps import MANY, add_blocks, add_bolts
-from .style import MATERIALS, PALETTE, clip_to_window, new_axes, set_limits, size_of, style, window_axes
+from .style import MATERIALS, PALETTE, add_strokes, clip_to_window, new_axes, set_limits, size_of, style, window_axes
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -114,8 +114,6 @@ def _map_axes(points: FloatArray, axes: Axes | None, units: Units) -> Axes:
 
 def _lines(arrays: list[AnyArray], sizes: dict[str, int], axes: Axes | None, units: Units) -> Axes:
     """The lines as they are in the file, before cutting."""
-    from matplotlib.collections import LineCollection
-
     _, lines, joints, material_lines, materials, bolts, _, fixed, loading, measured, holes = arrays
     ends = [array.reshape(-1, 2) for array in (lines, material_lines, bolts, fixed, loading, measured, holes)]
     axes = _map_axes(np.concatenate(ends), axes, units)
@@ -125,36 +123,19 @@ def _lines(arrays: list[AnyArray], sizes: dict[str, int], axes: Axes | None, uni
     for chosen, name, width in groups:
         for material in np.unique(joints[chosen]).tolist():
             rows = lines[chosen & (joints == material)].reshape(-1, 2, 2)
-            axes.add_collection(
-                LineCollection(
-                    list(rows),
-                    colors=PALETTE[(material - 1) % len(PALETTE)],
-                    linewidths=width,
-                    linestyles=[DASHES[(material - 1) // len(PALETTE) % len(DASHES)]],
-                    label=f"{name}, joint material {material}",
-                    rasterized=len(lines) > MANY,
-                ),
-                autolim=False,
-            )
+            index, dashes = (material - 1) % len(PALETTE), DASHES[(material - 1) // len(PALETTE) % len(DASHES)]
+            add_strokes(
+                axes, rows, colors=PALETTE[index], linewidths=width, linestyles=[dashes],
+                label=f"{name}, joint material {material}", rasterized=len(lines) > MANY,
+            )  # fmt: skip
     for material in np.unique(materials).tolist():
         rows = material_lines[materials == material].reshape(-1, 2, 2)
-        axes.add_collection(
-            LineCollection(
-                list(rows),
-                colors=MATERIALS[(material - 1) % len(MATERIALS)],
-                linewidths=2.2,
-                linestyles=[DASHES[2]],
-                label=f"material line, block material {material}",
-            ),
-            autolim=False,
-        )
+        options: dict[str, Any] = {"linestyles": [DASHES[2]], "label": f"material line, block material {material}"}
+        add_strokes(axes, rows, colors=MATERIALS[(material - 1) % len(MATERIALS)], linewidths=2.2, **options)
     add_bolts(axes, bolts.reshape(-1, 2, 2), label="bolt")
     lined = np.any(fixed[:, :2] != fixed[:, 2:], axis=1)
     if lined.any():
-        axes.add_collection(
-            LineCollection(list(fixed[lined].reshape(-1, 2, 2)), colors="#8C510A", linewidths=2.6, label="fixed line"),
-            autolim=False,
-        )
+        add_strokes(axes, fixed[lined].reshape(-1, 2, 2), colors="#8C510A", linewidths=2.6, label="fixed line")
     for kind, points in (("fixed", fixed[~lined, :2]), ("loading", loading), ("measured", measured), ("hole", holes)):
         _add_points(axes, kind, points)
     return axes

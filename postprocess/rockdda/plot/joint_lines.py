@@ -12,7 +12,7 @@ from ..errors import InputError
 from ..joints import JOINT_FIELDS, need_contacts
 from ..units import Units
 from .block_maps import _scale_bar, _short_factor, _with_unit, frame_map
-from .style import PALETTE, PAPER_WIDTH, name_axis, nice_ticks, style
+from .style import PALETTE, add_strokes, name_axis, new_panels, nice_ticks, style
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -53,8 +53,6 @@ def thrust(
 
     The width follows the force. In a block with another number of joints that bear, strokes along the forces end
     within it. `size` is a factor on the widths."""
-    from matplotlib.collections import LineCollection
-
     need_contacts(results)
     now, units = results.frames[frame], Units.parse(units, results)
     pair, force, where = _resultants(results, frame)
@@ -80,9 +78,7 @@ def thrust(
             strokes.append(np.array([where[row], where[row] + reach * inward]))
             widths.append(float(width[row]))
     with frame_map(results, now, axes, units, title) as axes:
-        axes.add_collection(
-            LineCollection(strokes, colors=THRUST, linewidths=widths, capstyle="round", zorder=3), autolim=False
-        )
+        add_strokes(axes, strokes, colors=THRUST, linewidths=widths, capstyle="round", zorder=3)
         if len(where) < 400:
             axes.plot(
                 *where.T, "o", color="white", markeredgecolor=THRUST, markersize=3.2, markeredgewidth=0.9, zorder=3.4
@@ -136,19 +132,12 @@ def joint_profile(
     units: str | Units | None = None, title: str | None = None,
 ) -> AnyArray:  # fmt: skip
     """Normal and shear stress with the strength, and slip, along joints on a line from x1 y1 to x2 y2; two axes."""
-    import matplotlib.pyplot as plt
-
     if line is None:
         raise InputError("a joint profile needs the line along which it goes: x1, y1, x2, y2")
     now, units = results.frames[frame], Units.parse(units, results)
     data = joint_profile_data(results, line, frame)
     with style():
-        if axes is None:
-            _, panels = plt.subplots(
-                2, figsize=(PAPER_WIDTH, 3.9), sharex=True, layout="constrained", height_ratios=(2, 1)
-            )
-        else:
-            panels = np.asarray(axes)
+        panels = new_panels(axes, 3.9, (2, 1))
         gap = np.full(len(data["x1"]), np.nan)  # pieces of neighbouring joints are not joined
         place = np.column_stack([data["x1"], data["x2"], gap]).ravel()
         kinds = (

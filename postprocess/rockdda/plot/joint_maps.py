@@ -12,7 +12,7 @@ from ..errors import InputError
 from ..joints import JOINT_FIELDS, need_contacts
 from ..units import Units
 from .block_maps import add_colour_bar, frame_map
-from .style import PAPER_WIDTH, STATES, limits_of, without_splinters
+from .style import PAPER_WIDTH, STATES, add_strokes, limits_of, without_splinters
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -41,7 +41,6 @@ def joints(
     Each point of a joint colours the length that it stands for; points without length are dots. Where a joint is open,
     or has no strength to be mobilised, it is a thin grey line, but for the field 'opening'. `limits` are the ends of
     the colour scale, `size` is a factor on widths."""
-    from matplotlib.collections import LineCollection
     from matplotlib.colors import Normalize
     from matplotlib.lines import Line2D
 
@@ -61,20 +60,15 @@ def joints(
     with frame_map(results, now, axes, units, title) as axes:
         width = size * _width(axes, results)
         for some, colour, share in ((without, STATES["open"], 0.4), (~without, RIM, 1.0)):
-            lines = LineCollection(list(ends[some & line]), colors=colour, zorder=3)
-            lines.set(
-                linewidths=share * width + (min(0.5, 0.25 * width) if some is not without else 0.0), in_layout=False
-            )
-            axes.add_collection(lines, autolim=False)
+            wide = share * width + (min(0.5, 0.25 * width) if some is not without else 0.0)
+            add_strokes(axes, ends[some & line], colors=colour, linewidths=wide, in_layout=False, zorder=3)
         # what is largest is drawn last
         order = np.flatnonzero(~without & line)
         order = order[np.argsort(np.abs(values[order]), kind="stable")]
-        drawn = LineCollection(
-            list(ends[order]), array=values[order], cmap=colour_map, norm=Normalize(low, high), linewidths=width,
-            capstyle="butt", zorder=3.2,
+        drawn = add_strokes(
+            axes, ends[order], array=values[order], cmap=colour_map, norm=Normalize(low, high), linewidths=width,
+            capstyle="butt", in_layout=False, zorder=3.2,
         )  # fmt: skip
-        drawn.set_in_layout(False)
-        axes.add_collection(drawn, autolim=False)
         dots = ~without & ~line
         if dots.any():
             axes.scatter(

@@ -17,7 +17,7 @@ from ..frames import field_name
 from ..rings import triangles
 from ..units import Units
 from .block_maps import MANY, add_blocks, add_colour_bar, add_rest, frame_axes, frame_map, outlines
-from .style import COMPRESSION, TENSION, field_words, limits_of, style, without_splinters
+from .style import COMPRESSION, TENSION, add_strokes, field_words, limits_of, style, without_splinters
 from .water_levels import add_water_tables
 
 if TYPE_CHECKING:
@@ -233,7 +233,6 @@ def trajectories(
 ) -> Axes:  # fmt: skip
     """Trajectories of the principal stresses, smoothed over neighbouring blocks: lines along the most compressive one
     and, thin, across it; compression and tension by colour."""
-    from matplotlib.collections import LineCollection
     from matplotlib.lines import Line2D
 
     now, units = results.frames[frame], Units.parse(units, results)
@@ -255,13 +254,9 @@ def trajectories(
                     continue
                 places = np.array([place for place, _ in path])
                 tension = np.array([stress > 0 for _, stress in path])[1:]
-                axes.add_collection(
-                    LineCollection(
-                        list(np.stack([places[:-1], places[1:]], axis=1)),
-                        colors=np.where(tension, TENSION, COMPRESSION), linewidths=width, capstyle="round", zorder=3,
-                    ),
-                    autolim=False,
-                )  # fmt: skip
+                colours = np.where(tension, TENSION, COMPRESSION)
+                strokes = np.stack([places[:-1], places[1:]], axis=1)
+                add_strokes(axes, strokes, colors=colours, linewidths=width, capstyle="round", zorder=3)
         kinds = ((COMPRESSION, 1.2, "most compressive"), (COMPRESSION, 0.6, "across it"), (TENSION, 1.2, "tension"))
         handles = [Line2D([], [], color=colour, lw=width) for colour, width, _ in kinds]
         axes.legend(handles, [text for *_, text in kinds], loc="upper left", bbox_to_anchor=(1.01, 1))

@@ -20,6 +20,7 @@ from ..units import Units
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.axis import Axis
+    from matplotlib.collections import LineCollection
     from matplotlib.figure import Figure
 
     from ..results import Results
@@ -249,3 +250,24 @@ def new_axes(axes: Axes | None, size: tuple[float, float]) -> tuple[Figure, Axes
         assert figure is not None
         return figure.get_figure(root=True) if hasattr(figure, "get_figure") else figure, axes  # type: ignore[return-value]
     return plt.subplots(figsize=size, layout="constrained")
+
+
+def new_panels(axes: Any, height: float, ratios: Sequence[float]) -> AnyArray:
+    """The given axes, or panels below each other with these heights and one axis across."""
+    import matplotlib.pyplot as plt
+
+    if axes is not None:
+        return np.asarray(axes)
+    size = (PAPER_WIDTH, height)
+    return np.asarray(
+        plt.subplots(len(ratios), figsize=size, sharex=True, layout="constrained", height_ratios=ratios)[1]
+    )
+
+
+def add_strokes(axes: Axes, lines: Any, **options: Any) -> LineCollection:
+    """Add lines, each of some points, which do not move the limits of the axes."""
+    from matplotlib.collections import LineCollection
+
+    strokes = LineCollection(list(lines), **options)
+    axes.add_collection(strokes, autolim=False)
+    return strokes

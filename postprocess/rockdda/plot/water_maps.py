@@ -11,7 +11,7 @@ import numpy as np
 from ..errors import InputError
 from ..units import Units
 from .block_maps import add_plain_blocks, add_rest, frame_axes
-from .style import style
+from .style import add_strokes, style
 from .water_levels import TABLE, Stretch, add_water_tables, wetted_stretches
 
 if TYPE_CHECKING:
@@ -32,7 +32,7 @@ def water(
     `joints`: numbers of the joint materials whose joints alone have bands, on the block above them; otherwise all
     wetted edges have, at joints as wide as the blocks leave room. `heads` adds contours of the head of the water in the
     joints. `size` is a factor on the width of the bands."""
-    from matplotlib.collections import LineCollection, PolyCollection
+    from matplotlib.collections import PolyCollection
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
@@ -62,7 +62,7 @@ def water(
         add_plain_blocks(axes, results, now.shown_vertices)
         axes.add_collection(PolyCollection(bands, facecolors=WATER, alpha=0.55, edgecolors="none", zorder=2.5),
                             autolim=False)  # fmt: skip
-        axes.add_collection(LineCollection(edges, colors=TABLE, linewidths=0.6, zorder=2.6), autolim=False)
+        add_strokes(axes, edges, colors=TABLE, linewidths=0.6, zorder=2.6)
         if heads:
             _add_heads(axes, results, frame, units)
         add_water_tables(axes, results, now)
