@@ -222,13 +222,9 @@ def _word(value: Any) -> str:
 def _call(command: list[str], progress: bool) -> tuple[int, str, str]:
     """Exit code, standard output and standard error of the program; Ctrl-C ends it in order, then this process."""
     process = subprocess.Popen(
-        command,
-        stdout=subprocess.PIPE,
-        stderr=None if progress else subprocess.PIPE,
-        text=True,
-        encoding="utf-8",
+        command, stdout=subprocess.PIPE, stderr=None if progress else subprocess.PIPE, text=True, encoding="utf-8",
         errors="replace",
-    )
+    )  # fmt: skip
     try:
         out, told = process.communicate()
     except BaseException:

@@ -252,12 +252,9 @@ class Simulation:
 
 
 def _read(
-    session: Session,
-    geometry: PathLike | HasInput,
-    analysis: PathLike | None,
-    config: PathLike | None,
+    session: Session, geometry: PathLike | HasInput, analysis: PathLike | None, config: PathLike | None,
     stack: ExitStack,
-) -> None:
+) -> None:  # fmt: skip
     """Read a model from files or from memory."""
     if isinstance(geometry, HasInput):
         if analysis is not None or config is not None:

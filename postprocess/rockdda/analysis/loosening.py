@@ -134,14 +134,9 @@ def loosening(
     oscillation = rest.max(axis=0) - rest.min(axis=0)
     gradient = np.diff(moved[-1]) / np.diff(levels)
     return Loosening(
-        heights=levels - levels[0],
-        displacement=moved[-1],
-        gradient=gradient,
-        drift=drift,
-        oscillation=oscillation,
-        equilibrium=np.abs(drift) <= oscillation,
-        homogeneous=np.abs(gradient) < gradient_limit,
-    )
+        heights=levels - levels[0], displacement=moved[-1], gradient=gradient, drift=drift, oscillation=oscillation,
+        equilibrium=np.abs(drift) <= oscillation, homogeneous=np.abs(gradient) < gradient_limit,
+    )  # fmt: skip
 
 
 def loosening_of(results: Results, *, window: float = WINDOW, gradient_limit: float = GRADIENT_LIMIT) -> Loosening:
@@ -153,13 +148,9 @@ def loosening_of(results: Results, *, window: float = WINDOW, gradient_limit: fl
     if apart > 1e-6 * float(np.ptp(points[:, 1])):
         raise InputError(f"the measured points must lie on one vertical line; their x differ by {apart:g}")
     return loosening(
-        results["history/time"],
-        results["history/measured_displacement"][:, :, 1],
-        points[:, 1],
-        window=window,
-        gradient_limit=gradient_limit,
-        planned_time=_planned_time(results),
-    )
+        results["history/time"], results["history/measured_displacement"][:, :, 1], points[:, 1], window=window,
+        gradient_limit=gradient_limit, planned_time=_planned_time(results),
+    )  # fmt: skip
 
 
 def _planned_time(results: Results) -> float | None:

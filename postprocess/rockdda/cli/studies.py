@@ -390,12 +390,9 @@ def ground_reaction_command(
     liner: Annotated[str | None, Option("--liner", help="Lining; by default the first that a stage installs.")] = None,
     point: Annotated[int, Option("--point", min=1, help="Measured point whose convergence counts.")] = 1,
     releases: Annotated[int, Option("--releases", min=2, max=1000, help="Parts of the release without support.")] = 10,
-    work: Annotated[Path | None, Option("--work", help="Folder that keeps both runs.")] = None,
-    output: Output = None,
-    dpi: Resolution = 200,
-    quiet: Quiet = False,
-    as_json: Json = False,
-) -> None:
+    work: Annotated[Path | None, Option("--work", help="Folder that keeps both runs.")] = None, output: Output = None,
+    dpi: Resolution = 200, quiet: Quiet = False, as_json: Json = False,
+) -> None:  # fmt: skip
     """Ground reaction and support characteristic of a lined excavation, with their crossing, in a picture.
 
     The model runs without support, its forces released in parts, and with support. The pressure of the lining is the

@@ -107,12 +107,9 @@ def convert(
     _write(texts, force)
     problems = [(report, problem) for report in reports for problem in report.problems]
     return Conversion(
-        list(texts),
-        [report.text(p) for report, p in problems],
-        [p for _, p in problems],
-        [] if geometry is None else geometry.summary(),
-        [text for report in reports for text in _counted(report)],
-    )
+        list(texts), [report.text(p) for report, p in problems], [p for _, p in problems],
+        [] if geometry is None else geometry.summary(), [text for report in reports for text in _counted(report)],
+    )  # fmt: skip
 
 
 def _note_supports(geometry: Geometry, report: Report) -> None:

@@ -145,16 +145,10 @@ class Geometry:
         """The geometry file."""
         values = self.bolt_values or ()
         return GeometryDeck(
-            self.e0,
-            boundary=self.boundary,
-            joints=self.joints,
-            material_lines=self.material_lines,
-            bolts=[(*bolt, *values) for bolt in self.bolts],
-            fixed=self.fixed,
-            loading=self.loading,
-            measured=self.measured,
-            holes=self.holes,
-        ).text(title)
+            self.e0, boundary=self.boundary, joints=self.joints, material_lines=self.material_lines,
+            bolts=[(*bolt, *values) for bolt in self.bolts], fixed=self.fixed, loading=self.loading,
+            measured=self.measured, holes=self.holes,
+        ).text(title)  # fmt: skip
 
 
 @dataclass

@@ -24,12 +24,9 @@ if TYPE_CHECKING:
 
 
 def to_csv(
-    results: Results,
-    path: PathLike,
-    what: str = "history",
-    frames: Iterable[int] | None = None,
+    results: Results, path: PathLike, what: str = "history", frames: Iterable[int] | None = None,
     progress: Progress | None = None,
-) -> Path:
+) -> Path:  # fmt: skip
     """Write a table; returns the path.
 
     Headers have the units of the results where those are known, as in 'force_x [kN]'.

@@ -465,21 +465,10 @@ def _scale_bar(axes: Axes, length: float, text: str, width: float = 0.9) -> None
     # below the legend, also beside a flat picture
     place = min(low + 0.45 * (high - low), high - LEGEND * (high - low) / max(_height(axes), 1e-3))
     axes.plot(
-        [start, start + length],
-        [place, place],
-        color="black",
-        lw=width,
-        clip_on=False,
-        solid_capstyle="round",
+        [start, start + length], [place, place], color="black", lw=width, clip_on=False, solid_capstyle="round",
         gid=SCALE,
-    )
+    )  # fmt: skip
     axes.annotate(
-        text,
-        (start, place),
-        xytext=(0, -4),
-        textcoords="offset points",
-        va="top",
-        fontsize=8,
-        annotation_clip=False,
+        text, (start, place), xytext=(0, -4), textcoords="offset points", va="top", fontsize=8, annotation_clip=False,
         gid=SCALE,
-    )
+    )  # fmt: skip

@@ -325,13 +325,9 @@ def iterations(
         if table["solver_iterations"].any():
             beside = panels[1].twinx()
             lines += beside.step(
-                step,
-                table["solver_iterations"],
-                where="mid",
-                label="solver iterations (right)",
-                color=PALETTE[3],
+                step, table["solver_iterations"], where="mid", label="solver iterations (right)", color=PALETTE[3],
                 lw=0.8,
-            )
+            )  # fmt: skip
             beside.set_ylim(bottom=0)
             beside.tick_params(axis="y", colors=PALETTE[3])
             beside.spines.right.set(visible=True, color=PALETTE[3])

@@ -51,14 +51,9 @@ def interactive(
     label = (f"{words} [{unit}]" if unit else words).replace("$", "").replace("\\", "")
     low, high, _ = limits_of(field, factor * found, None)
     plotter.add_mesh(
-        mesh,
-        scalars=field,
-        clim=(low, high),
-        cmap=SEQUENTIAL,
-        show_edges=True,
-        lighting=False,
+        mesh, scalars=field, clim=(low, high), cmap=SEQUENTIAL, show_edges=True, lighting=False,
         scalar_bar_args={"title": label},
-    )
+    )  # fmt: skip
 
     def turn(value: float) -> None:
         now = frames[round(value)]

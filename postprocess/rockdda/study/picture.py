@@ -37,12 +37,9 @@ def plot_study(study: Study, table: pandas.DataFrame) -> Figure:
     groups = list(table.groupby(rows)) if rows else [((), table)]
     with style():
         figure, grid = plt.subplots(
-            len(groups),
-            len(study.quantities),
-            figsize=(3.4 * len(study.quantities), 2.7 * len(groups)),
-            squeeze=False,
+            len(groups), len(study.quantities), figsize=(3.4 * len(study.quantities), 2.7 * len(groups)), squeeze=False,
             layout="constrained",
-        )
+        )  # fmt: skip
         for axes_row, (key, part) in zip(grid, groups, strict=True):
             for axes, wanted in zip(axes_row, study.quantities, strict=True):
                 curves = list(part.groupby(lines[0])) if lines else [(None, part)]
