@@ -42,7 +42,7 @@ _HOMES = {
 }  # fmt: skip
 #: Modules that can be used as attributes without an import of their own.
 _MODULES = frozenset(_HOMES.values()) | {
-    "callers", "deck", "frames", "groups", "joints", "labelled", "materials", "namelist", "native", "options",
+    "deck", "frames", "groups", "joints", "labelled", "materials", "namelist", "native", "options",
     "program", "stages", "start", "storage", "text",
 }  # fmt: skip
 

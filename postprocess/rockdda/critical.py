@@ -19,8 +19,7 @@ from typing import Any, NoReturn
 
 import numpy as np
 
-from .callers import stack_level
-from .errors import ConvergenceError, InputError, InputWarning, OutputError, Problem, RockddaError
+from .errors import ConvergenceError, InputError, InputWarning, OutputError, Problem, RockddaError, stack_level
 from .model import Model
 from .outputs import output
 from .program import find_program

@@ -25,6 +25,7 @@ __all__ = [
 ]  # fmt: skip
 
 Numbers = Sequence[float]
+Table = npt.ArrayLike  # (m, 3) rows t x y
 COUNTS_IN_A_ROW = 20  # numbers of table rows in one line of an analysis file
 
 
@@ -198,3 +199,43 @@ def whole_number(what: str, value: Any) -> int:
     if int(value) != value:
         raise InputError(f"{what}: expected a whole number, found {value!r}")
     return int(value)
+
+
+# -- parts of a drawing: lines, bolts, and places with values in time --------------------------------------------------
+
+
+@dataclass
+class Line:
+    """A line of a geometry with its material."""
+
+    ends: tuple[float, float, float, float]
+    number: int | str  # joint or block material, or its name
+    boundary: bool = False
+
+
+@dataclass
+class Bolt:
+    """A bolt between two points."""
+
+    ends: tuple[float, float, float, float]
+    stiffness: float
+    pretension: float
+    strength: float
+
+
+@dataclass
+class Place:
+    """A fixed line or a loading point with its values in time."""
+
+    ends: tuple[float, ...]
+    table: FloatArray
+
+
+def time_table(rows: Table) -> FloatArray:
+    """Values in time as an array (m, 3)."""
+    table = np.asarray(rows, dtype=float)
+    if table.size == 0:
+        return np.zeros((0, 3))
+    if table.ndim != 2 or table.shape[1] != 3:
+        raise InputError(f"table: expected an array of shape (m, 3), rows t x y, found {table.shape}")
+    return table

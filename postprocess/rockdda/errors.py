@@ -101,3 +101,13 @@ def need(module: str, extra: str, purpose: str) -> ModuleType:
         package = {"imageio_ffmpeg": "imageio-ffmpeg", "vtkmodules": "vtk", "shapefile": "pyshp"}.get(module, module)
         message = f"{purpose} needs the package {package}: {how_to_install(extra)} ({error})"
         raise ImportError(message, name=package) from error
+
+
+def stack_level() -> int:
+    """The `stacklevel` at which `warnings.warn`, in the function that calls this, names code outside this package."""
+    folder = os.path.dirname(__file__)  # noqa: PTH120
+    level, frame = 1, sys._getframe(1)
+    while frame.f_back is not None and frame.f_code.co_filename.startswith(folder):
+        frame = frame.f_back
+        level += 1
+    return level

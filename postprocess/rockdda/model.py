@@ -17,7 +17,20 @@ import numpy.typing as npt
 
 from .arrays import FloatArray
 from .cutting import Blocks, cut
-from .deck import AnalysisDeck, BlockMaterial, GeometryDeck, JointMaterial, coordinates, line_rows, whole_number
+from .deck import (
+    AnalysisDeck,
+    BlockMaterial,
+    Bolt,
+    GeometryDeck,
+    JointMaterial,
+    Line,
+    Place,
+    Table,
+    coordinates,
+    line_rows,
+    time_table,
+    whole_number,
+)
 from .errors import InputError
 from .groups import OptionGroups, as_list, plain_options
 from .labelled import OPTION_FIELDS, block_groups, joint_groups, labelled_text, point_groups
@@ -25,7 +38,6 @@ from .namelist import format_groups, format_real
 from .native import ANALYSIS_FILE, CONFIG_FILE, LABELLED_TEXT, Session
 from .notebook import card, drawing_of_lines
 from .options import check_options, name_arguments, refuse_problems
-from .places import Bolt, Line, Place, Table, time_table
 from .reading import is_labelled, take_labelled, take_legacy
 from .results import Results
 from .simulation import Simulation, run

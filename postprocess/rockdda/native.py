@@ -16,8 +16,7 @@ from typing import Any
 import numpy as np
 
 from .arrays import AnyArray, FloatArray
-from .callers import stack_level
-from .errors import ConvergenceError, InputError, InputWarning, OutputError, Problem, RockddaError
+from .errors import ConvergenceError, InputError, InputWarning, OutputError, Problem, RockddaError, stack_level
 from .text import PathLike
 
 __all__ = ["Session", "build_description"]

@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from .deck import BlockMaterial, JointMaterial
+from .arrays import FloatArray
+from .deck import BlockMaterial, JointMaterial, Place, time_table
 from .errors import InputError
 from .groups import as_list
 from .labelled import (
@@ -22,7 +23,6 @@ from .labelled import (
 from .namelist import parse_groups
 from .native import CONFIG_FILE, CONFIG_TEXT, DIALECTS, LABELLED_TEXT, MODEL_FILE, Session
 from .options import names_that_add_up, repeated_groups, replace_files
-from .places import FloatArray, Place, time_table
 
 Model = Any  # rockdda.model.Model: that module imports this one
 

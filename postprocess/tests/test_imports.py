@@ -22,9 +22,9 @@ PAGE = Path(__file__).resolve().parents[2] / "docs/python.md"
 
 #: Modules and sub-packages, each of which imports only what stands before it. docs/python.md shows the same order.
 ORDER = (
-    "errors", "arrays", "version", "outputs", "writing", "callers", "program", "text", "notebook", "interrupts",
+    "errors", "arrays", "version", "outputs", "writing", "program", "text", "notebook", "interrupts",
     "namelist", "materials", "native", "options", "groups", "storage", "fields", "columns", "rings", "start",
-    "frames", "joints", "stages", "results", "units", "deck", "places", "labelled", "cutting", "simulation",
+    "frames", "joints", "stages", "results", "units", "deck", "labelled", "cutting", "simulation",
     "reading", "model",
     "critical", "networks", "records", "plot", "film", "convert", "export", "analysis", "study", "certainty", "report",
     "cli", "__init__", "__main__",

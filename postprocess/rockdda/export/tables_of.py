@@ -11,8 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..arrays import AnyArray
-from ..callers import stack_level
-from ..errors import InputError, InputWarning, need
+from ..errors import InputError, InputWarning, need, stack_level
 from ..frames import CONTACT_TABLES, FIELDS, JOINT_TABLES
 from ..joints import joint_points, need_contacts
 from ..stages import STAGE_TABLES
