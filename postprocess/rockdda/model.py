@@ -33,12 +33,20 @@ from .deck import (
 )
 from .errors import InputError
 from .groups import OptionGroups, as_list, plain_options
-from .labelled import OPTION_FIELDS, block_groups, joint_groups, labelled_text, point_groups
+from .labelled import (
+    OPTION_FIELDS,
+    block_groups,
+    is_labelled,
+    joint_groups,
+    labelled_text,
+    point_groups,
+    take_labelled,
+    take_legacy,
+)
 from .namelist import format_groups, format_real
 from .native import ANALYSIS_FILE, CONFIG_FILE, LABELLED_TEXT, Session
 from .notebook import card, drawing_of_lines
 from .options import check_options, name_arguments, refuse_problems
-from .reading import is_labelled, take_labelled, take_legacy
 from .results import Results
 from .simulation import Simulation, run
 from .text import PathLike

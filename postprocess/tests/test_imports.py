@@ -25,7 +25,7 @@ ORDER = (
     "errors", "arrays", "version", "outputs", "writing", "program", "text", "notebook", "interrupts",
     "namelist", "materials", "native", "options", "groups", "storage", "fields", "columns", "rings", "start",
     "frames", "joints", "stages", "results", "units", "deck", "labelled", "cutting", "simulation",
-    "reading", "model",
+    "model",
     "critical", "networks", "records", "plot", "film", "convert", "export", "analysis", "study", "certainty", "report",
     "cli", "__init__", "__main__",
 )  # fmt: skip
