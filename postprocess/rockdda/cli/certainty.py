@@ -99,14 +99,13 @@ def convergence_command(
     quantity: Annotated[
         list[str] | None,
         Option(
-            "--quantity",
             metavar="NAME",
             help="A number to judge: 'point 1 y', 'factor', 'max(history/energy[0])'; may be repeated. Default: all "
             "measured points at the end of every stage.",
         ),
     ] = None,
     fos: Annotated[bool, Option("--fos", help="Judge the critical factor, too, with the options below.")] = False,
-    limit: Annotated[str, Option("--limit", help="Share of a number by which it may change: 0.05 or 5%.")] = "0.05",
+    limit: Annotated[str, Option(help="Share of a number by which it may change: 0.05 or 5%.")] = "0.05",
     *,
     options: dict[str, Any],
     running: Running,
@@ -149,36 +148,28 @@ def convergence_command(
 
 def reliability_command(
     model: ModelFiles,
-    vary: Annotated[
-        str,
-        Option(
-            "--vary", metavar="INPUTS",
+    vary: Annotated[str,
+        Option(metavar="INPUTS",
             help="'NAME.OPTION = LAW(…); …': normal(mean, sd[, low, high]), lognormal(mean, sd), uniform(low, high), "
             "triangular(low, mode, high); tan(NAME.friction) is the tangent, NAME.table[4] one number of a list.",
         ),
     ] = "",
-    runs: Annotated[int, Option("--runs", min=1, help="Values of a Latin hypercube.")] = 30,
-    seed: Annotated[int, Option("--seed", min=0, help="Of the values, and of the first network.")] = 1,
-    correlate: Annotated[
-        str, Option("--correlate", metavar="PAIRS", help="'A, B = -0.5; …'")
+    runs: Annotated[int, Option(min=1, help="Values of a Latin hypercube.")] = 30,
+    seed: Annotated[int, Option(min=0, help="Of the values, and of the first network.")] = 1,
+    correlate: Annotated[str, Option(metavar="PAIRS", help="'A, B = -0.5; …'")
     ] = "",
-    seeds: Annotated[
-        int | None,
-        Option(
-            "--seeds", metavar="N", min=1,
+    seeds: Annotated[int | None,
+        Option(metavar="N", min=1,
             help="Draw up to N joint networks anew, from the statistics file beside the geometry.",
         ),
     ] = None,
-    precision: Annotated[
-        float, Option("--precision", help="Half of the interval at which no more networks are drawn; 0: all.")
+    precision: Annotated[float, Option(help="Half of the interval at which no more networks are drawn; 0: all.")
     ] = 0.05,
-    below: Annotated[
-        float | None,
-        Option("--below", help="Factor below which the model counts as failing; default: 1."),
+    below: Annotated[float | None,
+        Option(help="Factor below which the model counts as failing; default: 1."),
     ] = None,
-    back_analysis: Annotated[
-        float | None,
-        Option("--back-analysis", metavar="F", help="Find the pairs of inputs that give this factor."),
+    back_analysis: Annotated[float | None,
+        Option(metavar="F", help="Find the pairs of inputs that give this factor."),
     ] = None,
     *,
     options: dict[str, Any],

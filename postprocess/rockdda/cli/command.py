@@ -59,28 +59,23 @@ def plot_command(
     ] = None,
     field: common.PlotFieldName = "displacement",
     frame: common.FrameNumber = -1,
-    time: Annotated[float | None, Option("--time", help="Take the frame nearest to this time.")] = None,
-    scale: Annotated[float | None, Option("--scale", help="Factor on the displacements, or on the arrows.")] = None,
+    time: Annotated[float | None, Option(help="Take the frame nearest to this time.")] = None,
+    scale: Annotated[float | None, Option(help="Factor on the displacements, or on the arrows.")] = None,
     units: common.UnitNames = None,
     show: common.ShownUnits = None,
     limits: common.Limits = None,
-    line: Annotated[
-        str | None, Option("--line", metavar="X1,Y1,X2,Y2", help="Line of a profile or joint profile.")
-    ] = None,
+    line: Annotated[str | None, Option(metavar="X1,Y1,X2,Y2", help="Line of a profile or joint profile.")] = None,
     columns: Annotated[list[str] | None, Option("--column", "-c", help="Column of a history; may be repeated.")] = None,
     stage: Annotated[
-        str | None,
-        Option("--stage", help="Stage of a history, of energies or iterations; excavation of a ground reaction."),
+        str | None, Option(help="Stage of a history, of energies or iterations; excavation of a ground reaction.")
     ] = None,
     joints: Annotated[
         list[int] | None, Option("--joint", help="Joint material with water pressures; may be repeated.")
     ] = None,
     heads: Annotated[bool, Option("--heads", help="Contours of the head of water.")] = False,
-    window: Annotated[
-        str | None, Option("--window", metavar="X0,Y0,X1,Y1", help="Part of the model that is shown.")
-    ] = None,
+    window: Annotated[str | None, Option(metavar="X0,Y0,X1,Y1", help="Part of the model that is shown.")] = None,
     labels: Annotated[list[str] | None, Option("--label", help="Name of a run among several, in their order.")] = None,
-    title: Annotated[str | None, Option("--title", help="Title of the picture.")] = None,
+    title: Annotated[str | None, Option(help="Title of the picture.")] = None,
     outline: common.Outline = True,
     dpi: common.Resolution = 200,
     interactive: Annotated[bool, Option("--interactive", help="Open a window (PyVista) instead.")] = False,
@@ -196,19 +191,17 @@ def animate_command(
     file: common.ResultsFile,
     output: common.Output = None,
     field: common.FieldName = "displacement",
-    every: Annotated[int, Option("--every", min=1, help="Take every n-th frame.")] = 1,
-    fps: Annotated[float, Option("--fps", min=0.1, max=240, help="Frames per second of .mp4 and .gif.")] = 20.0,
+    every: Annotated[int, Option(min=1, help="Take every n-th frame.")] = 1,
+    fps: Annotated[float, Option(min=0.1, max=240, help="Frames per second of .mp4 and .gif.")] = 20.0,
     scale: common.Scale = 1.0,
     limits: common.Limits = None,
     units: common.UnitNames = None,
     show: common.ShownUnits = None,
-    title: Annotated[str | None, Option("--title", help="Title of the film.")] = None,
+    title: Annotated[str | None, Option(help="Title of the film.")] = None,
     outline: common.Outline = True,
-    dpi: Annotated[int, Option("--dpi", min=20, max=600, help="Resolution of .mp4 and .gif.")] = 120,
+    dpi: Annotated[int, Option(min=20, max=600, help="Resolution of .mp4 and .gif.")] = 120,
     joints: Annotated[bool, Option("--joints", help="Of .html: keep stresses, opening and slip of joints.")] = False,
-    liner: Annotated[
-        str, Option("--liner", help="Of .mp4 and .gif: colour of linings, use (of strength), N, M or Q.")
-    ] = "use",
+    liner: Annotated[str, Option(help="Of .mp4 and .gif: colour of linings, use (of strength), N, M or Q.")] = "use",
     quiet: common.Quiet = False,
     as_json: common.Json = False,
 ) -> None:
@@ -246,7 +239,7 @@ def animate_command(
 def view_command(
     file: Annotated[Path, Argument(metavar="FILE", help="Results, or a model.")],
     beside: Annotated[Path | None, Argument(metavar="OTHER.h5", help="Results to compare with.")] = None,
-    port: Annotated[int, Option("--port", min=0, max=65535, help="Port on this machine; 0: any free one.")] = 0,
+    port: Annotated[int, Option(min=0, max=65535, help="Port on this machine; 0: any free one.")] = 0,
     browser: Annotated[bool, Option("--browser/--no-browser", help="Open the browser.")] = True,
     field: common.FieldName = "displacement",
     units: common.UnitNames = None,
@@ -289,11 +282,11 @@ def report_command(
     file: common.ResultsFile,
     output: common.Output = None,
     units: common.UnitNames = None,
-    title: Annotated[str | None, Option("--title", help="Title of the report.")] = None,
-    project: Annotated[str, Option("--project", help="Project, at the head.")] = "",
-    author: Annotated[str, Option("--author", help="Who signs it.")] = "",
-    date: Annotated[str, Option("--date", help="Date of the report.")] = "",
-    question: Annotated[str, Option("--question", help="What the model is to answer.")] = "",
+    title: Annotated[str | None, Option(help="Title of the report.")] = None,
+    project: Annotated[str, Option(help="Project, at the head.")] = "",
+    author: Annotated[str, Option(help="Who signs it.")] = "",
+    date: Annotated[str, Option(help="Date of the report.")] = "",
+    question: Annotated[str, Option(help="What the model is to answer.")] = "",
     sources: Annotated[
         list[str] | None,
         Option(
@@ -306,7 +299,7 @@ def report_command(
         bool, Option("--check-step", help="Run the model again at half the time step, and compare.")
     ] = False,
     half: Annotated[
-        Path | None, Option("--half", metavar="OTHER.h5", help="Compare with this run at half the time step.")
+        Path | None, Option(metavar="OTHER.h5", help="Compare with this run at half the time step.")
     ] = None,
     quiet: common.Quiet = False,
     as_json: common.Json = False,

@@ -38,12 +38,11 @@ def export_command(
     table: Annotated[
         str | None,
         Option(
-            "--table",
             help="As .csv: history (default), boundaries, blocks, vertices, contacts, joints, joint_points, bolts or "
-            "liner.",
+            "liner."
         ),
     ] = None,
-    frames: Annotated[str | None, Option("--frames", help="Such as -1, 0,5,10 or 0:50:10; by default all.")] = None,
+    frames: Annotated[str | None, Option(help="Such as -1, 0,5,10 or 0:50:10; by default all.")] = None,
     quiet: Quiet = False,
     as_json: Json = False,
 ) -> None:
@@ -122,16 +121,12 @@ def convert_command(
     layers: Annotated[
         list[str] | None, Option("--layer", metavar="NAME=KIND", help="What a layer of a drawing is.")
     ] = None,
-    e0: Annotated[float | None, Option("--e0", help="Edge-node distance.")] = None,
-    chord: Annotated[float | None, Option("--chord", help="Distance of chords from curves.")] = None,
-    scale: Annotated[float | None, Option("--scale", help="Length of a drawing's unit, such as 0.001 for mm.")] = None,
-    origin: Annotated[
-        str | None, Option("--origin", metavar="X,Y", help="Point of the drawing that becomes 0,0.")
-    ] = None,
+    e0: Annotated[float | None, Option(help="Edge-node distance.")] = None,
+    chord: Annotated[float | None, Option(help="Distance of chords from curves.")] = None,
+    scale: Annotated[float | None, Option(help="Length of a drawing's unit, such as 0.001 for mm.")] = None,
+    origin: Annotated[str | None, Option(metavar="X,Y", help="Point of the drawing that becomes 0,0.")] = None,
     areas: Annotated[list[Path] | None, Option("--area", metavar="FILE", help="Polygons that clip the lines.")] = None,
-    window: Annotated[
-        str | None, Option("--window", metavar="X1,Y1,X2,Y2", help="A rectangle that clips the lines.")
-    ] = None,
+    window: Annotated[str | None, Option(metavar="X1,Y1,X2,Y2", help="A rectangle that clips the lines.")] = None,
     blocks: Annotated[bool, Option("--blocks", help="Each polygon is a block: nothing is cut (.blk).")] = False,
     geographic: Annotated[
         bool, Option("--geographic", help="Coordinates are longitudes and latitudes: make them metres.")
@@ -259,17 +254,13 @@ def record_command(
     output: Output = None,
     kind: Annotated[str | None, Option("--format", help="csv or at2; by default by the ending.")] = None,
     column: Annotated[str | None, Option("--column", "-c", help="Column of a .csv: name or number.")] = None,
-    scale: Annotated[
-        float | None, Option("--scale", help="Factor of the values; by default from their unit to m/s².")
-    ] = None,
+    scale: Annotated[float | None, Option(help="Factor of the values; by default from their unit to m/s².")] = None,
     start: Annotated[float | None, Option("--from", help="Begin at this time.")] = None,
     end: Annotated[float | None, Option("--to", help="End at this time.")] = None,
-    baseline: Annotated[
-        int | None, Option("--baseline", metavar="DEGREE", help="Correct the baseline by a polynomial.")
-    ] = None,
-    step: Annotated[float | None, Option("--step", help="Resample to this step.")] = None,
-    damping: Annotated[float, Option("--damping", help="Damping ratio of the response spectrum.")] = 0.05,
-    write: Annotated[Path | None, Option("--write", metavar="OUT.csv", help="Write the record, too.")] = None,
+    baseline: Annotated[int | None, Option(metavar="DEGREE", help="Correct the baseline by a polynomial.")] = None,
+    step: Annotated[float | None, Option(help="Resample to this step.")] = None,
+    damping: Annotated[float, Option(help="Damping ratio of the response spectrum.")] = 0.05,
+    write: Annotated[Path | None, Option(metavar="OUT.csv", help="Write the record, too.")] = None,
     units: UnitNames = None,
     dpi: Resolution = 200,
     quiet: Quiet = False,

@@ -54,14 +54,13 @@ def study_command(
     dask: Annotated[
         str | None,
         Option(
-            "--dask",
             metavar="WHERE",
             help="Run through Dask: tcp://HOST:PORT, local, or slurm, pbs, lsf … with the study's [cluster] table.",
         ),
     ] = None,
     slurm: Annotated[bool, Option("--slurm", help="Only write a Slurm job array for the remaining cases.")] = False,
     table: Annotated[bool, Option("--table", help="Run nothing: collect the results so far.")] = False,
-    case: Annotated[int | None, Option("--case", min=1, help="Run this case only, by its number.")] = None,
+    case: Annotated[int | None, Option(min=1, help="Run this case only, by its number.")] = None,
     output: Annotated[Path | None, Option("-o", "--output", metavar="FOLDER", help="Write here instead.")] = None,
     quiet: Quiet = False,
     as_json: Json = False,
@@ -214,14 +213,9 @@ def _write_table(study: Any, rows: Any) -> list[Path]:
 def loosening_command(
     files: Annotated[list[Path], Argument(metavar="OUT.h5...", help="Results files.")],
     window: Annotated[
-        float,
-        Option(
-            "--window", show_default="2/3", help="Share of the run, at its end, in which oscillations are looked at."
-        ),
+        float, Option(show_default="2/3", help="Share of the run, at its end, in which oscillations are looked at.")
     ] = WINDOW,
-    limit: Annotated[
-        float, Option("--limit", help="Difference over distance up to which points move together.")
-    ] = GRADIENT_LIMIT,
+    limit: Annotated[float, Option(help="Difference over distance up to which points move together.")] = GRADIENT_LIMIT,
     quiet: Annotated[bool, Option("--quiet", "-q", help="No summary.")] = False,
     as_json: Json = False,
 ) -> None:
@@ -272,13 +266,13 @@ def loosening_command(
 
 
 def voussoir_command(
-    span: Annotated[float, Option("--span", help="Span of the roof layer.")],
-    thickness: Annotated[float, Option("--thickness", help="Thickness of the layer.")],
-    unit_weight: Annotated[float, Option("--unit-weight", help="Weight per volume.")],
-    modulus: Annotated[float, Option("--modulus", help="Elastic modulus of the rock mass.")],
-    strength: Annotated[float | None, Option("--strength", help="Uniaxial compressive strength.")] = None,
-    friction: Annotated[float | None, Option("--friction", help="Friction angle of the joints [deg].")] = None,
-    variant: Annotated[str, Option("--variant", help="Average stress: beer-meek or diederichs-kaiser.")] = "beer-meek",
+    span: Annotated[float, Option(help="Span of the roof layer.")],
+    thickness: Annotated[float, Option(help="Thickness of the layer.")],
+    unit_weight: Annotated[float, Option(help="Weight per volume.")],
+    modulus: Annotated[float, Option(help="Elastic modulus of the rock mass.")],
+    strength: Annotated[float | None, Option(help="Uniaxial compressive strength.")] = None,
+    friction: Annotated[float | None, Option(help="Friction angle of the joints [deg].")] = None,
+    variant: Annotated[str, Option(help="Average stress: beer-meek or diederichs-kaiser.")] = "beer-meek",
     quiet: Annotated[bool, Option("--quiet", "-q", help="No summary.")] = False,
     as_json: Json = False,
 ) -> None:
@@ -310,9 +304,9 @@ def voussoir_command(
 
 
 def rock_load_command(
-    span: Annotated[float, Option("--span", help="Width B of the tunnel.")],
-    height: Annotated[float, Option("--height", help="Height of the tunnel.")],
-    rqd: Annotated[float | None, Option("--rqd", help="Rock quality [%], for Rose.")] = None,
+    span: Annotated[float, Option(help="Width B of the tunnel.")],
+    height: Annotated[float, Option(help="Height of the tunnel.")],
+    rqd: Annotated[float | None, Option(help="Rock quality [%], for Rose.")] = None,
     quiet: Annotated[bool, Option("--quiet", "-q", help="No summary.")] = False,
     as_json: Json = False,
 ) -> None:
@@ -334,16 +328,12 @@ def rock_load_command(
 
 def calibrate_bolt_command(
     file: Annotated[Path, Argument(metavar="TEST.csv", help="Displacement of the head and force.")],
-    length: Annotated[float, Option("--length", help="Length in grout [m].")],
-    young: Annotated[float, Option("--young", help="Young's modulus of the steel [Pa].")] = 200e9,
-    diameter: Annotated[float | None, Option("--diameter", help="Of the steel [m].")] = None,
-    area: Annotated[float | None, Option("--area", help="Of the steel [m²].")] = None,
-    free_length: Annotated[
-        float, Option("--free-length", help="Steel between the measured point and the grout [m].")
-    ] = 0.0,
-    yield_force: Annotated[
-        float | None, Option("--yield-force", help="Of the steel [N]: points there are left out.")
-    ] = None,
+    length: Annotated[float, Option(help="Length in grout [m].")],
+    young: Annotated[float, Option(help="Young's modulus of the steel [Pa].")] = 200e9,
+    diameter: Annotated[float | None, Option(help="Of the steel [m].")] = None,
+    area: Annotated[float | None, Option(help="Of the steel [m²].")] = None,
+    free_length: Annotated[float, Option(help="Steel between the measured point and the grout [m].")] = 0.0,
+    yield_force: Annotated[float | None, Option(help="Of the steel [N]: points there are left out.")] = None,
     output: Output = None,
     dpi: Resolution = 200,
     quiet: Quiet = False,
@@ -387,10 +377,10 @@ def calibrate_bolt_command(
 
 def ground_reaction_command(
     model: Annotated[Path, Argument(metavar="MODEL", help="Labelled file or folder.")],
-    liner: Annotated[str | None, Option("--liner", help="Lining; by default the first that a stage installs.")] = None,
-    point: Annotated[int, Option("--point", min=1, help="Measured point whose convergence counts.")] = 1,
-    releases: Annotated[int, Option("--releases", min=2, max=1000, help="Parts of the release without support.")] = 10,
-    work: Annotated[Path | None, Option("--work", help="Folder that keeps both runs.")] = None, output: Output = None,
+    liner: Annotated[str | None, Option(help="Lining; by default the first that a stage installs.")] = None,
+    point: Annotated[int, Option(min=1, help="Measured point whose convergence counts.")] = 1,
+    releases: Annotated[int, Option(min=2, max=1000, help="Parts of the release without support.")] = 10,
+    work: Annotated[Path | None, Option(help="Folder that keeps both runs.")] = None, output: Output = None,
     dpi: Resolution = 200, quiet: Quiet = False, as_json: Json = False,
 ) -> None:  # fmt: skip
     """Ground reaction and support characteristic of a lined excavation, with their crossing, in a picture.

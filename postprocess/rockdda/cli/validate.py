@@ -30,9 +30,9 @@ class Formulation(enum.StrEnum):
 def validate_command(
     quick: Annotated[bool, Option("--quick", help="Fewer runs, minutes; the default.")] = False,
     full: Annotated[bool, Option("--full", help="All runs of all cases.")] = False,
-    case: Annotated[list[str] | None, Option("--case", metavar="ID", help="Only this case; may be repeated.")] = None,
+    case: Annotated[list[str] | None, Option(metavar="ID", help="Only this case; may be repeated.")] = None,
     formulation: Annotated[
-        Formulation, Option("--formulation", help="Of the contacts: one of them, or both one after the other.")
+        Formulation, Option(help="Of the contacts: one of them, or both one after the other.")
     ] = Formulation.VERTEX,
     missing: Annotated[
         bool, Option("--missing", help="Only cases without a result in DIR, to continue after Ctrl-C.")
@@ -41,9 +41,7 @@ def validate_command(
     report_only: Annotated[bool, Option("--report-only", help="Run nothing: write the report again.")] = False,
     pdf: Annotated[bool, Option("--pdf", help="Also as DIR/report.pdf; by WeasyPrint or Chromium.")] = False,
     output: Annotated[Path, Option("-o", "--output", metavar="DIR", help="Folder of the report.")] = Path("validation"),
-    work: Annotated[
-        Path | None, Option("--work", metavar="DIR", help="Keep input files and results of all runs.")
-    ] = None,
+    work: Annotated[Path | None, Option(metavar="DIR", help="Keep input files and results of all runs.")] = None,
     workers: Annotated[
         int | None, Option("--workers", "-j", min=1, help="Cases at a time; default: one a core.")
     ] = None,
