@@ -5,14 +5,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from ..arrays import AnyArray, BoolArray, FloatArray
-
-if TYPE_CHECKING:
-    from ..results import Results
+from ..results import Results
 
 __all__ = ["Comparison", "Difference", "compare"]
 

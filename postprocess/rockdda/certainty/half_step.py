@@ -8,7 +8,7 @@ import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -16,13 +16,11 @@ from ..errors import ConvergenceError, InputError, InputWarning
 from ..groups import as_list
 from ..namelist import format_groups, parse_groups
 from ..native import LABELLED_TEXT, Session
+from ..results import Results
 from ..simulation import run
 from ..study import render
 from .template import Source, groups_of
 from .variants import HALF_STEP, chosen, ends_with_a_stage, template_of
-
-if TYPE_CHECKING:
-    from ..results import Results
 
 #: Options that name files beside the input.
 FILES = ("record", "pressure_file", "base_acceleration")

@@ -7,19 +7,16 @@ import json
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from ..errors import InputError
+from ..results import Results
 from ..study import Outcome, Study, pending, run_study, write_job_array
 from ..text import PathLike, csv_text
 from ..writing import complete_file, write_file
 from .template import digest_of_texts, remove_others
-
-if TYPE_CHECKING:
-    from ..results import Results
-
 
 Progress = Callable[[int, int, Outcome], None]
 

@@ -4,12 +4,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from typing import TYPE_CHECKING
 
 from ..errors import InputError
-
-if TYPE_CHECKING:
-    from ..results import Results
+from ..results import Results
 
 #: Called with the number of frames written and the number to write.
 Progress = Callable[[int, int], None]

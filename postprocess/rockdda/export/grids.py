@@ -4,17 +4,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..arrays import AnyArray, IntArray
 from ..frames import FIELDS
 from ..joints import JOINT_FIELDS, joint_points
+from ..results import Frame, Results
 from ..rings import triangles
-
-if TYPE_CHECKING:
-    from ..results import Frame, Results
 
 Arrays = dict[str, AnyArray]
 BOUNDARY_KINDS = ("fixed", "roller", "moving", "traction", "viscous", "free_field")  # 1, 2, … in the files

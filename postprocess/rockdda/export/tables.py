@@ -5,22 +5,19 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TextIO
+from typing import Any, TextIO
 
 import numpy as np
 
+from ..columns import Columns
 from ..convert.dxf import write_dxf
 from ..errors import InputError
 from ..joints import joint_points, need_contacts, summary_columns
-from ..results import FIELDS
+from ..results import FIELDS, Frame, Results
 from ..text import PathLike, csv_text
 from ..units import Units, description, with_units
 from ..writing import write_file
 from .common import Progress, chosen
-
-if TYPE_CHECKING:
-    from ..columns import Columns
-    from ..results import Frame, Results
 
 
 def to_csv(

@@ -14,6 +14,7 @@ from ..arrays import AnyArray
 from ..errors import InputError, InputWarning, need, stack_level
 from ..frames import CONTACT_TABLES, FIELDS, JOINT_TABLES
 from ..joints import joint_points, need_contacts
+from ..results import Frame, Results
 from ..stages import STAGE_TABLES
 from ..storage.tables import TABLES, names_in
 from ..units import description
@@ -21,8 +22,6 @@ from ..units import description
 if TYPE_CHECKING:
     import geopandas
     import xarray
-
-    from ..results import Frame, Results
 
 
 def to_xarray(results: Results, contacts: bool = True) -> xarray.Dataset:

@@ -11,22 +11,19 @@ import contextlib
 import xml.etree.ElementTree as ElementTree
 from collections.abc import Iterable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import h5py
 import numpy as np
 
 from ..arrays import AnyArray
 from ..errors import InputError, OutputError, RockddaError, how_to_install
+from ..results import Frame, Results
 from ..text import PathLike
 from ..units import description
 from ..writing import complete_file, make_folder, write_file
 from .common import Progress, chosen
 from .grids import Grid, grids_of, in_space
-
-if TYPE_CHECKING:
-    from ..results import Frame, Results
-
 
 ROWS = 4096  # of a chunk
 

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -11,10 +11,8 @@ from ..arrays import BoolArray, FloatArray
 from ..joints import JOINT_FIELDS, joint_points
 from ..plot.boundary_marks import boundary_tables, edge_arrows
 from ..plot.water_levels import water_tables, wetted_stretches
-
-if TYPE_CHECKING:
-    from ..results import Frame, Results
-    from ..units import Units
+from ..results import Frame, Results
+from ..units import Units
 
 Shown = dict[str, tuple[float, str]]  # factor and unit of fields
 PREFIX = "joint_"  # of the names that joint fields have in the page

@@ -10,11 +10,12 @@ import re
 import zlib
 from collections.abc import Callable, Sequence
 from importlib.resources import files
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from ..arrays import AnyArray
+from ..columns import Columns
 from ..plot.style import (
     DIVERGING,
     MATERIALS,
@@ -26,12 +27,9 @@ from ..plot.style import (
     limits_of,
     usual_range,
 )
+from ..results import Frame, Results
 from ..units import Units
 from .overlays import Shown, boundary_rows, has_water, joint_entries, joint_ranges, joint_rows, shown_joints, water_of
-
-if TYPE_CHECKING:
-    from ..columns import Columns
-    from ..results import Frame, Results
 
 SHOWN_FIELDS = (
     "displacement", "displacement_x", "displacement_y", "rotation", "speed", "stress_min", "stress_max", "stress_x",

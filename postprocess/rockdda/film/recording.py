@@ -16,8 +16,9 @@ from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
+from ..columns import Columns
 from ..errors import InputError, OutputError, how_to_install
-from ..frames import field_name
+from ..frames import Frame, field_name
 from ..interrupts import HeldInterrupts
 from ..plot.block_maps import MANY, add_colour_bar, add_fixed_points, add_lines, add_outline, moment, name_map
 from ..plot.boundary_marks import add_boundaries
@@ -34,6 +35,7 @@ from ..plot.style import (
     without_splinters,
 )
 from ..plot.water_levels import add_water_tables
+from ..results import Results
 from ..text import PathLike, plain_text
 from ..units import Units
 from ..writing import complete_file
@@ -44,10 +46,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.collections import LineCollection, PolyCollection
     from matplotlib.figure import Figure
-
-    from ..columns import Columns
-    from ..frames import Frame
-    from ..results import Results
 
 
 LINER_FIELDS = ("use", "N", "M", "Q")

@@ -16,6 +16,7 @@ from ..columns import Columns
 from ..frames import field_name
 from ..joints import need_contacts
 from ..materials import block_material_names
+from ..results import Frame, Results
 from ..text import plain_text
 from ..units import Units
 from .boundary_marks import add_boundaries
@@ -46,8 +47,6 @@ from .water_levels import add_water_tables
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.collections import Collection, LineCollection, PolyCollection
-
-    from ..results import Frame, Results
 
 MANY = 20_000  # blocks from which on outlines are thinner than they can be printed, and left out of vector files
 FLAT = 40  #: height of a picture with room for few numbers beside it [points]

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..errors import InputError
+from ..results import Results
 from ..units import Units
 from .block_maps import add_fixed_points, add_lines, add_plain_blocks, frame_axes
 from .boundary_marks import add_boundaries
@@ -15,8 +16,6 @@ from .style import LINER, USE_MAP, add_strokes, style
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-
-    from ..results import Results
 
 MARKS = {2: ("slips", "o"), 3: ("yields", "s"), 4: ("broken", "X")}
 

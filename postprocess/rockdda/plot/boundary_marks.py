@@ -8,13 +8,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..arrays import AnyArray, BoolArray, FloatArray
+from ..results import Results
 from .style import BOUNDARIES, add_strokes
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist
     from matplotlib.axes import Axes
-
-    from ..results import Results
 
 SIZE = 0.012  # of a symbol over the larger extent of the model
 #: How an edge is loaded or moved: not, along its inward or outward normal, along a vector.

@@ -9,8 +9,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..arrays import AnyArray, FloatArray, IntArray
+from ..columns import Columns
 from ..errors import InputError
 from ..frames import field_name
+from ..results import Results
 from ..text import plain_text
 from ..units import Units
 from .style import (
@@ -28,9 +30,6 @@ from .style import (
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-
-    from ..columns import Columns
-    from ..results import Results
 
 DASHES = ("-", (0, (5, 1.5)), (0, (1, 1)), (0, (5, 1.5, 1, 1.5)))
 STORED = ("kinetic", "strain", "gravity", "springs")

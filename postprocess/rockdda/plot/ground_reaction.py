@@ -9,6 +9,7 @@ import numpy as np
 
 from ..arrays import AnyArray, FloatArray
 from ..errors import InputError
+from ..results import Results
 from ..text import plain_text
 from ..units import Units
 from .style import PALETTE, PAPER_WIDTH, name_axis, new_axes, nice_ticks, style, title_of
@@ -17,8 +18,6 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from matplotlib.axes import Axes
-
-    from ..results import Results
 
 
 def ground_reaction_data(results: Results, stage: str | None = None) -> tuple[FloatArray, FloatArray, AnyArray]:

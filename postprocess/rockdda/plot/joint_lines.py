@@ -10,14 +10,13 @@ import numpy as np
 from ..arrays import AnyArray, FloatArray, IntArray
 from ..errors import InputError
 from ..joints import JOINT_FIELDS, need_contacts
+from ..results import Results
 from ..units import Units
 from .block_maps import _scale_bar, _short_factor, _with_unit, frame_map
 from .style import PALETTE, add_strokes, name_axis, new_panels, nice_ticks, style
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-
-    from ..results import Results
 
 THRUST = "#D55E00"
 LOADED = 0.02  #: of the usual force of joints: less is not drawn

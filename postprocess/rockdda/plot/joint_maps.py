@@ -10,14 +10,13 @@ import numpy as np
 from ..arrays import FloatArray
 from ..errors import InputError
 from ..joints import JOINT_FIELDS, need_contacts
+from ..results import Results
 from ..units import Units
 from .block_maps import add_colour_bar, frame_map
 from .style import PAPER_WIDTH, STATES, add_strokes, limits_of, without_splinters
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-
-    from ..results import Results
 
 OPEN = 0  # state of a contact
 WIDTH = 2.4  # points; less where joints are short

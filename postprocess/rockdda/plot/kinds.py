@@ -14,6 +14,7 @@ import numpy as np
 from ..arrays import AnyArray
 from ..errors import InputError
 from ..frames import field_name
+from ..results import Results
 from ..text import LONGEST_IN_PICTURE, PathLike, plain_text
 from ..units import Units
 from ..writing import complete_file
@@ -41,8 +42,6 @@ from .water_maps import water
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-
-    from ..results import Results
 
 
 def small_multiples(

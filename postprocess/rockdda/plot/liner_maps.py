@@ -11,6 +11,7 @@ from ..arrays import FloatArray
 from ..columns import Columns
 from ..errors import InputError
 from ..frames import Frame
+from ..results import Results
 from ..units import Units
 from .block_maps import add_fixed_points, add_plain_blocks, frame_axes
 from .block_maps import moment as moment_of
@@ -18,8 +19,6 @@ from .style import PAPER_WIDTH, clip_to_window, style
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-
-    from ..results import Results
 
 FIELDS = {"N": "axial force", "M": "bending moment", "Q": "shear force"}
 MARKS = {2: ("cracked", "o"), 3: ("crushed", "X")}

@@ -10,14 +10,13 @@ import numpy as np
 from ..arrays import AnyArray, FloatArray
 from ..critical import NAMES, UNITS, CriticalFactor, read_search
 from ..errors import InputError
+from ..results import Results
 from ..units import Units
 from .block_maps import add_blocks, add_outline, add_rest, frame_axes
 from .style import PAPER_WIDTH, name_axis, new_axes, nice_ticks, style, title_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-
-    from ..results import Results
 
 MOTIONS = {"sliding": "#E69F00", "toppling": "#56B4E9", "fall": "#CC79A7"}
 STABLE, FAILING = "#0072B2", "#D55E00"

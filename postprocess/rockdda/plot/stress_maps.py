@@ -14,6 +14,7 @@ import numpy as np
 from ..arrays import FloatArray, IntArray
 from ..errors import InputError
 from ..frames import field_name
+from ..results import Frame, Results
 from ..rings import triangles
 from ..units import Units
 from .block_maps import MANY, add_blocks, add_colour_bar, add_rest, frame_axes, frame_map, outlines
@@ -22,8 +23,6 @@ from .water_levels import add_water_tables
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-
-    from ..results import Frame, Results
 
 BANDS = 10
 TOUCH = 0.02  #: of the size of a middle block: the gap across which blocks still touch

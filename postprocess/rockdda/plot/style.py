@@ -14,6 +14,7 @@ from ..arrays import AnyArray
 from ..errors import InputError
 from ..fields import FIELD_TEXTS
 from ..frames import FIELDS
+from ..results import Results
 from ..text import plain_text
 from ..units import Units
 
@@ -22,8 +23,6 @@ if TYPE_CHECKING:
     from matplotlib.axis import Axis
     from matplotlib.collections import LineCollection
     from matplotlib.figure import Figure
-
-    from ..results import Results
 
 # Okabe and Ito (2008): black, blue, vermilion, green, orange, sky blue, purple, yellow
 PALETTE = ("#000000", "#0072B2", "#D55E00", "#009E73", "#E69F00", "#56B4E9", "#CC79A7", "#F0E442")

@@ -11,12 +11,11 @@ import numpy as np
 
 from ..arrays import FloatArray
 from ..errors import InputError
+from ..results import Frame, Results
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist
     from matplotlib.axes import Axes
-
-    from ..results import Frame, Results
 
 Pressure = Callable[[FloatArray], FloatArray]
 TABLE = "#0072B2"

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..errors import InputError
+from ..results import Results
 from ..units import Units
 from .block_maps import add_plain_blocks, add_rest, frame_axes
 from .style import add_strokes, style
@@ -16,8 +17,6 @@ from .water_levels import TABLE, Stretch, add_water_tables, wetted_stretches
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-
-    from ..results import Results
 
 WATER = "#56B4E9"
 HEADS = "#005F8F"

@@ -6,18 +6,16 @@ from __future__ import annotations
 
 import io
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from ..errors import RockddaError, how_to_install, need
 from ..frames import FIELDS, field_name
+from ..results import Results
 from ..units import Units
 from .block_maps import moment
 from .style import SEQUENTIAL, field_words, limits_of
-
-if TYPE_CHECKING:
-    from ..results import Results
 
 
 def polygons_mesh(results: Results, frame: int = -1) -> Any:

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import contextlib
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -16,13 +16,11 @@ from ..errors import InputError
 from ..joints import after_on_block, joint_points, summary_columns
 from ..materials import material_rows
 from ..options import option_rows
+from ..records import Record
+from ..results import Results, Stage
 from ..text import number
 from ..units import Units
 from .support import liner_forces
-
-if TYPE_CHECKING:
-    from ..records import Record
-    from ..results import Results, Stage
 
 SEARCHES = {
     "strength": "factor of safety", "tilt": "critical tilt [°]", "push": "critical push over weight",

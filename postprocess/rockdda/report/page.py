@@ -20,6 +20,7 @@ from ..certainty.half_step import compare_ends, run_half_step
 from ..certainty.running import Answer, answers_beside
 from ..critical import read_search
 from ..errors import InputError
+from ..results import Results
 from ..text import PathLike, readable
 from ..units import Units, description
 from ..writing import complete_file, write_file
@@ -28,7 +29,6 @@ from .paper import needs_for_pdf, pdf_of
 
 if TYPE_CHECKING:
     from ..certainty.half_step import HalfStep
-    from ..results import Results
 
 Progress = Callable[[int, int], None]
 MOST_STAGES = 6  # with a picture of their own

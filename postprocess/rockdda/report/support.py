@@ -4,15 +4,12 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..results import Frame, Results
 from ..text import number
 from ..units import Units
-
-if TYPE_CHECKING:
-    from ..results import Frame, Results
 
 MOST_BOLTS = 20  # of a table
 MOST_SHARE = 10.0  # a share above it is that of a section which its crack has left without strength
