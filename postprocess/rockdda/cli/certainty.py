@@ -4,8 +4,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from dataclasses import dataclass
 from inspect import Parameter, Signature, signature
 from pathlib import Path
@@ -15,7 +14,7 @@ import typer
 from typer import Argument, Option
 
 from ..errors import InputError
-from .common import NO_CONVERGENCE, Quiet, draw_into_files, progress_bar
+from .common import NO_CONVERGENCE, Quiet, draw_into_files, runs_bar
 
 if TYPE_CHECKING:
     from ..study import Outcome
@@ -138,7 +137,7 @@ def convergence_command(
             studies = prepare_convergence(source, running.output, fos, options)
             _tell_arrays(write_arrays(studies, running.retry), running)
         return
-    with _progress(running.quiet or running.as_json) as report:
+    with runs_bar(running.quiet, running.as_json, _ended) as report:
         found = convergence(
             files[0], files[1], quantities=quantity or (), fos=fos, limit=share, progress=report,
             **running.of_study(), **options,
@@ -202,7 +201,7 @@ def reliability_command(
             study = prepare_reliability(source, plan, running.output, options)
             _tell_arrays(write_arrays([study], running.retry), running)
         return
-    with _progress(running.quiet or running.as_json) as report:
+    with runs_bar(running.quiet, running.as_json, _ended) as report:
         found = reliability(
             files[0], vary, files[1], runs=runs, seed=seed, seeds=seeds, precision=precision, correlate=correlate,
             below=below, back_analysis=back_analysis, progress=report, **running.of_study(), **options,
@@ -227,26 +226,11 @@ def _share(text: str) -> float:
     return value
 
 
-@contextmanager
-def _progress(quiet: bool) -> Iterator[Callable[[int, int, Outcome], None]]:
-    """Reports runs as they end; says how to go on when they are stopped."""
-    with progress_bar("runs", quiet) as bar:
-
-        def report(done: int, total: int, outcome: Outcome) -> None:
-            if bar is not None:
-                bar(done, total)
-            elif not quiet:
-                ended = outcome.status
-                if ended == "failed":  # a search without a factor may be an answer
-                    ended = f"no answer ({outcome.message.splitlines()[0].removeprefix('rockdda: error: ')[:70]})"
-                typer.echo(f"{done}/{total} {outcome.name}: {ended}, {outcome.seconds:.1f} s", err=True)
-
-        try:
-            yield report
-        except KeyboardInterrupt:
-            if not quiet:
-                typer.echo("stopped; the same command continues", err=True)
-            raise
+def _ended(outcome: Outcome) -> str:
+    """How a run ended: a search without a factor may be an answer."""
+    if outcome.status != "failed":
+        return outcome.status
+    return f"no answer ({outcome.message.splitlines()[0].removeprefix('rockdda: error: ')[:70]})"
 
 
 def _tell_arrays(paths: list[Path], running: Running) -> None:

@@ -87,6 +87,25 @@ def progress_bar(what: str, quiet: bool) -> Iterator[Callable[[int, int], None] 
         yield lambda done, total: bar.update(task, completed=done, total=total)
 
 
+@contextmanager
+def runs_bar(quiet: bool, as_json: bool, ended: Callable[[Any], str]) -> Iterator[Callable[[int, int, Any], None]]:
+    """Reports runs as they end, by a bar or in lines with how each ended; says how to go on when they are stopped."""
+    with progress_bar("runs", quiet or as_json) as bar:
+
+        def report(done: int, total: int, outcome: Any) -> None:
+            if bar is not None:
+                bar(done, total)
+            elif not (quiet or as_json):
+                typer.echo(f"{done}/{total} {outcome.name}: {ended(outcome)}, {outcome.seconds:.1f} s", err=True)
+
+        try:
+            yield report
+        except KeyboardInterrupt:
+            if not quiet:
+                typer.echo("stopped; the same command continues", err=True)
+            raise
+
+
 def open_results(path: Path, frame: int | None = None, field: str | None = None, frames: bool = True) -> Results:
     """Open a results file, and check that it has the given frame and field, and frames if needed."""
     from ..frames import field_name

@@ -29,7 +29,7 @@ from .common import (
     draw_into_files,
     open_results,
     print_summary,
-    progress_bar,
+    runs_bar,
     target,
 )
 
@@ -109,21 +109,8 @@ def study_command(
 
     outcomes: list[Outcome] = []
     if not table:
-        with progress_bar("runs", quiet or as_json) as bar:
-
-            def report(done: int, total: int, outcome: Outcome) -> None:
-                outcomes.append(outcome)
-                if bar is not None:
-                    bar(done, total)
-                elif not (quiet or as_json):
-                    typer.echo(f"{done}/{total} {outcome.name}: {outcome.status}, {outcome.seconds:.1f} s", err=True)
-
-            try:
-                run_study(study, workers=workers, retry=retry, dask=dask, progress=report)
-            except KeyboardInterrupt:
-                if not quiet:
-                    typer.echo("stopped; the same command continues", err=True)
-                raise
+        with runs_bar(quiet, as_json, lambda outcome: outcome.status) as report:
+            outcomes = run_study(study, workers=workers, retry=retry, dask=dask, progress=report)
     rows = collect(study)
     written = _write_table(study, rows)
     count = {
