@@ -3,14 +3,12 @@
 
 from __future__ import annotations
 
-import html
 import json
 import re
 import secrets
 import subprocess
 import threading
 from dataclasses import dataclass, field
-from importlib.resources import files
 from pathlib import Path
 from typing import Any
 from urllib.parse import urlsplit
@@ -23,7 +21,7 @@ from ..plot.style import MATERIALS, PALETTE
 from ..program import find_program
 from ..text import decoded
 from ..units import SYSTEMS
-from .page import filled
+from .page import page
 
 PATIENCE = 60.0  # s, for `rockdda check`
 GROUP = re.compile(r"^\s*[&$](\w+)", re.M)
@@ -383,14 +381,5 @@ class ModelViewer:
     def _page(self) -> str:
         self._refresh()
         assert self._data is not None
-        web = files("rockdda").joinpath("web")
-        setup = {
-            "model": self._data.page, "version": self.version, "palette": list(PALETTE), "materials": list(MATERIALS),
-        }  # fmt: skip
-        parts = {
-            "title": html.escape(self.path.name or str(self.path)),
-            "css": web.joinpath("player.css").read_text(encoding="utf-8"),
-            "script": web.joinpath("model.js").read_text(encoding="utf-8"),
-            "setup": json.dumps(setup, separators=(",", ":")).replace("<", "\\u003c"),
-        }
-        return filled(web.joinpath("model.html").read_text(encoding="utf-8"), parts)
+        setup = {"model": self._data.page, "version": self.version, "palette": PALETTE, "materials": MATERIALS}
+        return page(self.path.name or str(self.path), setup, "model")

@@ -171,16 +171,12 @@ def _plain(label: str) -> str:
     return label
 
 
-def page(title: str, setup: dict[str, Any]) -> str:
-    """The whole page: markup, style, program and data."""
+def page(title: str, setup: dict[str, Any], name: str = "player") -> str:
+    """The whole page, the player or that of a 'model': markup, style, program and data."""
     web = files("rockdda").joinpath("web")
-    parts = {
-        "title": html.escape(title),
-        "css": web.joinpath("player.css").read_text(encoding="utf-8"),
-        "script": web.joinpath("player.js").read_text(encoding="utf-8"),
-        "setup": json.dumps(setup, separators=(",", ":")).replace("<", "\\u003c"),  # no end tag within
-    }
-    return filled(web.joinpath("player.html").read_text(encoding="utf-8"), parts)
+    css, script, text = (web.joinpath(file).read_text("utf-8") for file in ("player.css", f"{name}.js", f"{name}.html"))
+    data = json.dumps(setup, separators=(",", ":")).replace("<", "\\u003c")  # no end tag within
+    return filled(text, {"title": html.escape(title), "css": css, "script": script, "setup": data})
 
 
 def filled(text: str, parts: dict[str, str]) -> str:
