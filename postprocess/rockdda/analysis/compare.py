@@ -11,16 +11,14 @@ import numpy as np
 
 from ..arrays import AnyArray, BoolArray, FloatArray
 from ..results import Results
+from ..storage.tables import names_in
 
 __all__ = ["Comparison", "Difference", "compare"]
 
 MODEL = ("vertex_offset", "vertices", "edge_joint", "block_material", "block_area", "block_centroid")
 MODEL_POINTS = ("fixed_points", "loading_points", "measured_points")
-HISTORY = (
-    "step", "time", "dt", "open_close_iterations", "attempts", "solver_iterations", "contacts", "max_displacement",
-    "energy", "measured_displacement", "measured_stress", "measured_rotation", "fixed_force",
-)  # fmt: skip
-FRAMES = ("step", "time", "vertices", "centroid", "rotation", "stress", "velocity")
+HISTORY = names_in("history", "")
+FRAMES = [name for name in names_in("frames", "") if not name.startswith("contact_")]
 BOUNDARY_FORCE = "history/boundary_force"
 MODEL_BOLTS = ("bolt_ends", "bolt_blocks", "bolt_properties")
 BOLTS = ("bolt_ends", "bolt_force")  # of frames
@@ -126,10 +124,6 @@ def _beyond(x: AnyArray, y: AnyArray, tolerance: float, scale: float) -> tuple[B
     return ~same & (gap > tolerance * scale), gap
 
 
-def _rows(results: Results, path: str, begin: int, end: int) -> AnyArray:
-    return results.rows(path, begin, end)
-
-
 def _table(
     path: str, a: Results, b: Results, tolerance: float,
     clock: tuple[AnyArray, AnyArray] | None, offset: AnyArray | None,
@@ -137,7 +131,7 @@ def _table(
     """The difference of one dataset, read in pieces."""
     group = path.partition("/")[0]
     n_a, n_b = (_length(results, path, group) for results in (a, b))
-    shape_a, shape_b = _rows(a, path, 0, 1).shape[1:], _rows(b, path, 0, 1).shape[1:]
+    shape_a, shape_b = a.rows(path, 0, 1).shape[1:], b.rows(path, 0, 1).shape[1:]
     if (clock is None and n_a != n_b) or shape_a != shape_b:
         texts = (f"{(n_a, *shape_a)}", f"{(n_b, *shape_b)}")
         return Difference(path, f"shapes differ: {texts[0]} and {texts[1]}", first=texts[0], second=texts[1])
@@ -147,13 +141,13 @@ def _table(
     if tolerance > 0:
         for begin in range(0, n, piece):
             for results in (a, b):
-                values = _rows(results, path, begin, min(begin + piece, n))
+                values = results.rows(path, begin, min(begin + piece, n))
                 if values.dtype.kind == "f" and np.isfinite(values).any():
                     scale = max(scale, float(np.abs(values[np.isfinite(values)]).max()))
     found: Difference | None = None
     largest, highest = 0.0, 0.0
     for begin in range(0, n, piece):
-        x, y = (_rows(results, path, begin, min(begin + piece, n)) for results in (a, b))
+        x, y = (results.rows(path, begin, min(begin + piece, n)) for results in (a, b))
         differs, gap = _beyond(x, y, tolerance, scale)
         if x.size:
             highest = max(highest, float(np.nanmax(np.abs(x.astype(float)), initial=0.0)))
