@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 from ..deck import BlockMaterial, JointMaterial, number_text
 from ..text import decoded
@@ -283,18 +284,10 @@ class _State:
                 message = f"block material {n} has no <{key}>"
                 self.reader.error(message, element)
                 found[key] = [1.0]
-        stress, velocity = (tuple(found.get(key, [0.0] * 3)) for key in ("Istress", "Ivelocity"))
-        density, weight, youngs_modulus, poisson_ratio = (found[key][0] for key in singles[:4])
-        self.analysis.blocks.append(
-            BlockMaterial(
-                density,
-                weight,
-                youngs_modulus,
-                poisson_ratio,
-                stress=stress,  # type: ignore[arg-type]
-                velocity=velocity,  # type: ignore[arg-type]
-            )
-        )
+        density, weight, young, poisson = (found[key][0] for key in singles[:4])
+        triple_of = {"stress": "Istress", "velocity": "Ivelocity"}
+        given: Any = {name: tuple(found.get(key, [0.0] * 3)) for name, key in triple_of.items()}
+        self.analysis.blocks.append(BlockMaterial(density, weight, young, poisson, **given))
 
     def joint_material(self, element: Element) -> None:
         n = len(self.analysis.joints) + 1

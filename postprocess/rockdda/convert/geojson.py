@@ -183,14 +183,7 @@ class Reader:
         elif kind == "GeometryCollection":
             for i, part in enumerate(self._list(data, "geometries", path)):
                 self.item(part, (*path, "geometries", i), properties)
-        elif isinstance(kind, str) and kind in (
-            "Point",
-            "LineString",
-            "Polygon",
-            "MultiPoint",
-            "MultiLineString",
-            "MultiPolygon",
-        ):
+        elif isinstance(kind, str) and kind.removeprefix("Multi") in ("Point", "LineString", "Polygon"):
             here = (*path, "coordinates")
             coordinates = self._list(data, "coordinates", path)
             if isinstance(data.get("coordinates"), list) and not any(part != [] for part in coordinates):

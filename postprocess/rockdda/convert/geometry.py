@@ -109,20 +109,9 @@ class Geometry:
 
     def add(self, other: Geometry) -> None:
         """Add all of another geometry."""
-        for name in (
-            "boundary",
-            "joints",
-            "material_lines",
-            "bolts",
-            "steel",
-            "liners",
-            "fixed",
-            *_POINTS,
-            "regions",
-            "chains",
-            "blocks",
-        ):
-            getattr(self, name).extend(getattr(other, name))
+        for name, own in vars(self).items():
+            if isinstance(own, list):
+                own.extend(getattr(other, name))
 
     def move(self, change: Callable[[Point], Point]) -> None:
         """Apply a map of points to everything."""
