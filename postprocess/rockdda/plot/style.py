@@ -31,13 +31,9 @@ STATES = {"open": "#9A9A9A", "sliding": "#D55E00", "locked": "#0072B2"}
 BOLT, LINER = "#B3006B", "#1A1A1A"
 USE_MAP = "plasma"  # of shares of a strength, 0 to 1
 BOUNDARIES = {
-    "fixed": "#000000",
-    "roller": "#000000",
-    "moving": "#009E73",
-    "traction": "#D55E00",
-    "viscous": "#0072B2",
+    "fixed": "#000000", "roller": "#000000", "moving": "#009E73", "traction": "#D55E00", "viscous": "#0072B2",
     "free_field": "#0072B2",
-}
+}  # fmt: skip
 COMPRESSION, TENSION = "#0072B2", "#D55E00"
 SCALE = "scale"  #: group of what shows the scale beside a map
 PAPER_WIDTH = 6.3  # inches: the text width of an A4 page
