@@ -139,27 +139,15 @@ class Convergence:
 
     def as_json(self) -> dict[str, Any]:
         """What `convergence.json` holds."""
-        return {
-            "title": self.title,
-            "input": self.digest,
-            "units": [self.units.length, self.units.time, self.units.force],
-            "limit": self.limit,
-            "exceeded": self.exceeded,
-            "chosen_stiffness": self.chosen_stiffness,
-            "variants": [asdict(variant) for variant in self.variants],
-            "failed": self.failed,
-            "quantities": [
-                {
-                    **asdict(one),
-                    "method": one.method,
-                    "joints": one.joints,
-                    "exceeds": one.exceeds(self.limit),
-                    "verdict": self.words(one),
-                }
-                for one in self.findings
-            ],
-            "summary": self.summary,
-        }
+        names = ("title", "limit", "exceeded", "chosen_stiffness", "failed", "summary")
+        rows = [
+            asdict(one) | {"method": one.method, "joints": one.joints, "exceeds": one.exceeds(self.limit)}
+            | {"verdict": self.words(one)} for one in self.findings
+        ]  # fmt: skip
+        return {name: getattr(self, name) for name in names} | {
+            "input": self.digest, "units": [self.units.length, self.units.time, self.units.force],
+            "variants": [asdict(variant) for variant in self.variants], "quantities": rows,
+        }  # fmt: skip
 
 
 def convergence(

@@ -180,42 +180,23 @@ class Reliability:
 
     def as_json(self) -> dict[str, Any]:
         """What `reliability.json` holds."""
-        surface = self.surface
+        plan, surface = self.plan, self.surface
+        of_surface: dict[str, Any] | None = None
+        if surface is not None:
+            of_surface = {name: getattr(surface, name) for name in ("kind", "error", "explained")}
+            of_surface["left_out"] = surface.left_out.tolist()
+        laws = {one.name: f"{one.law}({', '.join(f'{x:g}' for x in one.numbers)})" for one in plan.inputs}
         return {
-            "title": self.title,
-            "input": self.digest,
-            "runs": self.runs,
-            "failure_probability": self.probability,
-            "interval": list(self.interval),
-            "beta": self.beta,
-            "beta_interval": list(self.beta_interval),
-            "design_point": self.design_point,
-            "design_point_distance": self.distance,
-            "sensitivity": self.sensitivity,
-            "factors": self.factors,
-            "search": self.plan.search,
-            "limit": self.plan.limit,
-            "method": self.method,
-            "refusal": self.refusal,
-            "surface": None
-            if surface is None
-            else {
-                "kind": surface.kind,
-                "error": surface.error,
-                "explained": surface.explained,
-                "left_out": surface.left_out.tolist(),
-            },
-            "inputs": {one.name: f"{one.law}({', '.join(f'{x:g}' for x in one.numbers)})" for one in self.plan.inputs},
-            "correlation": self.plan.given_correlation,
-            "values": self.plan.values[: self.runs].tolist(),
-            "seeds": list(self.plan.seeds[: self.runs]),
-            "sides": [one.side for one in self.found],
-            "mechanisms": [one.mechanism for one in self.found],
-            "messages": [one.message for one in self.found],
+            "title": self.title, "input": self.digest, "runs": self.runs, "failure_probability": self.probability,
+            "interval": list(self.interval), "beta": self.beta, "beta_interval": list(self.beta_interval),
+            "design_point": self.design_point, "design_point_distance": self.distance, "sensitivity": self.sensitivity,
+            "factors": self.factors, "search": plan.search, "limit": plan.limit, "method": self.method,
+            "refusal": self.refusal, "surface": of_surface, "inputs": laws, "correlation": plan.given_correlation,
+            "values": plan.values[: self.runs].tolist(), "seeds": list(plan.seeds[: self.runs]),
+            "sides": [one.side for one in self.found], "mechanisms": [one.mechanism for one in self.found],
+            "messages": [one.message for one in self.found], "stopped": self.stopped, "verdict": self.verdict,
             "back_analysis": None if self.line is None else self.line.as_json(),
-            "stopped": self.stopped,
-            "verdict": self.verdict,
-        }
+        }  # fmt: skip
 
 
 def _index(value: float) -> str:
@@ -406,20 +387,15 @@ def _by_surface(plan: Plan, found: Sequence[Found], surface: Surrogate) -> dict[
         if one.factor is None and one.side != (FAILS if value < plan.limit else STANDS):
             high += (value >= plan.limit) / len(found)
             low -= (value < plan.limit) / len(found)
-    point = failure.design_point
-    return {
-        "probability": failure.probability,
-        "interval": (max(low, 0.0), min(high, 1.0)),
-        "method": SURFACE,
-        "design_point": {}
-        if point is None
-        else {one.name: float(x) for one, x in zip(plan.inputs, point, strict=True)},
-        "distance": failure.distance,
-        "sensitivity": shares_of_variance(surface, plan.inputs, plan.correlation),
-        "line": None
-        if plan.back_analysis is None
-        else back_analysis(surface, plan.inputs, plan.correlation, plan.values, plan.back_analysis),
-    }
+    answer: dict[str, Any] = {"probability": failure.probability, "interval": (max(low, 0.0), min(high, 1.0))}
+    answer |= {"method": SURFACE, "distance": failure.distance, "design_point": {}, "line": None}
+    if failure.design_point is not None:
+        answer["design_point"] = dict(
+            zip((one.name for one in plan.inputs), failure.design_point.tolist(), strict=True)
+        )
+    if plan.back_analysis is not None:
+        answer["line"] = back_analysis(surface, plan.inputs, plan.correlation, plan.values, plan.back_analysis)
+    return answer | {"sensitivity": shares_of_variance(surface, plan.inputs, plan.correlation)}
 
 
 def _notes(plan: Plan, found: Sequence[Found], surface: Surrogate | None) -> Iterator[str]:
