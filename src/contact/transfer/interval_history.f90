@@ -14,14 +14,15 @@ module rockdda_contact_interval_history
 contains
 
    !> The row of a corner stands where an interval was pressed together at that end. It gets the length and the
-   !> compression with which one spring has the force and the energy of the whole interval.
+   !> compression with which one spring has the force and the energy of the whole interval; along the edge the force, or
+   !> less where a spring of that length would have more energy with it.
    pure subroutine stand_for_interval(previous, row, k, depth, table)
       type(contact_table_type), intent(in) :: previous
       integer, intent(in) :: row             !! of the interval, at this end
       integer, intent(in) :: k
       real(wp), intent(out) :: depth         !! [length]
       type(contact_table_type), intent(inout) :: table
-      real(wp) :: force, energy, shear, distance(2)
+      real(wp) :: force, energy, shear, most, stiffness, distance(2)
       integer :: other
       other = row + merge(1, -1, previous%station(row) == 1)
       distance = at_end(previous%distance([row, other]), previous%distance([other, row]))
@@ -38,7 +39,9 @@ contains
       table%energy(k) = sum(previous%energy([row, other]))
       shear = previous%k_s(row)*(previous%shear(row) + previous%shear(other))
       table%length(k) = force/(previous%k_n(row)/previous%length(row)*depth)
-      table%shear(k) = shear/(previous%k_s(row)/previous%length(row)*table%length(k))
+      stiffness = previous%k_s(row)/previous%length(row)*table%length(k)
+      most = sqrt(previous%k_s(row)*(previous%shear(row)**2 + previous%shear(other)**2)/stiffness)
+      table%shear(k) = sign(min(abs(shear)/stiffness, most), shear)
    end subroutine stand_for_interval
 
    !> Energy in the normal spring of a row at the end of its step.
