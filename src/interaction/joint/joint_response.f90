@@ -35,7 +35,8 @@ module rockdda_interaction_joint_response
    use rockdda_base_kinds, only : wp, i1, l1
    use rockdda_model_parameters, only : parameters_type
    use rockdda_contact_table, only : contact_table_type, contact_state, is_of_interval, other_row
-   use rockdda_interaction_joint_strength, only : joint_law_type, strength_law, shear_strength, tension_at
+   use rockdda_interaction_joint_strength, only : joint_law_type, strength_law, shear_strength, tension_at, &
+      is_friction_alone
    use rockdda_interaction_time_scheme, only : time_scheme_type
    implicit none
    private
@@ -237,11 +238,7 @@ contains
       integer :: c, k
       logical :: has_extra, friction_alone
       has_extra = allocated(extra)
-      friction_alone = .true.
-      do k = 1, size(laws)
-         friction_alone = friction_alone .and. may_be_steady(laws(k)) .and. .not. &
-                          (laws(k)%cohesion > 0 .or. laws(k)%residual_cohesion > 0 .or. laws(k)%tension > 0)
-      end do
+      friction_alone = all(may_be_steady(laws) .and. is_friction_alone(laws))
       drag = 0
       do k = 1, size(steady)
          c = first - 1 + k
@@ -282,7 +279,7 @@ contains
    end subroutine map_steady
 
    !> Does `map_steady` know the law?
-   pure logical function may_be_steady(law)
+   elemental logical function may_be_steady(law)
       type(joint_law_type), intent(in) :: law
       may_be_steady = law%law == strength_law%coulomb .and. law%friction > 0 .and. .not. law%normal%is_curved()
    end function may_be_steady

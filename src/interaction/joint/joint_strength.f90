@@ -32,8 +32,7 @@ module rockdda_interaction_joint_strength
    implicit none
    private
    public :: joint_law_type, strength_law, new_joint_laws, act_along_length, friction_coefficient, shear_strength, &
-      cohesion_at, &
-      tension_at, dilated_gap, opened_last
+      is_friction_alone, cohesion_at, tension_at, dilated_gap, opened_last
 
    type :: strength_law_enum
       integer :: coulomb = 1
@@ -343,6 +342,12 @@ contains
          friction_coefficient = tan(min(angle, steepest)*pi/180)/law%reduction
       end select
    end function friction_coefficient
+
+   !> Is the shear strength a constant times the compression?
+   elemental logical function is_friction_alone(law)
+      type(joint_law_type), intent(in) :: law
+      is_friction_alone = law%law == strength_law%coulomb .and. .not. max(law%cohesion, law%residual_cohesion) > 0
+   end function is_friction_alone
 
    !> Share of the way from peak to residual strength, law residual.
    elemental real(wp) function weakened(law, slip, bonded)

@@ -7,7 +7,7 @@ module rockdda_interaction_trial_states
    use rockdda_contact_table, only : contact_table_type, contact_state, cut_no_interval, is_of_interval, &
       other_row
    use rockdda_interaction_dashpots, only : has_dashpots
-   use rockdda_interaction_joint_strength, only : joint_law_type
+   use rockdda_interaction_joint_strength, only : joint_law_type, is_friction_alone
    use rockdda_interaction_intervals, only : interval_response_type, mean_gap, respond
    use rockdda_interaction_joint_end, only : joint_end_type, end_joints
    use rockdda_interaction_joint_response, only : joint_settings_type, joint_state_type, joint_extra_type, joint_type, &
@@ -301,18 +301,26 @@ contains
       type(interval_response_type) :: interval
       real(wp) :: pressing, bond(2)
       integer :: r
-      call self%recall(table, c, joint)
       pressing = spring_force_of(table%k_n(c), mean_gap(table, self%gap, c))
+      r = c
       if (self%joint(c)%partly) then
          r = min(c, other_row(table, c))
          pressing = 0.5_wp*(self%spring_force(table, r) + self%spring_force(table, r + 1))
-         bond = self%bond(r:r + 1)
-         call respond(laws(table%joint(c)), table, r, self%both_bonded(r), self%gap(r:r + 1), settings%open_tolerance, &
-                      bond, interval)
-         joint%length = interval%length
-         joint%broken = interval%broken
       end if
-      friction_limit = sliding_friction(laws(table%joint(c)), settings, joint, pressing, self%slip(c))
+      associate (law => laws(table%joint(c)))
+         if (is_friction_alone(law)) then
+            friction_limit = law%friction*max(pressing, 0.0_wp)
+            return
+         end if
+         call self%recall(table, c, joint)
+         if (self%joint(c)%partly) then
+            bond = self%bond(r:r + 1)
+            call respond(law, table, r, self%both_bonded(r), self%gap(r:r + 1), settings%open_tolerance, bond, interval)
+            joint%length = interval%length
+            joint%broken = interval%broken
+         end if
+         friction_limit = sliding_friction(law, settings, joint, pressing, self%slip(c))
+      end associate
    end function friction_limit
 
    !> Arrays for at least n contacts.

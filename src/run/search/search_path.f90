@@ -149,17 +149,27 @@ contains
    end function is_near
 
    !> Where the limit is expected between a stable and a failing value: where the work of what fails would be none, else
-   !> where its pull would be zero. The middle where that is not between them, as a trial has shown.
+   !> where its pull would be zero. Where one is beyond the failing value and none between them: just below that value,
+   !> unless the next failing one is as near; else in the middle.
    pure real(wp) function expected(self, low, high, values, stable, pulls, limits) result(value)
       class(search_path_type), intent(in) :: self
       real(wp), intent(in) :: low, high
       real(wp), intent(in) :: values(:)      !! on the way, as tried
       logical, intent(in) :: stable(:)
       real(wp), intent(in) :: pulls(:), limits(:)
-      value = zero_of_work(self, pack(self%sign*values, .not. stable), pack(self%sign*limits, .not. stable))
-      if (.not. (value > low .and. value < high)) value = zero_of_pulls(self, pack(self%sign*values, .not. stable), &
-                                                                        pack(pulls, .not. stable))
-      if (.not. (value > low .and. value < high)) value = low + (high - low)/2
+      real(wp) :: failing(count(.not. stable)), zeros(2)
+      integer :: i
+      failing = pack(self%sign*values, .not. stable)
+      zeros = [zero_of_work(self, failing, pack(self%sign*limits, .not. stable)), &
+               zero_of_pulls(self, failing, pack(pulls, .not. stable))]
+      do i = 1, 2
+         value = zeros(i)
+         if (value > low .and. value < high) return
+      end do
+      value = low + (high - low)/2
+      if (any(zeros >= high .and. zeros < huge(value)) .and. &
+          .not. self%is_near(high, high + (minval(failing, mask=failing > high) - high)/2)) &
+         value = high - epsilon(high)*abs(high)
    end function expected
 
    !> The limit by the work of the lowest failing trial. When that of the next one is known as well: the value that
