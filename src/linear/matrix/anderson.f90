@@ -29,6 +29,7 @@ module rockdda_linear_anderson
       logical :: has_last = .false.
       real(wp), allocatable :: value(:), residual(:)                     !! (n) x and r of the last iterate
       real(wp), allocatable :: value_change(:, :), residual_change(:, :) !! (n, self%depth) dX and dR, newest first
+      real(wp) :: products(depth, depth)                                 !! of two columns of dR, the newer one second
    contains
       procedure :: restart
       procedure :: next => next_iterate
@@ -62,15 +63,22 @@ contains
          do i = min(self%n_kept, self%depth - 1), 1, -1
             self%value_change(1:n, i + 1) = self%value_change(1:n, i)
             self%residual_change(1:n, i + 1) = self%residual_change(1:n, i)
+            self%products(i + 1, 2:i + 1) = self%products(i, 1:i)
          end do
          self%n_kept = min(self%n_kept + 1, self%depth)
          self%value_change(1:n, 1) = value - self%value(1:n)
          self%residual_change(1:n, 1) = residual - self%residual(1:n)
+         do i = 1, self%n_kept
+            self%products(i, 1) = dot_product(self%residual_change(1:n, i), self%residual_change(1:n, 1))
+         end do
       end if
       self%value(1:n) = value
       self%residual(1:n) = residual
       self%has_last = .true.
-      call least_squares(self%n_kept, self%residual_change(1:n, :), residual, weight)
+      do i = 1, self%n_kept
+         weight(i) = dot_product(self%residual_change(1:n, i), residual)
+      end do
+      call least_squares(self%n_kept, self%products, weight)
       value = value + residual
       do i = 1, self%n_kept
          value = value - weight(i)*(self%value_change(1:n, i) + self%residual_change(1:n, i))
@@ -78,20 +86,14 @@ contains
    end subroutine next_iterate
 
    !> Least-squares solution of a w = b: normal equations by Cholesky, newest column first.
-   pure subroutine least_squares(m, a, b, weight)
+   pure subroutine least_squares(m, products, weight)
       integer, intent(in) :: m
-      real(wp), intent(in) :: a(:, :)     !! (n, >= m)
-      real(wp), intent(in) :: b(:)        !! (n)
-      real(wp), intent(out) :: weight(:)  !! (>= m)
+      real(wp), intent(in) :: products(:, :)   !! (>= m, >= m) a' a, lower triangle
+      real(wp), intent(inout) :: weight(:)     !! (>= m) a' b, then w
       real(wp) :: l(depth, depth), pivot
       integer :: i, j
       do j = 1, m
-         do i = j, m
-            l(i, j) = dot_product(a(:, i), a(:, j))
-         end do
-         weight(j) = dot_product(a(:, j), b)
-      end do
-      do j = 1, m
+         l(j:m, j) = products(j:m, j)
          pivot = l(j, j) - sum(l(j, 1:j - 1)**2)
          if (.not. pivot > dependent*l(j, j)) then
             l(j:m, j) = 0
