@@ -62,7 +62,6 @@ module rockdda_run_factor_search
       procedure :: joint_length
       procedure :: limit_trial
       procedure, private :: compute_some
-      procedure, private :: look_ahead
       procedure, private :: is_doubtful
       procedure, private :: take_loads
    end type factor_search_type
@@ -217,7 +216,8 @@ contains
       if (confirms) then
          values = [self%state%failing]
       else
-         call self%look_ahead(values)
+         call self%path%candidates(self%known%value, self%known%stable, self%known%pull, self%known%limit, &
+                                   max(1, self%options%jobs), values)
       end if
       allocate (trials(size(values)), done(size(values)))
       done = .false.
@@ -256,14 +256,6 @@ contains
       done = .not. (interrupted .or. allocated(failure))
       if (allocated(failure) .and. counts) call move_alloc(failure, error)
    end subroutine compute_one
-
-   !> The values to be tried next.
-   subroutine look_ahead(self, values)
-      class(factor_search_type), intent(in) :: self
-      real(wp), allocatable, intent(out) :: values(:)
-      call self%path%candidates(self%known%value, self%known%stable, self%known%pull, self%known%limit, &
-                                max(1, self%options%jobs), values)
-   end subroutine look_ahead
 
    !> The search is over: remove its journal.
    subroutine clean_up(self)

@@ -149,8 +149,8 @@ contains
    end function is_near
 
    !> Where the limit is expected between a stable and a failing value: where the work of what fails would be none, else
-   !> where its pull would be zero. Where one is beyond the failing value and none between them: just below that value,
-   !> unless the next failing one is as near; else in the middle.
+   !> where its pull would be zero. Where one is beyond the failing value and none between them, half as far below it as
+   !> the next failing one is above; else, and within the tolerance, in the middle.
    pure real(wp) function expected(self, low, high, values, stable, pulls, limits) result(value)
       class(search_path_type), intent(in) :: self
       real(wp), intent(in) :: low, high
@@ -166,10 +166,9 @@ contains
          value = zeros(i)
          if (value > low .and. value < high) return
       end do
-      value = low + (high - low)/2
-      if (any(zeros >= high .and. zeros < huge(value)) .and. &
-          .not. self%is_near(high, high + (minval(failing, mask=failing > high) - high)/2)) &
-         value = high - epsilon(high)*abs(high)
+      value = high - (minval(failing, mask=failing > high) - high)/2
+      if (.not. (any(zeros >= high .and. zeros < huge(value)) .and. value > low) .or. self%is_near(value, high)) &
+         value = low + (high - low)/2
    end function expected
 
    !> The limit by the work of the lowest failing trial. When that of the next one is known as well: the value that
