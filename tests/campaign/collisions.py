@@ -24,7 +24,7 @@ from .bench import (
     turned,
 )
 from .drawing import Kind, Values, between, decades, seeds, values
-from .motion import polygon
+from .motion import GAINED, polygon
 
 DENSITY = 2500.0
 WEIGHT = f", unit_weight={DENSITY * G!r}"
@@ -266,6 +266,57 @@ def thud(drawn: Values, bench: Bench) -> None:
     require(told or grows <= 0.15, f"energy grows by {grows:.3g} of that above the floor, and nothing says so")
 
 
+def _splinter(random: np.random.Generator, size: float, thin: float, shape: str) -> np.ndarray:
+    """A polygon with one short edge, a wedge with a sharp tip, or a block that is small in all."""
+    if shape == "crumb":
+        return polygon(random, thin * size)
+    if shape == "wedge":
+        return turned([[0, 0], [size, 0], [random.uniform(0, 1) * size, thin * size]], float(random.uniform(0, 360)))
+    points = polygon(random, size)
+    k = int(random.integers(len(points)))
+    back = points[k - 1] - points[k]
+    # the corner is cut off near its tip
+    ahead = points[(k + 1) % len(points)] - points[k]
+    cut = [points[k] + thin * size * side / np.hypot(*side) for side in (back, ahead)]
+    return np.vstack([points[:k], *cut, points[k + 1 :]])
+
+
+def splinters(drawn: Values, bench: Bench) -> None:
+    """A block falls on a floor with a slab, beside or on others that have edges or sizes of a thousandth of it."""
+    random = np.random.default_rng(drawn["seed"])
+    size, thin = drawn["size"], drawn["thin"]
+    blocks, top = [box(-6 * size, -2 * size, 12 * size, 2 * size), box(-size, 0, 2 * size, 0.5 * size)], 0.5 * size
+    for _ in range(drawn["count"]):
+        one = _splinter(random, size, thin, drawn["shape"])
+        shift = np.array([random.uniform(-0.5, 0.5) * size, top + 0.02 * thin * size])
+        one = one + shift - [one[:, 0].mean(), one[:, 1].min()]
+        blocks.append(one)
+        top = float(one[:, 1].max())
+    falling = turned(box(-0.4 * size, 0, 0.8 * size, 0.6 * size), float(random.uniform(0, 90)))
+    shift = np.array([random.uniform(-0.5, 0.5) * size, top + 0.05 * size])
+    blocks.append(falling + shift - [0.0, falling[:, 1].min()])
+    model = Model(blocks=blocks, held={0}, materials=[1] * (len(blocks) - 1) + [2], e0=1e-3 * thin * size)
+    second = math.sqrt(size)
+    model.groups = [
+        rock(more=WEIGHT),
+        rock(2, more=WEIGHT + _velocity(0.0, -drawn["speed"] * second)),
+        joint(friction=drawn["friction"]),
+        f"&run t_end={0.6 * second!r} /",
+    ]
+    run = bench.run(model, may_fail=True)
+    if run.code:
+        require(run.code == 3, f"exit {run.code}")
+        raise Unsuited  # it says that its steps cannot be solved
+    energy = run.energy()
+    total = energy["kinetic"] + energy["strain"] + energy["gravity"] + energy["springs"]
+    supplied = float(energy["kinetic"][0] - energy["gravity"].min())
+    # a blow that no step resolves gives back within some steps what it took: what rises above ten steps counts
+    before = np.lib.stride_tricks.sliding_window_view(np.r_[np.full(9, total[0]), total[:-1]], 10).max(axis=1)
+    grows = float(np.maximum(total[1:] - before, 0.0).sum()) / supplied
+    told = "energy from nowhere" in run.messages or "inside each other" in run.messages
+    require(told or grows <= GAINED, f"energy grows by {grows:.3g} of what fall and speed supply, and nothing says so")
+
+
 RESTITUTION = between(0.0, 0.8, 8)
 KINDS = [
     Kind(
@@ -345,5 +396,20 @@ KINDS = [
             friction=between(0, 45, 9),
         ),
         thud,
+    ),
+    Kind(
+        "splinters",
+        "collisions",
+        "blocks that fall on splinters and crumbs gain no energy, or the program says so",
+        values(
+            seed=seeds(),
+            size=decades(0.1, 10, 4),
+            thin=decades(1e-4, 1e-2, 8),
+            shape=st.sampled_from(["short edge", "wedge", "crumb"]),
+            count=st.integers(1, 3),
+            speed=between(0, 5, 5),
+            friction=between(0, 45, 9),
+        ),
+        splinters,
     ),
 ]

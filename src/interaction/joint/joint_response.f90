@@ -46,7 +46,7 @@ module rockdda_interaction_joint_response
    public :: sliding_friction, strength, spring_force, spring_energy
 
    !> Lengths below this share of w0 are round-off.
-   real(wp), parameter :: round_off = 1.0e-12_wp
+   real(wp), parameter, public :: round_off = 1.0e-12_wp
 
    !> Margins, the same for all contacts in an attempt at a step.
    type :: joint_settings_type

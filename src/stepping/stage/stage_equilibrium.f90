@@ -9,6 +9,7 @@ module rockdda_stepping_stage_equilibrium
    use rockdda_model_stage_options, only : stage_name, confirming_steps
    use rockdda_model_state, only : block_state_type
    use rockdda_interaction_block_forces, only : block_forces_type
+   use rockdda_interaction_joint_response, only : round_off
    use rockdda_interaction_time_tables, only : table_changes
    implicit none
    private
@@ -94,8 +95,10 @@ contains
          if (steps < options%max_steps) text = text//new_line('a')//'  they run away: the unbalanced force has not '// &
             'fallen to half while they moved on'
       end associate
-      ! positions are as wrong as their rounding, forces by that times the stiffness
-      rounding = stiffest*epsilon(1.0_wp)*maxval(abs(state%vertices))/max(forces%mean_magnitude(state), tiny(1.0_wp))
+      ! positions are as wrong as their rounding, and gaps as lengths that count as none; forces by that times the
+      ! stiffness
+      rounding = stiffest*max(epsilon(1.0_wp)*maxval(abs(state%vertices)), round_off*parameters%w0)/ &
+                 max(forces%mean_magnitude(state), tiny(1.0_wp))
       if (rounding > 0.1_wp*parameters%stages(stage)%tolerance) text = text//new_line('a')// &
          '  the contacts are so stiff that the rounding of positions makes '//to_string(rounding, 2)// &
          ' of the mean force: take a smaller stiffness, or a larger tolerance'
