@@ -16,6 +16,7 @@ module rockdda_interaction_liners
    use rockdda_interaction_block_forces, only : block_forces_type
    use rockdda_interaction_joint_strength, only : joint_law_type
    use rockdda_interaction_context, only : step_context_type
+   use rockdda_interaction_elasticity, only : compliance, strain_energy
    use rockdda_interaction_equations, only : equations_type
    use rockdda_interaction_linked_interaction, only : linked_interaction_type
    use rockdda_interaction_liner, only : liner_type, links_of, energy_of
@@ -121,17 +122,22 @@ contains
       integer, intent(in) :: stage
       type(step_context_type), intent(inout) :: context
       class(energy_balance_type), intent(inout) :: balance
-      real(wp) :: left, kinetic
+      real(wp) :: left, lost, c(3, 3)
       integer :: b, i, k, l
       if (n_liners(self) == 0) return
-      kinetic = 0
+      lost = 0
       do k = 1, n_liners(self)
          associate (liner => self%liners(k))
             if (liner%removes == stage .and. liner%is_there) then
                liner%is_there = .false.
+               liner%ties%acts = .false.
+               associate (m => context%parameters%block_materials(context%parameters%first_liner_material + k))
+                  c = compliance(m%youngs_modulus, m%poisson_ratio, context%parameters%plane_strain)
+               end associate
                do b = liner%before + 1, liner%before + liner%layout%n
-                  kinetic = kinetic + 0.5_wp*dot_product(context%state%velocity(:, b), &
-                                                         context%momentum(b, context%state%velocity(:, b)))
+                  lost = lost + 0.5_wp*dot_product(context%state%velocity(:, b), &
+                                                   context%momentum(b, context%state%velocity(:, b))) + &
+                         strain_energy(context%state%stress(:, b), c, context%state%area(b))
                   context%state%active(b) = .false.
                   context%state%velocity(:, b) = 0
                   context%state%acceleration(:, b) = 0
@@ -154,7 +160,7 @@ contains
          end associate
       end do
       left = self%stored_energy(context)
-      call balance%add(energy%discarded, kinetic + self%stored - left)
+      call balance%add(energy%discarded, lost + self%stored - left)
       self%stored = left
       do k = 1, n_liners(self)
          if (self%liners(k)%installs == stage) call install_liner(self%liners, k, context)
