@@ -358,7 +358,7 @@ contains
       integer :: i
       logical :: ok
       call self%bars%reach_end()
-      call self%liners%reach_end()
+      call self%liners%reach_end(equations)
       if (.not. attempt%scheme%second_order) return
       attempt%jump = 0
       call self%contacts%add_impulses(equations, attempt%dt, attempt%jump)

@@ -548,7 +548,8 @@ class Liners(ProgramTest):
                 for opening, slip in file["frames/liner_back"][-1]:
                     self.assertAlmostEqual(slip, max(0, slid), delta=0.5e-3)
                     self.assertLess(opening, 1e-4)
-                self.assertLess(abs(energy[-1]), 1e-6 * abs(energy).max())
+                # rounding: friction may miss its law by 1e-6, its work is that of the equations
+                self.assertLess(abs(energy[-1]), 1e-11 * abs(energy).max())
         # 0.083 m without friction: less than half of an element of 0.4 m, more than half of one of 0.1 m
         for element, warns in ((0.4, False), (0.1, True)):
             self.slope(25, 2, "friction = 0", "generalized_alpha", liner=LYING.format(f"{{}}, element = {element}"))
@@ -609,7 +610,7 @@ class Liners(ProgramTest):
             # it peels: less than the cohesion of the 1.5 m on one side, and in the end nothing
             self.assertTrue(1e3 < pull.max() <= 1.5e5, pull.max())
             self.assertLess(abs(pull[-1]), 1)
-            self.assertLess(abs(file["history/energy"][-1][-1]), 1e-6 * abs(file["history/energy"][-1]).max())
+            self.assertLess(abs(file["history/energy"][-1][-1]), 1e-10 * abs(file["history/energy"][-1]).max())
 
     def test_resumed_run_has_the_same_bits(self):
         """Stopped and resumed with a lining in place, cracked, also with other threads."""

@@ -87,6 +87,7 @@ module rockdda_interaction_equations
       procedure :: set_links
       procedure :: link_motion
       procedure :: link_motions
+      procedure :: link_force
       procedure :: add_link_force
       procedure :: clear_blocks
       procedure :: clear_placement
@@ -376,6 +377,24 @@ contains
       real(wp), intent(inout), contiguous :: along(:, :)   !! (2, >= last - first + 1)
       call many_elongations(last - first + 1, self%vectors(:, first:last), self%pair(:, first:last), self%x, along)
    end subroutine link_motions
+
+   !> Forces along the two lines of a link that stand in the equations, for the solution.
+   pure function link_force(self, c) result(force)
+      class(equations_type), intent(in) :: self
+      integer, intent(in) :: c
+      real(wp) :: force(2), along(2)
+      call self%link_motion(c, along)
+      force = self%stiffness(:, c)*along - self%force(:, c)
+      if (abs(self%coupling(c)) > 0) then
+         call self%link_motion(c + 1, along)
+         force(1) = force(1) + self%coupling(c)*along(1)
+      end if
+      if (c == 1) return
+      if (abs(self%coupling(c - 1)) > 0) then
+         call self%link_motion(c - 1, along)
+         force(1) = force(1) + self%coupling(c - 1)*along(1)
+      end if
+   end function link_force
 
    !> Forces along the two lines of a link, on both of its blocks.
    pure subroutine add_link_force(self, c, force, f)

@@ -138,14 +138,12 @@ contains
    end subroutine predict
 
    !> Impulses on the blocks by ties that have closed in the step.
-   subroutine add_impulses_of(liners, laws, level, equations, dt, impulse)
+   subroutine add_impulses_of(liners, level, equations, dt, impulse)
       type(liner_type), intent(in) :: liners(:)
-      type(joint_law_type), allocatable, intent(in) :: laws(:)   !! of the joint materials
       real(wp), intent(in) :: level          !! share of the step's motion up to where forces act
       type(equations_type), intent(in) :: equations
       real(wp), intent(in) :: dt                             !! step [time]
       real(wp), intent(inout), contiguous :: impulse(:, :)   !! (6, nb)
-      type(tie_response_type) :: at_end
       integer :: c, i, k
       do k = 1, size(liners)
          associate (liner => liners(k))
@@ -154,8 +152,7 @@ contains
             do i = 1, size(liner%ties)
                associate (tie => liner%ties(i))
                   if (.not. tie%acts .or. tie%level <= level) cycle
-                  call respond(laws, liner, tie, tie%motion + tie%move, at_end)
-                  if (any(abs(at_end%force) > 0)) call equations%add_link_force(c + i, -dt*at_end%force, impulse)
+                  call equations%add_link_force(c + i, -dt/tie%factor*equations%link_force(c + i), impulse)
                end associate
             end do
          end associate

@@ -8,9 +8,10 @@ module rockdda_interaction_liner_state
    use rockdda_interaction_block_forces, only : block_forces_type
    use rockdda_interaction_joint_strength, only : joint_law_type
    use rockdda_interaction_context, only : step_context_type
+   use rockdda_interaction_equations, only : equations_type
    use rockdda_interaction_kinematics, only : move_point
    use rockdda_interaction_liner, only : liner_joint_type, liner_type, set_modulus, on_segment, turned, moved_beam, &
-      moved_tie, first_point, by_shape, acts, respond
+      moved_tie, first_point, by_shape, acts, beam_links, respond
    use rockdda_interaction_liner_beam, only : beam_response_type, respond_beam, accept_beam, n_sections
    use rockdda_interaction_liner_placing, only : join_segments
    use rockdda_interaction_liner_ties, only : tie_type, tie_after_type, tie_response_type, tie_state
@@ -20,29 +21,37 @@ module rockdda_interaction_liner_state
 
 contains
 
-   !> What a lining does in a step: its outcome is set, and the states that its beams and ties then have.
-   pure subroutine finish_liner(laws, level, liner)
+   !> What a lining does in a step: its outcome is set, and the states that its beams and ties then have. The work is
+   !> that of the forces in the equations, which miss the laws by as much as a round may.
+   pure subroutine finish_liner(laws, level, equations, liner)
       type(joint_law_type), allocatable, intent(in) :: laws(:)   !! of the joint materials
       real(wp), intent(in) :: level          !! share of the step's motion up to where forces act
+      type(equations_type), intent(in) :: equations
       type(liner_type), intent(inout) :: liner
       type(beam_response_type) :: response
       type(tie_response_type) :: of_tie, last
       type(tie_type) :: after
       real(wp) :: motion(2), d(3), change
-      integer :: i
+      integer :: i, l
       liner%work = 0
       liner%slipped = 0
       liner%stored = 0
       liner%freed = 0
       if (.not. liner%is_there) return
+      l = liner%first_link
+      do i = 1, beam_links*size(liner%joints)
+         liner%work = liner%work + work_on(l + i)
+      end do
+      l = l + beam_links*size(liner%joints)
+      do i = 1, size(liner%ties)
+         if (liner%ties(i)%acts) liner%work = liner%work + work_on(l + i)/liner%ties(i)%factor
+      end do
       do i = 1, size(liner%joints)
          associate (joint => liner%joints(i))
             call respond_beam(joint%beam, liner%section, joint%state, joint%d, response)
             liner%stored(1) = liner%stored(1) + response%energy
-            call respond_beam(joint%beam, liner%section, joint%state, joint%d + joint%move, response)
-            liner%work = liner%work + dot_product(response%f, joint%move)/level
             d = joint%d + joint%move/level
-            if (level < 1) call respond_beam(joint%beam, liner%section, joint%state, d, response)
+            call respond_beam(joint%beam, liner%section, joint%state, d, response)
             change = response%energy
             joint%state_after = joint%state
             call accept_beam(liner%section, response, joint%state_after)
@@ -56,8 +65,6 @@ contains
             if (.not. tie%acts) cycle
             call respond(laws, liner, tie, tie%motion, of_tie)
             liner%stored(1) = liner%stored(1) + of_tie%energy
-            call respond(laws, liner, tie, tie%motion + tie%move, of_tie)
-            liner%work = liner%work + dot_product(of_tie%force, tie%move)/tie%level
             after = tie
             after%drag = 0
             motion = tie%motion + tie%move/tie%level
@@ -81,6 +88,17 @@ contains
             tie%after = tie_after_type(after%free, after%slip, after%bonded, after%parted, after%sliding)
          end associate
       end do
+
+   contains
+
+      !> Work of a link.
+      pure real(wp) function work_on(l)
+         integer, intent(in) :: l
+         real(wp) :: motion(2)
+         call equations%link_motion(l, motion)
+         work_on = dot_product(equations%link_force(l), motion)
+      end function work_on
+
    end subroutine finish_liner
 
    !> The states of the end of the step, and places in the rock.

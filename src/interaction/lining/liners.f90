@@ -454,15 +454,16 @@ contains
       type(equations_type), intent(in) :: equations
       real(wp), intent(in) :: dt                             !! step [time]
       real(wp), intent(inout), contiguous :: impulse(:, :)   !! (6, nb)
-      if (n_liners(self) > 0) call add_impulses_of(self%liners, self%laws, self%level, equations, dt, impulse)
+      if (n_liners(self) > 0) call add_impulses_of(self%liners, self%level, equations, dt, impulse)
    end subroutine add_impulses
 
    !> What the linings do in a step that is accepted: for `add_energies` and `commit`.
-   subroutine reach_end(self)
+   subroutine reach_end(self, equations)
       class(liners_type), intent(inout) :: self
+      type(equations_type), intent(in) :: equations
       integer :: k
       do k = 1, n_liners(self)
-         call finish_liner(self%laws, self%level, self%liners(k))
+         call finish_liner(self%laws, self%level, equations, self%liners(k))
       end do
    end subroutine reach_end
 
