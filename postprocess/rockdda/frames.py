@@ -69,11 +69,18 @@ class FrameTables(StartArrays):
 
 NODE_TABLES = ["bolt_node", "bolt_force", "bolt_slip", "bolt_state"]
 LINER_TABLES = ["liner_point", "liner_force", "liner_state"]
+#: A force of a beam of a lining at its start and at its end: columns of the nodes there.
+BEAM_ENDS = {"N": ("N_behind", "N_before"), "M": ("M", "M"), "Q": ("Q_behind", "Q_before")}
 CONTACT_TABLES = [name for name in names_in("frames", "") if re.match(r"contact_(?!offset)", name)]
 #: Of each contact, from version 2 of the results on.
 JOINT_TABLES = names_in("frames", "joints")
 #: The same; not in the first files of version 2.
 STRENGTH_TABLE = "contact_strength"
+
+
+def both_sides(nodes: Columns, name: str) -> FloatArray:
+    """A force of linings on both sides of their nodes."""
+    return np.concatenate([nodes[column] for column in BEAM_ENDS[name]])
 
 
 @dataclass(frozen=True)
@@ -254,8 +261,9 @@ class Frame:
     @property
     def liner_nodes(self) -> pandas.DataFrame:
         """Nodes of the linings: lining (from 0), its name, x, y, N (axial force, tension positive), M (moment, positive
-        where it pulls on the side of the opening), Q (shear force), per metre out of the plane; opening and slip of
-        its back against the rock; use (largest share of the strength that N and M take together, of the node and of
+        where it pulls on the side of the opening), Q (shear force), per metre out of the plane; N and Q before and
+        behind the node, which differ at a corner: N and Q are those of the larger N; opening and slip of its back
+        against the rock; use (largest share of the strength that N and M take together, of the node and of
         the sections beside it by which the program judges); state (0 absent, 1 sound, 2 cracked, 3 crushed)."""
         return self.liner_node_columns.to_pandas("a table of linings")
 
@@ -274,6 +282,9 @@ class Frame:
         use = self._stored("liner_use") if has["liner_use"] else np.full(len(state), np.nan)
         use = np.where(use < 0, np.nan, np.where(use > 1e300, np.inf, use))
         columns |= dict(zip("NMQ", force.T, strict=True))
+        has_sides = bool(names) and "frames/liner_sides" in self.results
+        both = self._stored("liner_sides") if has_sides else force[:, [0, 2, 0, 2]]
+        columns |= dict(zip(("N_before", "Q_before", "N_behind", "Q_behind"), both.T, strict=True))
         return Columns(columns | {"opening": opening, "slip": slip, "use": use, "state": state})
 
     @property
@@ -293,7 +304,7 @@ class Frame:
     @property
     def liner_pieces(self) -> Columns:
         """The same pieces of linings in each frame: the parts between nodes, of closed ones also from the last to the
-        first. Columns: liner (from 0), x1, y1, x2, y2, N, M, Q (means of both ends), use (the larger one; NaN: no
+        first. Columns: liner (from 0), x1, y1, x2, y2, N, M, Q (means of its two ends), use (the larger one; NaN: no
         strength), there (False: absent)."""
         nodes, first = self.liner_node_columns, self.results.liner_first
         number = np.arange(nodes.n_rows)
@@ -302,7 +313,7 @@ class Frame:
             following[first[k + 1] - 1] = first[k] if closed else -1
         start, end = (nodes.rows(chosen[following >= 0]) for chosen in (number, following))
         places = dict(zip(("x1", "y1", "x2", "y2"), [start["x"], start["y"], end["x"], end["y"]], strict=True))
-        means = {name: 0.5 * (start[name] + end[name]) for name in "NMQ"}
+        means = {name: 0.5 * (start[one] + end[other]) for name, (one, other) in BEAM_ENDS.items()}
         use, there = np.fmax(start["use"], end["use"]), (start["state"] > 0) & (end["state"] > 0)
         return Columns({"liner": start["liner"]} | places | means | {"use": use, "there": there})
 

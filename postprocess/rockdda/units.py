@@ -69,7 +69,7 @@ COLUMNS = (
     (r"time|dt", "time"),
     (r"max_displacement|measured_displacement|displacement|largest_opening|opening|slip|length|[xy][12]?$", "length"),
     (r"measured_stress|stress|normal_stress|shear_stress", "stress"),
-    (r"force_per_metre|[NQ]$", "line_load"),
+    (r"force_per_metre|[NQ](_before|_behind)?$", "line_load"),
     (r"M$", "moment"),
     (r"force|fixed_force|boundary_force", "force"),
     (r"energy_", "energy"),

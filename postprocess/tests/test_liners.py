@@ -184,7 +184,10 @@ def test_paraview_gets_linings(beam, tmp_path):
 
 def test_table_has_units(beam, tmp_path):
     head = export.to_csv(beam, tmp_path / "liner.csv", "liner").read_text().splitlines()[0]
-    assert head == "frame,time [s],liner,name,x [m],y [m],N [N/m],M [Nm/m],Q [N/m],opening [m],slip [m],use,state"
+    sides = "N_before [N/m],Q_before [N/m],N_behind [N/m],Q_behind [N/m]"
+    assert (
+        head == f"frame,time [s],liner,name,x [m],y [m],N [N/m],M [Nm/m],Q [N/m],{sides},opening [m],slip [m],use,state"
+    )
 
 
 def test_models_of_python_have_linings(tmp_path, program, monkeypatch):

@@ -36,13 +36,43 @@ def beam(tmp_path_factory):
 
 def test_nodes_and_table(beam, tmp_path):
     nodes = beam.frames[-1].liner_nodes
-    assert list(nodes) == ["liner", "name", "x", "y", "N", "M", "Q", "opening", "slip", "use", "state"]
+    sides = ["N_before", "Q_before", "N_behind", "Q_behind"]
+    assert list(nodes) == ["liner", "name", "x", "y", "N", "M", "Q", *sides, "opening", "slip", "use", "state"]
+    # a straight line has one force on both sides of a node
+    for name in sides:
+        np.testing.assert_array_equal(nodes[name], nodes[name[0]])
     root = nodes.iloc[int(np.abs(nodes["x"]).argmin())]
     # its own weight of 2500 kg/m3 on 3 m pulls on the side of the rock
     assert root["M"] == pytest.approx(-2500 * 9.81 * 0.2 * 3**2 / 2, rel=0.01)
     export.to_csv(beam, tmp_path / "liner.csv", "liner")
     rows = (tmp_path / "liner.csv").read_text().splitlines()
     assert len(rows) == 1 + beam.n_frames * len(nodes)
+
+
+def test_both_sides_of_a_corner_are_drawn(tmp_path):
+    """The last metre of the beam hangs down: its weight is N of the one side of the corner and Q of the other."""
+    lines = ["-1 0 0 0 1", "0 0 0 1 1", "0 1 -1 1 1", "-1 1 -1 0 1"]
+    (tmp_path / "beam.dc").write_text("\n".join(["0.001", "4 4", "0", "0", "0", "0", "0", "0", *lines]) + "\n")
+    (tmp_path / "bent.nml").write_text(
+        MODEL.replace("3,0,", "2,0, 2,-1,").replace("thickness", "element = 1, thickness")
+    )
+    with pytest.warns(rockdda.InputWarning, match="lies beside no rock"):
+        bent = rockdda.run(tmp_path / "bent.nml", output=tmp_path / "bent.h5")
+    now, weight = bent.frames[-1], 2500 * 9.81 * 0.2
+    nodes = now.liner_node_columns
+    corner = int(np.hypot(nodes["x"] - 2, nodes["y"]).argmin())
+    found = [nodes[name][corner] for name in ("N_before", "Q_before", "N_behind", "Q_behind")]
+    np.testing.assert_allclose(found, [0, weight, weight, 0], atol=0.01 * weight)
+    assert nodes["N"][corner] == nodes["N_behind"][corner]
+    # the means of beams are those of their own ends
+    pieces = now.liner_pieces
+    assert pieces["Q"][corner - 1] == pytest.approx(1.5 * weight, rel=0.01)
+    assert pieces["Q"][corner] == pytest.approx(0, abs=0.01 * weight)
+    (drawn,) = [one for one in plot.liner(bent, "Q").collections if one.get_zorder() == 3]
+    before, behind = (path.vertices[:4] for path in drawn.get_paths()[corner - 1 : corner + 1])
+    assert abs(before[2] - before[1])[1] > 10 * abs(before[2] - before[1])[0]  # Q of the beam stands on it
+    assert np.hypot(*(behind[3] - behind[0])) < 0.05 * np.hypot(*(before[2] - before[1]))
+    plt.close("all")
 
 
 def test_pictures(beam, tmp_path):

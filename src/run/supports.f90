@@ -48,8 +48,11 @@ contains
             last = last + n
             if (size(there) == 0) cycle
             one%name = liner%name
-            one%least = minval(nodes%force(:, there), 2)
-            one%most = maxval(nodes%force(:, there), 2)
+            ! N and Q on both sides of a corner
+            one%least = [minval(nodes%sides([1, 3], there)), minval(nodes%force(2, there)), &
+                         minval(nodes%sides([2, 4], there))]
+            one%most = [maxval(nodes%sides([1, 3], there)), maxval(nodes%force(2, there)), &
+                        maxval(nodes%sides([2, 4], there))]
             one%n = size(there)
             one%n_cracked = count(nodes%state(there) == 2)
             one%n_crushed = count(nodes%state(there) == 3)

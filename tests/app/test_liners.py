@@ -93,6 +93,42 @@ class Liners(ProgramTest):
                 for middle in ((0, 2), (0, -2)):
                     self.near(force[abs(place - middle).sum(1).argmin(), 1], 750 - 1e3 * 0.018 / 8, 0.01)
 
+    def test_corners_have_forces_on_both_sides(self):
+        """A portal of 4 m x 3 m with clamped feet under its weight w: w L/2 is Q of the beam and N of the column where
+        they meet, by statics; H = w L^2/(4 h (k + 2)), k = h/L, is N of the one and Q of the other; H h/3 more bends
+        the corner than the foot. What is printed has the largest Q."""
+        wide, high, weight = 4, 3, 2400 * 10 * 0.1
+        thrust = weight * wide**2 / (4 * high * (high / wide + 2))
+        half = weight * wide / 2
+        boxes = [(-1, -1, 0, 0), (wide, -1, wide + 1, 0)]
+        for element, forward in ((0.1, True), (0.4, True), (0.4, False)):
+            line = [(wide, -1), (wide, high), (0, high), (0, -1)]
+            text = ", ".join(f"{x}, {y}" for x, y in (line if forward else line[::-1]))
+            groups = f"&liner along = {text}, thickness = 0.1, young = 30e9, density = 2400, element = {element} /\n"
+            groups += "".join(FIXED.format(x, -1, x + 1, -1) for x in (-1, wide)) + REST
+            self.boxes("portal", boxes, groups, young=1e13, gravity=10)
+            outcome = self.run_program("run", "portal.nml", "--force", "--json")
+            self.assertEqual(outcome.code, 0, outcome.err)
+            with h5py.File(self.path("portal.h5")) as file:
+                place, sides = file["frames/liner_point"][0], file["frames/liner_sides"][-1]
+                force = file["frames/liner_force"][-1]
+            for x in (0, wide):
+                node = abs(place - (x, high)).sum(1).argmin()
+                before, behind = abs(sides[node].reshape(2, 2))
+                column, beam = (before, behind) if (x == wide) == forward else (behind, before)
+                for found, truth, share in (
+                    (column[0], half, 1e-3), (beam[1], half, 1e-3),  # by statics, to what a stage rests by
+                    # bent alone, and clamped where the rock ends: the feet give way by a part of an element
+                    (column[1], thrust, 0.01), (beam[0], thrust, 0.01),
+                    (abs(force[node, 1]), thrust * high * 2 / 3, 0.01),
+                ):  # fmt: skip
+                    self.near(found, truth, share)
+                # one force has two directions
+                self.near(math.hypot(*column), math.hypot(*beam), 1e-9)
+            least, most = json.loads(outcome.out)["linings"][0]["Q"]
+            self.near(most, half, 1e-3)
+            self.near(least, -half, 1e-3)
+
     def test_layers_around_a_square(self):
         """Where blocks meet at a corner the segment there is shorter than the lining is thick, and its outline crossed
         itself: no step was solved. So did the line of a second layer, which is shorter than that of the first."""

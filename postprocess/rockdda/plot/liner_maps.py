@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..arrays import FloatArray
+from ..arrays import BoolArray, FloatArray
 from ..columns import Columns
 from ..errors import InputError
-from ..frames import Frame
+from ..frames import BEAM_ENDS, Frame, both_sides
 from ..results import Results
 from ..units import Units
 from .block_maps import add_fixed_points, add_plain_blocks, frame_axes
@@ -73,7 +73,10 @@ def capacity(
             if not chosen.n_rows:
                 continue
             colour = f"C{k}"
-            axes.plot(-factor * chosen["N"], moment * chosen["M"], ".", color=colour, label=name, zorder=3)
+            axes.plot(
+                -factor * both_sides(chosen, "N"), moment * both_sides(chosen, "M"), ".", color=colour, label=name,
+                zorder=3,
+            )  # fmt: skip
             own = sections[(there["liner"] == k) & (there["state"] > 0)].reshape(-1, 2).T
             if own.size:
                 axes.plot(-factor * own[0], moment * own[1], "x", color=colour, markersize=3, markeredgewidth=0.6)
@@ -114,7 +117,7 @@ def _draw(
     from matplotlib.collections import PolyCollection
 
     nodes = _nodes(results, now)
-    largest = float(np.abs(nodes[name]).max(initial=0.0))
+    largest = float(np.abs(both_sides(nodes, name)).max(initial=0.0))
     factor, unit = units.of_section(name, largest)
     axes = frame_axes(results, now, now.shown_vertices, axes, units, title)
     add_plain_blocks(axes, results, now.shown_vertices)
@@ -122,32 +125,34 @@ def _draw(
         chosen = nodes.rows(nodes["liner"] == k)
         if not chosen.n_rows:
             continue
-        place, value = chosen.stack("x", "y"), chosen[name]
-        if results.liner_section[k][3] > 0:  # closed
-            place, value = np.vstack([place, place[:1]]), np.append(value, value[0])
-        along = np.gradient(place, axis=0)
-        if results.liner_section[k][3] > 0:
-            along[0] = along[-1] = place[1] - place[-2]
-        normal = np.stack([-along[:, 1], along[:, 0]], axis=1) / np.hypot(*along.T)[:, None]
+        place, closed = chosen.stack("x", "y"), results.liner_section[k][3] > 0
+        value = np.stack([chosen[BEAM_ENDS[name][0]], np.roll(chosen[BEAM_ENDS[name][1]], -1)], axis=1)
+        lines = np.stack([place, np.roll(place, -1, axis=0)], axis=1)
+        if not closed:
+            value, lines = value[:-1], lines[:-1]
         side = results.liner_section[k][4]
         extent = max(float(np.ptp(place, axis=0).max()), 1e-300)
         # a moment is drawn on the side on which it pulls
-        ends = place + (SHARE * extent / largest if largest > 0 else 0.0) * side * value[:, None] * normal
-        quads = np.stack([place[:-1], place[1:], ends[1:], ends[:-1]], axis=1)
-        mean = 0.5 * (value[1:] + value[:-1])
+        ordinates = (SHARE * extent / largest if largest > 0 else 0.0) * side * value[:, :, None]
+        corner = (chosen["N_before"] != chosen["N_behind"]) | (chosen["Q_before"] != chosen["Q_behind"])
+        corner = np.stack([corner, np.roll(corner, -1)], axis=1)[: len(lines), :, None]
+        ends = lines + ordinates * _normals(lines, corner, closed)
+        quads = np.concatenate([lines, ends[:, ::-1]], axis=1)
+        mean = value.mean(axis=1)
         axes.add_collection(
             PolyCollection(
                 list(quads), facecolors=[COLOURS[int(v > 0)] for v in mean], alpha=0.45, linewidths=0, zorder=3
             ),
             autolim=False,
         )
-        axes.plot(*ends.T, color="black", linewidth=0.6, zorder=3.2)
-        axes.plot(*place.T, color="black", linewidth=1.6, zorder=3.4)
+        outline = np.concatenate([ends, np.where(corner, lines, ends)[:, 1:]], axis=1)
+        axes.plot(*outline.reshape(-1, 2).T, color="black", linewidth=0.6, zorder=3.2)
+        axes.plot(*lines.reshape(-1, 2).T, color="black", linewidth=1.6, zorder=3.4)
         for state, (words, mark) in MARKS.items():
             at = chosen["state"] == state
             if at.any():
                 axes.plot(chosen["x"][at], chosen["y"][at], mark, color="black", markersize=3.5, zorder=4, label=words)
-    values = factor * nodes[name]
+    values = factor * both_sides(nodes, name)
     words = _label(f"{FIELDS[name]} {name}", unit)
     axes.set_xlabel(f"{words}: {values.min():.4g} … {values.max():.4g}")
     add_fixed_points(axes, results)
@@ -158,6 +163,19 @@ def _draw(
     if (nodes["state"] > 1).any():
         axes.legend(loc="upper right")
     return axes
+
+
+def _normals(lines: FloatArray, corner: BoolArray, closed: bool) -> FloatArray:
+    """(n, 2, 2) normals at both ends of beams one after the other: the mean of both at a node, but at a corner, where
+    both sides have forces of their own."""
+    along = lines[:, 1] - lines[:, 0]
+    along /= np.hypot(*along.T)[:, None]
+    beside = np.stack([np.roll(along, 1, axis=0), np.roll(along, -1, axis=0)], axis=1)
+    if not closed:
+        beside[0, 0], beside[-1, 1] = along[0], along[-1]
+    mean = along[:, None] + np.where(corner, along[:, None], beside)
+    mean /= np.hypot(mean[:, :, 0], mean[:, :, 1])[:, :, None]
+    return np.stack([-mean[:, :, 1], mean[:, :, 0]], axis=2)
 
 
 # -- what sections of linings bear of axial force and moment together -----------------------------------------------

@@ -7,6 +7,7 @@ import math
 
 import numpy as np
 
+from ..frames import both_sides
 from ..results import Frame, Results
 from ..text import number
 from ..units import Units
@@ -75,7 +76,7 @@ def liner_table(results: Results, units: Units) -> Table:
     how far."""
     frames = [results.frames[index] for index in range(results.n_frames)]
     nodes = [frame.liner_node_columns for frame in frames]
-    largest = {name: max(float(np.abs(one[name]).max(initial=0.0)) for one in nodes) for name in "NMQ"}
+    largest = {name: max(float(np.abs(both_sides(one, name)).max(initial=0.0)) for one in nodes) for name in "NMQ"}
     shown = {name: units.of_section(name, value) for name, value in largest.items()}
     head = ["lining"]
     for name, words in (("N", "N, compression"), ("N", "N, tension"), ("M", "M"), ("Q", "Q")):
@@ -92,7 +93,7 @@ def liner_table(results: Results, units: Units) -> Table:
         there = [(frame, one) for frame, one in zip(frames, own, strict=True) if one.n_rows]
         if not own[-1].n_rows:
             continue
-        force = {name: np.concatenate([shown[name][0] * one[name] for _, one in there]) for name in "NMQ"}
+        force = {name: np.concatenate([shown[name][0] * both_sides(one, name) for _, one in there]) for name in "NMQ"}
         sizes = [-min(force["N"].min(), 0.0), max(force["N"].max(), 0.0), *(np.abs(force[name]).max() for name in "MQ")]
         use = [float(np.fmax.reduce(one["use"])) for _, one in there]
         share, where = "unlimited", ""

@@ -13,7 +13,7 @@ POWERS = {
 #: Numbers of a row; of the others the file has the size.
 SIZES = {
     "xy": 2, "side": 2, "stress_component": 3, "velocity_component": 6, "energy_column": 10, "contact_count": 3,
-    "property": 3, "nmq": 3, "section": 5, "of_beam": 6,
+    "property": 3, "nmq": 3, "section": 5, "of_beam": 6, "both_sides": 4,
 }  # fmt: skip
 
 
@@ -92,6 +92,7 @@ frames/bolt_use               f8  node                       -         optional
 frames/liner_point            f8  liner_node,xy              length    liners
 frames/liner_force            f8  liner_node,nmq             section  liners
 frames/liner_state            i4  liner_node                 -         liners
+frames/liner_sides            f8  liner_node,both_sides      section   optional
 frames/liner_back             f8  liner_node,xy              length    optional
 frames/liner_section          f8  liner_node,of_beam         section   optional
 frames/liner_use              f8  liner_node                 -         optional

@@ -50,14 +50,16 @@ module rockdda_interaction_liner_nodes
 
 contains
 
-   !> Place, forces N, M, Q, motion of the back against what holds it, and state of the nodes of a lining.
-   pure subroutine show_nodes_of(laws, context, liners, k, place, force, back, section, state)
+   !> Place, forces N, M, Q, motion of the back against what holds it, and state of the nodes of a lining. At a corner
+   !> of its line N and Q of both sides differ; the node has those of the larger axial force.
+   pure subroutine show_nodes_of(laws, context, liners, k, place, force, beside, back, section, state)
       type(joint_law_type), allocatable, intent(in) :: laws(:)   !! of the joint materials
       type(step_context_type), intent(in) :: context
       type(liner_type), intent(in) :: liners(:)
       integer, intent(in) :: k                   !! the lining; those that lie on it press it
       real(wp), intent(out) :: place(:, :)       !! (2, nodes) [length]
       real(wp), intent(out) :: force(:, :)       !! (3, nodes)
+      real(wp), intent(out) :: beside(:, :)      !! (4, nodes) N, Q before the node, N, Q behind it
       real(wp), intent(out) :: back(:, :)        !! (2, nodes) largest opening and slip of its back [length]
       real(wp), intent(out) :: section(:, :)     !! (6, nodes) N, M at the start, middle and end of the beam behind
       integer, intent(out) :: state(:)           !! (nodes) node_state%...
@@ -69,6 +71,7 @@ contains
       integer :: i, n, next
       associate (liner => liners(k), layout => liners(k)%layout)
          force = 0
+         beside = 0
          back = 0
          section = 0
          state = node_state%absent
@@ -116,7 +119,9 @@ contains
             sides(1, next)%bent = bent(i)
          end do
          do i = 1, layout%n
-            force(:, i) = section_at(sides(:, i), liner%side)
+            call find_forces(sides(:, i), liner%side, force(2, i), beside(:, i))
+            n = merge(1, 3, abs(beside(1, i)) >= abs(beside(3, i)))
+            force([1, 3], i) = beside(n:n + 1, i)
          end do
          force(2, :) = force(2, :) + eccentricity*force(1, :)
          ! around a closed line the part N t^2/(12 R) that the mean of N has about the centroid is left out, as in the
@@ -247,11 +252,11 @@ contains
 
    end subroutine show_nodes_of
 
-   !> Largest share of the strength that N and M take together, at each node and in the sections beside it: at the end
-   !> of the beam before, at the start and in the middle of the one behind. Below 0: there is no strength.
-   pure function shares_of_nodes(liner, force, section, state) result(use)
+   !> Largest share of the strength that N and M take together, on both sides of each node and in the sections beside
+   !> it: at the end of the beam before, at the start and in the middle of the one behind. Below 0: it has none.
+   pure function shares_of_nodes(liner, moment, beside, section, state) result(use)
       type(liner_type), intent(in) :: liner
-      real(wp), intent(in) :: force(:, :), section(:, :)   !! as shown
+      real(wp), intent(in) :: moment(:), beside(:, :), section(:, :)   !! as shown
       integer, intent(in) :: state(:)
       real(wp) :: use(size(state)), before(2)
       integer :: i, n
@@ -260,8 +265,8 @@ contains
          before = section(5:6, 1 + modulo(i - 2, n))
          if (i == 1 .and. .not. liner%layout%closed) before = 0
          use(i) = maxval(share_of_strength(liner%section, state(i) > node_state%sound, &
-                                           [force(1, i), before(1), section([1, 3], i)], &
-                                           [force(2, i), before(2), section([2, 4], i)]))
+                                           [beside([1, 3], i), before(1), section([1, 3], i)], &
+                                           [moment([i, i]), before(2), section([2, 4], i)]))
       end do
    end function shares_of_nodes
 
@@ -280,38 +285,39 @@ contains
       other = 0
    end function pair_of
 
-   !> N, M and Q at a node from both sides of it.
-   pure function section_at(sides, side) result(nmq)
+   !> The moment at a node, and N and Q on both sides of it.
+   pure subroutine find_forces(sides, side, moment, beside)
       type(side_type), intent(in) :: sides(2)
       integer, intent(in) :: side                !! of the opening
-      real(wp) :: nmq(3), even(2), force(2, 2), moment(2), lengths, along(2)
+      real(wp), intent(out) :: moment
+      real(wp), intent(out) :: beside(4)         !! N, Q before the node, N, Q behind it
+      real(wp) :: even(2), force(2), moments(2), lengths, along(2, 2)
       integer :: s
+      moment = 0
+      beside = 0
       lengths = sum(sides%length)
-      nmq = 0
       if (.not. lengths > 0) return
-      ! what acts evenly: S(1) + b l(1) - b l... both sides have one force
+      ! what acts evenly: with it both sides have one force
       even = (sides(1)%force - sides(2)%force)/lengths
+      force = sides(2)%force + sides(2)%length*even
       do s = 1, 2
-         force(:, s) = sides(s)%force + merge(-1, 1, s == 1)*sides(s)%length*even
-         moment(s) = sides(s)%moment + sides(s)%bent + sides(s)%length**2/3* &
-                     (sides(s)%along(1)*even(2) - sides(s)%along(2)*even(1))
+         moments(s) = sides(s)%moment + sides(s)%bent + sides(s)%length**2/3* &
+                      (sides(s)%along(1)*even(2) - sides(s)%along(2)*even(1))
       end do
-      along = sides(1)%along + sides(2)%along
+      along = spread(sides(1)%along + sides(2)%along, 2, 2)
       if (all(sides%is_there)) then
          ! beside the end of the rock what lies between nodes is no pressure: the free side knows better
          lengths = sum(sides%bent**2)
-         if (lengths > 0) moment = sum(moment*sides([2, 1])%bent**2)/lengths
-         if (dot_product(sides(1)%along, sides(2)%along) < corner) then
-            ! the side of the larger axial force
-            s = merge(1, 2, abs(dot_product(force(:, 1), sides(1)%along)) >= &
-                      abs(dot_product(force(:, 2), sides(2)%along)))
-            along = sides(s)%along
-         end if
+         if (lengths > 0) moments = sum(moments*sides([2, 1])%bent**2)/lengths
+         if (dot_product(sides(1)%along, sides(2)%along) < corner) &
+            along = reshape([sides(1)%along, sides(2)%along], [2, 2])
       end if
-      along = along/norm2(along)
-      nmq = [dot_product(force(:, 2), along), -side*0.5_wp*sum(moment), &
-             side*(along(1)*force(2, 2) - along(2)*force(1, 2))]
-   end function section_at
+      do s = 1, 2
+         along(:, s) = along(:, s)/norm2(along(:, s))
+         beside(2*s - 1:2*s) = [dot_product(force, along(:, s)), side*(along(1, s)*force(2) - along(2, s)*force(1))]
+      end do
+      moment = -side*0.5_wp*sum(moments)
+   end subroutine find_forces
 
    !> What a section is.
    pure integer function state_of(state, section)

@@ -202,17 +202,19 @@ contains
       type(step_context_type), intent(in) :: context
       type(liner_nodes_type), intent(out) :: nodes
       integer :: first, k, last
-      allocate (nodes%place(2, self%n_nodes()), nodes%force(3, self%n_nodes()), nodes%back(2, self%n_nodes()), &
-                nodes%section(6, self%n_nodes()), nodes%use(self%n_nodes()), nodes%state(self%n_nodes()))
+      allocate (nodes%place(2, self%n_nodes()), nodes%force(3, self%n_nodes()), nodes%sides(4, self%n_nodes()), &
+                nodes%back(2, self%n_nodes()), nodes%section(6, self%n_nodes()), nodes%use(self%n_nodes()), &
+                nodes%state(self%n_nodes()))
       last = 0
       do k = 1, n_liners(self)
          first = last + 1
          last = last + self%liners(k)%layout%n
          call show_nodes_of(self%laws, context, self%liners, k, nodes%place(:, first:last), &
-                            nodes%force(:, first:last), nodes%back(:, first:last), &
+                            nodes%force(:, first:last), nodes%sides(:, first:last), nodes%back(:, first:last), &
                             nodes%section(:, first:last), nodes%state(first:last))
-         nodes%use(first:last) = shares_of_nodes(self%liners(k), nodes%force(:, first:last), &
-                                                 nodes%section(:, first:last), nodes%state(first:last))
+         nodes%use(first:last) = shares_of_nodes(self%liners(k), nodes%force(2, first:last), &
+                                                 nodes%sides(:, first:last), nodes%section(:, first:last), &
+                                                 nodes%state(first:last))
       end do
    end subroutine show_nodes
 

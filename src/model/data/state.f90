@@ -68,6 +68,7 @@ module rockdda_model_state
    type :: liner_nodes_type
       real(wp), allocatable :: place(:, :)     !! (2, nodes) [length]
       real(wp), allocatable :: force(:, :)     !! (3, nodes) N tension positive, M pulling on the side of the opening, Q
+      real(wp), allocatable :: sides(:, :)     !! (4, nodes) N, Q before the node, N, Q behind it: at a corner two
       real(wp), allocatable :: back(:, :)      !! (2, nodes) largest opening and slip of its back [length]
       real(wp), allocatable :: section(:, :)   !! (6, nodes) N, M by which sections are judged: at the start, in the
                                                !! middle and at the end of the beam that begins at the node

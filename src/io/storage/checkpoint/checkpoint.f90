@@ -25,7 +25,7 @@ module rockdda_io_checkpoint
    private
    public :: checkpoint_type, checkpoint_facts_type, checkpoint_path, results_path, is_checkpoint
 
-   integer, parameter :: checkpoint_format_version = 38
+   integer, parameter :: checkpoint_format_version = 39
    !> Attribute `format` of the file.
    character(len=*), parameter :: checkpoint_format = 'rockdda-checkpoint'
    character(len=*), parameter :: seal_start = 'rockdda checkpoint, SHA-256 of all bytes before this line: '

@@ -273,6 +273,7 @@ contains
       if (present(liner_nodes) .and. self%sizes(-per%liner_node) > 0) then
          call self%put('frames/liner_point', reshape(liner_nodes%place, [size(liner_nodes%place)]))
          call self%put('frames/liner_force', reshape(liner_nodes%force, [size(liner_nodes%force)]))
+         call self%put('frames/liner_sides', reshape(liner_nodes%sides, [size(liner_nodes%sides)]))
          call self%put('frames/liner_back', reshape(liner_nodes%back, [size(liner_nodes%back)]))
          call self%put('frames/liner_section', reshape(liner_nodes%section, [size(liner_nodes%section)]))
          call self%put('frames/liner_use', liner_nodes%use)

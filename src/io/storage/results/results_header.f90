@@ -10,7 +10,7 @@ module rockdda_io_results_header
    !> Version that is written, and the oldest one that can be read: 1 has no stresses, opening and slip of contacts.
    integer, parameter :: results_format_version = 2, oldest_format_version = 1
    !> Growing tables, and checksums: one for each table, one for the model.
-   integer, parameter :: n_tables = 53, n_totals = n_tables + 1
+   integer, parameter :: n_tables = 54, n_totals = n_tables + 1
 
    !> Header: origin and options of the file.
    type :: results_header_type

@@ -97,6 +97,8 @@ module rockdda_io_results_tables
       table_type('frames/liner_point', 2, reals, [2, per%liner_node, 0], 'length', some, double, .true.), &
       table_type('frames/liner_force', 2, reals, [3, per%liner_node, 0], 'force/length, force, force/length', some, &
                  any, .true.), &
+      table_type('frames/liner_sides', 2, reals, [4, per%liner_node, 0], &
+                 'force/length, force/length, force/length, force/length', some, any, .true.), &
       table_type('frames/liner_back', 2, reals, [2, per%liner_node, 0], 'length', some, any, .true.), &
       table_type('frames/liner_section', 2, reals, [6, per%liner_node, 0], &
                  'force/length, force, force/length, force, force/length, force', some, any, .true.), &
