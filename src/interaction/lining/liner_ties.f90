@@ -15,7 +15,7 @@ module rockdda_interaction_liner_ties
    private
    public :: tie_type, tie_after_type, tie_response_type, tie_state, respond_tie
 
-   real(wp), parameter :: closing = 3
+   real(wp), parameter :: closing = 3.0_wp
 
    type :: tie_state_enum
       integer :: open = 0
