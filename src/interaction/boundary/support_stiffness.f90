@@ -3,6 +3,7 @@
 module rockdda_interaction_support_stiffness
    use rockdda_base_kinds, only : wp
    use rockdda_geometry_polygons, only : polygon_properties
+   use rockdda_geometry_segments, only : distance_to_segment
    use rockdda_model_blocks, only : block_system_type
    use rockdda_model_parameters, only : parameters_type
    use rockdda_interaction_contact_stiffness, only : set_stiffness
@@ -32,9 +33,8 @@ contains
          next = merge(first, v + 1, v == last)
          along = blocks%vertices(:, next) - blocks%vertices(:, v)
          length = norm2(along)
-         associate (arm => centroid - blocks%vertices(:, v))
-            distance = abs(along(1)*arm(2) - along(2)*arm(1))/length
-         end associate
+         ! from the edge, not from its line: that of an edge of an opening may pass through the centroid
+         distance = distance_to_segment(centroid, blocks%vertices(:, v), blocks%vertices(:, next))
          associate (material => parameters%joint_materials(blocks%edge_joint(v)))
             call set_stiffness(parameters, material, length, k_n, k_s)
             ! automatic, by its size: of the largest E, which no stage changes
