@@ -185,7 +185,11 @@ def dominoes(drawn: Values, bench: Bench) -> None:
 
 
 def rocking(drawn: Values, bench: Bench) -> None:
-    """A block that rocks on a floor without bouncing: its next swing, by Housner."""
+    """A block that rocks on a floor without bouncing: its next swing, by Housner.
+
+    His block is rigid. On a joint of stiffness k the toe carries the weight W on a length sqrt(2 W/(k angle)), here a
+    sixtieth of the width at the release. With a fifteenth, blocks of 2 to 12 m swing up to 0.19 less, at any step.
+    """
     slender, share = drawn["slender"], drawn["share"]
     width = drawn["width"]
     height = width * slender
@@ -195,6 +199,7 @@ def rocking(drawn: Values, bench: Bench) -> None:
     cosine = math.cos(alpha) + kept * (math.cos(alpha - start) - math.cos(alpha))
     truth = (alpha - math.acos(cosine)) / start
     radius = 0.5 * math.hypot(width, height)
+    stiffness = 2 * DENSITY * G * slender * 60**2 / start
     frequency = math.sqrt(3 * G / (4 * radius))
     quarter = math.acosh(1 / (1 - share)) / frequency
     model = Model(
@@ -207,7 +212,7 @@ def rocking(drawn: Values, bench: Bench) -> None:
         joint(friction=60, restitution=0),
         f"&run t_end={2.4 * quarter!r}, save_every=1 /",
         f"&time dt_max={0.002 * math.sqrt(width)!r} /",
-        "&contact stiffness=1e9 /",
+        f"&contact stiffness={stiffness!r} /",
     ]
     rotation = bench.run(model).get("frames/rotation")[:, 1] - start
     # the block stands at -start and swings to the other side
@@ -368,7 +373,6 @@ KINDS = [
         "the next swing of a rocking block by Housner, without bouncing",
         values(width=between(0.3, 2, 17), slender=between(2.5, 6, 14), share=between(0.3, 0.7, 8)),
         rocking,
-        known="the swing after the first impact is up to a tenth of the release off",
     ),
     Kind(
         "falls",
