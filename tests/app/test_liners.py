@@ -129,6 +129,40 @@ class Liners(ProgramTest):
             self.near(most, half, 1e-3)
             self.near(least, -half, 1e-3)
 
+    def test_closed_line_begins_at_any_corner(self):
+        """A slab of 3 m on a square lining: N of a wall at half its height by statics; corners that mirror each other
+        have one M, and so have all lines around the square. Where one block lies on both sides of the first corner its
+        segment ended there: each node had the segment of the next one, and N and M at the first were no numbers."""
+        corners = [(0, 0), (4, 0), (4, 4), (0, 4)]
+        boxes = [(-4, -4, 8, 0), (4, 0, 8, 7), (-4, 0, 0, 7), (0, 4, 4, 7)]
+        joint = "friction = 0, normal_stiffness = 1e11, shear_stiffness = 1e11"
+        moments = []
+        for first, step, element in [*itertools.product(range(4), (1, -1), ("",)), (0, 1, ", element = 0.125")]:
+            line = ", ".join(f"{x}, {y}" for x, y in (corners[(first + step * k) % 4] for k in range(5)))
+            groups = (
+                f"&liner along = {line}, thickness = 0.25, young = 25e9, density = 600, joint_material = 3{element} /\n"
+            )
+            groups += "&joint_material number = 3, friction = 0, normal_stiffness = 2e9, shear_stiffness = 2e5 /\n"
+            groups += "".join(FIXED.format(*ends) for ends in ((-4, -4, 8, -4), (-4, -4, -4, 7), (8, -4, 8, 7))) + REST
+            self.boxes("slab", boxes, groups, young=5e10, gravity=10, joint=joint)
+            rows = self.path("slab.dc").read_text().splitlines()
+            self.write("slab.dc", "\n".join([*rows[:7], "1", *rows[8:], "2 2\n"]))  # the opening is a hole
+            with self.solve("slab") as file:
+                place, force = file["frames/liner_point"][0], file["frames/liner_force"][-1]
+            at = {key: abs(place - key).sum(1).argmin() for key in (*corners, (0, 2), (4, 2), (2, 4))}
+            for wall in ((0, 2), (4, 2)):
+                above = 0.25 * 600 * 10 * (2 + 4 - place[at[wall], 1])
+                self.near(force[at[wall], 0], -4 * 3 * 2500 * 10 / 2 - above, 1e-3)
+            # the segment of a corner lies on one of its sides
+            self.near(force[at[0, 4], 1], force[at[4, 4], 1], 0.03)
+            self.near(force[at[0, 0], 1], force[at[4, 0], 1], 0.03)
+            moments.append([force[at[key], 1] for key in (*corners, (2, 4))])
+        for found in moments[1:-1]:
+            for one, expected in zip(found, moments[0], strict=True):
+                self.near(one, expected, 0.03)
+        for one, fine in zip(moments[0], moments[-1], strict=True):
+            self.near(one, fine, 0.1)
+
     def test_layers_around_a_square(self):
         """Where blocks meet at a corner the segment there is shorter than the lining is thick, and its outline crossed
         itself: no step was solved. So did the line of a second layer, which is shorter than that of the first."""

@@ -299,7 +299,7 @@ contains
       if (.not. layout%closed) then
          nodes = [nodes, length]
          ends = [0.0_wp, ends, length]
-      else if (ends(1) > nodes(1)) then
+      else if (.not. ends(1) < nodes(1)) then
          ends = [ends(size(ends)) - length, ends]
       else
          ends = [ends, ends(1) + length]
