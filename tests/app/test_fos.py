@@ -119,6 +119,33 @@ class Values(FosTest):
         )
         self.assertEqual(len(result["trials"]), 7)
 
+    def test_blocks_inside_each_other_are_told(self):
+        """A wedge on a plane that ends in a kink of the ground, H = 75 m: its factor is 0.733 in stiff rock. In soft
+        rock its tip goes into the ground, which holds it: the factor is said not to be one."""
+        toe, top = (32.58, 31.39), 75.19
+        outlines = ([(-37.6, -37.6), (115.6, -37.6), (115.6, top), (toe[0], top), toe, (0, 0), (-37.6, 0)],
+                    [(0, 0), toe, (toe[0], top), (11.0, top)])  # fmt: skip
+        blocks = [
+            "\n".join([f"block {k + 1} 1 {len(outline)}", *(f"{x} {y} 1" for x, y in outline)])
+            for k, outline in enumerate(outlines)
+        ]
+        head = "rockdda-blocks 1\ne0 0.005\nblocks 2\nvertices 11\nfixed 0\nloading 0\nmeasured 0\nbolts 0"
+        self.write(
+            "kink.blk", "\n".join([head, *blocks, "fixed_points\nloading_points\nmeasured_points\nbolt_list\nend\n"])
+        )
+        for young, is_told in ((5e8, True), (5e11, False)):
+            self.write(
+                "kink.nml",
+                options(32.1363, 48452.6, "&boundary along = -37.6, -37.6, 115.6, -37.6, kind = 'fixed' /\n")
+                .replace("block.dc", "kink.blk").replace("2400", "2600").replace("20e9", str(young)),
+            )  # fmt: skip
+            outcome = self.run_program("fos", "kink.nml", "--json")
+            self.assertEqual(
+                "blocks stand inside each other in the stable trial of" in outcome.err, is_told, outcome.err
+            )
+            if not is_told:
+                self.assert_between(outcome.json, 0.733)
+
     def test_bolts_that_take_their_force_too_late_are_named(self):
         """A tendon from the block up the slope: stiff it yields before the block has moved; slack and soft it would
         hold the block after some decimetres, which the verdict does not wait for."""

@@ -37,7 +37,7 @@ module rockdda_run_factor_search
    public :: factor_search_type
 
    !> A stable trial that moves a block by more than this share of a typical block's size has moved something.
-   real(wp), parameter :: most_motion = 0.05_wp
+   real(wp), parameter :: most_motion = 0.01_wp
 
    type :: factor_search_type
       type(search_options_type) :: options
@@ -146,6 +146,8 @@ contains
             'failing; --max-steps gives it more')
       end do
       note = describe_motion(self%trials, self%settled, self%path)
+      if (len(note) > 0) call observer%warn(note)
+      note = describe_inside(self%trials)
       if (len(note) > 0) call observer%warn(note)
       note = describe_shear(self%trials)
       if (len(note) > 0) call observer%warn(note)
@@ -289,6 +291,20 @@ contains
              ': something may have failed below the factor and stopped; '// &
              'look at it with --to '//to_string(trials(first)%value, 6)//' and a model in which it cannot stop'
    end function describe_motion
+
+   !> A warning when blocks stand inside each other in a stable trial, as a run has it: what stops them there is no
+   !> contact that a model of rock has. Else empty.
+   pure function describe_inside(trials) result(text)
+      type(trial_type), intent(in) :: trials(:)
+      character(len=:), allocatable :: text
+      integer :: i
+      text = ''
+      i = maxloc([0.0_wp, trials%inside], mask=[.true., trials%stable], dim=1) - 1
+      if (i == 0) return
+      text = 'blocks stand inside each other in the stable trial of '//to_string(trials(i)%value, 6)//', by up to '// &
+             to_string(100*trials(i)%inside, 2)//' % of the inradius of the smaller one: the factor is not to be '// &
+             'trusted; rock or joints that are too soft, or a sharp corner in a kink of the ground, let them'
+   end function describe_inside
 
    !> A warning when elastic bolts could hold what fails: they take their force as blocks move, and the verdict looks at
    !> motions of some thousandths of a block. Else empty.

@@ -27,6 +27,7 @@ module rockdda_run_trial
    use rockdda_model_parameters, only : parameters_type
    use rockdda_model_units, only : unit_system_type, unit_system
    use rockdda_model_state, only : radius_of_inertia
+   use rockdda_stepping_lodging, only : lodging_type
    use rockdda_stepping_simulation, only : simulation_type
    use rockdda_io_timestamp, only : wall_seconds
    use rockdda_run_mechanism, only : mechanism_type, find_mechanism
@@ -99,6 +100,7 @@ module rockdda_run_trial
       real(wp) :: pull = 0                 !! of what fails, over its area; 0: stable, or not decided
       real(wp) :: limit = 0                !! value at which its work would be none; 0: not known
       real(wp) :: shear = 0                !! largest of a lining over its tensile strength, at the end
+      real(wp) :: inside = 0               !! depth of blocks in each other at the end, over the smaller inradius
       real(wp) :: seconds = 0              !! on the wall clock
       type(mechanism_type) :: mechanism    !! of a failing trial
       real(wp), allocatable :: open(:)     !! (joint materials) share of their joints that is open at the end
@@ -178,6 +180,7 @@ contains
       type(trial_type), intent(out) :: trial
       logical, intent(out) :: interrupted
       type(error_type), allocatable, intent(out) :: error
+      type(lodging_type) :: lodging
       real(wp) :: start
       integer :: beginning
       start = wall_seconds()
@@ -197,6 +200,8 @@ contains
       if (.not. (interrupted .or. allocated(error))) then
          trial%open = open_shares(run%sim, joint_lengths(settled))
          trial%shear = shear_of_linings(run%sim)
+         call lodging%look(run%sim%blocks, run%sim%state)
+         trial%inside = maxval([0.0_wp, lodging%found%share])
          call find_uses(run%sim, trial%supports)
          if (trial%pull > 0) trial%unused = find_unused(run%sim, trial%supports, inertia_work(run%sim))
       end if
