@@ -35,7 +35,7 @@ module rockdda_lines_statistics
       real(wp) :: spacing = 0           !! mean distance of neighbouring lines, in the section [L]
       real(wp) :: trace = huge(1.0_wp)  !! mean length of a trace [L]; huge: endless
       real(wp) :: bridge = 0            !! mean gap between the traces of a line [L]
-      real(wp) :: randomness = unset_real    !! degree of randomness D_r of the perturbation, or coefficient of variation
+      real(wp) :: randomness = unset_real    !! degree of randomness D_r, or coefficient of variation
       real(wp) :: offset = 0            !! distance of a line of the lattice from the origin, along the set's normal [L]
       real(wp) :: start = 0             !! start of a trace of line 0, along the line from the foot of the origin [L]
       real(wp) :: stagger = 0           !! shift of the traces from line to line, as a share of trace + bridge

@@ -58,7 +58,7 @@ contains
       call describe_points(table, 'fixed', 'Points and lines that hold blocks.', statistics%fixed_groups)
       call describe_points(table, 'loading', 'Points that can carry loads.', statistics%loading_groups)
       call describe_points(table, 'measured', 'Points whose motion is recorded.', statistics%measured_groups)
-      call describe_lines(table, 'material_line', 'A line that gives its material to all blocks that it goes through.', &
+      call describe_lines(table, 'material_line', 'A line that gives its material to the blocks that it crosses.', &
                           'block_material', statistics%material_lines)
       call table%begin('section', 'The plane of the drawing, for sets that dip and dip direction give.')
       call table%add(option('azimuth', 'of the x axis', unit='deg', required=.true.), statistics%azimuth)
@@ -80,7 +80,7 @@ contains
                             default_text='window'), region%vertices)
       call table%add_reals(option('slope_toe', 'of a slope cut into the window', unit='length', columns='x, y', &
                                   default_text='no slope'), region%slope_toe)
-      call table%add(option('slope_angle', 'of its face, which rises to the right up to 90 degrees, to the left beyond', &
+      call table%add(option('slope_angle', 'of its face; it rises to the right up to 90 degrees, to the left beyond', &
                             unit='deg', above=0.0_wp, below=180.0_wp, default_text='no slope'), region%slope_angle)
       call table%add(option('frame', 'thickness of four fixed blocks around the window', unit='length', above=0.0_wp, &
                             default_text='no frame'), region%frame)
@@ -110,7 +110,7 @@ contains
                      set%offset)
       call table%add(option('start', 'start of a trace of line 0, along the line from the foot of the origin', &
                             unit='length'), set%start)
-      call table%add(option('stagger', 'shift of the traces from line to line, as a share of trace and bridge; with '// &
+      call table%add(option('stagger', 'shift of traces from line to line, as a share of trace and bridge; with '// &
                             'ends_at, of the spacing', least=-1.0_wp, most=1.0_wp), set%stagger)
       call table%add(option('distribution', 'of the spacing', choices=laws, default_word='uniform'), set%distribution)
       call table%add(option('trace_distribution', 'of trace and bridge', choices=laws, default_from='distribution'), &
@@ -130,7 +130,7 @@ contains
       call table%add(option('span', 'of a horseshoe', unit='length', above=0.0_wp, default_text=needed), opening%span)
       call table%add(option('wall_height', 'of a horseshoe', unit='length', least=0.0_wp, default_text=needed), &
                      opening%wall_height)
-      call table%add(option('arch_height', 'of the circular arch of a horseshoe, at most half the span', unit='length', &
+      call table%add(option('arch_height', 'of the arch of a horseshoe, at most half the span', unit='length', &
                             above=0.0_wp, default_text=needed), opening%arch_height)
       call table%add(option('radius', 'of a circle', unit='length', above=0.0_wp, default_text=needed), opening%radius)
       call table%add(option('width', 'of a rectangle', unit='length', above=0.0_wp, default_text=needed), opening%width)

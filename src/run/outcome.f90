@@ -216,8 +216,8 @@ contains
                 to_string(watch%lost_share, 2)//' of the load table, t = '// &
                 sim%parameters%shown(watch%lost_time, 'time', 3)//': the load rises on and the blocks run away (at '// &
                 't = '//sim%parameters%shown(sim%state%time, 'time', 3)//' the unbalanced force is '// &
-                to_string(sim%record%unbalanced, 3)//' of the mean force). The faster a table rises, the more of it '// &
-                "inertia carries, and the later this is found: 'rockdda fos --search load' finds the limit itself"
+                to_string(sim%record%unbalanced, 3)//' of the mean force). The faster a table rises, the more '// &
+                "of it inertia carries, and the later this is found: 'rockdda fos --search load' finds the limit itself"
       end associate
    end function lost_text
 

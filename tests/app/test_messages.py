@@ -120,6 +120,11 @@ class Messages(ProgramTest):
             expected = "give a stress of 100 kPa at the top of the model, y = 2 m, "
             self.assertEqual([expected in m for m in found], [True] * told, found)
 
+    def test_a_dash_before_a_number_is_named(self):
+        for sign in ("\u2212", "\u2013"):
+            found = self.problems(("&run", f"&load gravity = {sign}9.81 /\n&run"))
+            self.assertEqual(found, [f"gravity: expected a number, found '{sign}9.81'; its sign is a dash, write '-'"])
+
     def test_a_reset_in_the_first_stage_is_told(self):
         stages = "&stage until = 'equilibrium', reset_displacement = .true. /\n&stage until = 'equilibrium' /\n"
         found = self.problems(("&run steps = 1 /\n", stages), level="note")

@@ -351,14 +351,23 @@ contains
       type(diagnostics_type), intent(inout) :: messages
       is_number = entry%values(i)%kind == value_kind%number
       if (.not. is_number) then
-         call messages%add(severity%error, entry%name//": expected a number, found '"//entry%values(i)%text//"'", &
-                           namelist%origin(entry%values(i)%place))
+         call messages%add(severity%error, entry%name//": expected a number, found '"//entry%values(i)%text//"'"// &
+                           dash_hint(entry%values(i)%text), namelist%origin(entry%values(i)%place))
       else if (abs(entry%values(i)%number) > largest_value) then
          is_number = .false.
          call messages%add(severity%error, entry%name//': must not be larger than '//to_string(largest_value)// &
                            ", found '"//entry%values(i)%text//"'", namelist%origin(entry%values(i)%place))
       end if
    end function is_number
+
+   !> A hint at a number behind a dash or the minus sign of a text program, as UTF-8 has them.
+   pure function dash_hint(text) result(hint)
+      character(len=*), intent(in) :: text
+      character(len=:), allocatable :: hint
+      character(len=*), parameter :: dash = char(226)    ! first byte of both
+      hint = ''
+      if (index(text, dash) == 1 .and. scan(text, '0123456789') == 4) hint = "; its sign is a dash, write '-'"
+   end function dash_hint
 
    !> Is value i a whole number of at least `least`?
    logical function is_whole_number(namelist, entry, i, least, messages)

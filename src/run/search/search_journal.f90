@@ -22,8 +22,9 @@ module rockdda_run_search_journal
    public :: search_journal_type, search_digest
 
    character(len=*), parameter :: head = 'rockdda search, trials: value stable decided doubtful confirms steps '// &
-                                         'beginning unbalanced displacement pull limit shear inside unused seconds, then '// &
-                                         'the blocks of the mechanism with their motion, the share of the joints '// &
+                                         'beginning unbalanced displacement pull limit shear inside unused '// &
+                                         'seconds, then the blocks of the mechanism with their motion, the '// &
+                                         'share of the joints '// &
                                          'of each material that is open, and force, use and state of each support'
 
    type :: search_journal_type
@@ -121,7 +122,8 @@ contains
              to_string(trial%steps)//' '//to_string(trial%beginning)//' '// &
              to_exact_string(trial%unbalanced)//' '//to_exact_string(trial%displacement)//' '// &
              to_exact_string(trial%pull)//' '//to_exact_string(trial%limit)//' '//to_exact_string(trial%shear)//' '// &
-             to_exact_string(trial%inside)//' '//to_string(trial%unused)//' '//to_exact_string(trial%seconds)//' '//to_string(n)
+             to_exact_string(trial%inside)//' '//to_string(trial%unused)//' '// &
+             to_exact_string(trial%seconds)//' '//to_string(n)
       do i = 1, n
          line = line//' '//to_string(trial%mechanism%blocks(i))//' '//to_string(trial%mechanism%kinds(i))
       end do
@@ -176,20 +178,24 @@ contains
       if (len(line) < 4) return
       if (line(len(line) - 3:) /= ' end') return
       read (line, *, iostat=status) trial%value, flags, trial%steps, trial%beginning, trial%unbalanced, &
-         trial%displacement, trial%pull, trial%limit, trial%shear, trial%inside, trial%unused, trial%seconds, n
+         trial%displacement, trial%pull, trial%limit, trial%shear, trial%inside, trial%unused, trial%seconds, &
+         n
       if (status /= 0 .or. n < 0 .or. n > len(line)) return
       allocate (motions(2, n))
       read (line, *, iostat=status) trial%value, flags, trial%steps, trial%beginning, trial%unbalanced, &
-         trial%displacement, trial%pull, trial%limit, trial%shear, trial%inside, trial%unused, trial%seconds, n, motions, m
+         trial%displacement, trial%pull, trial%limit, trial%shear, trial%inside, trial%unused, trial%seconds, &
+         n, motions, m
       if (status /= 0 .or. m < 0 .or. m > len(line)) return
       allocate (open_shares(m))
       read (line, *, iostat=status) trial%value, flags, trial%steps, trial%beginning, trial%unbalanced, &
-         trial%displacement, trial%pull, trial%limit, trial%shear, trial%inside, trial%unused, trial%seconds, n, motions, m, &
+         trial%displacement, trial%pull, trial%limit, trial%shear, trial%inside, trial%unused, trial%seconds, &
+         n, motions, m, &
          open_shares, k
       if (status /= 0 .or. k < 0 .or. k > len(line)) return
       allocate (trial%supports(k))
       read (line, *, iostat=status) trial%value, flags, trial%steps, trial%beginning, trial%unbalanced, &
-         trial%displacement, trial%pull, trial%limit, trial%shear, trial%inside, trial%unused, trial%seconds, n, motions, m, &
+         trial%displacement, trial%pull, trial%limit, trial%shear, trial%inside, trial%unused, trial%seconds, &
+         n, motions, m, &
          open_shares, k, trial%supports, last
       ok = status == 0
       trial%open = open_shares
