@@ -30,24 +30,19 @@ module rockdda_io_hdf5_adapter
    !> Compression level: most of the gain for the least time.
    integer, parameter :: gzip_level = 1
 
-   type, extends(hdf5_attributes_type) :: hdf5_tables_type
-   contains
-      procedure :: create_table
-      procedure :: resize
-      procedure :: get_chunk
-      generic :: write_plain_chunks => write_plain_reals, write_plain_singles, write_plain_integers
-      procedure :: open_rows
-      procedure, private :: write_plain_reals, write_plain_singles, write_plain_integers
-   end type hdf5_tables_type
-
    !> Size of the conversion buffer for a text [bytes]; the default of the library is 1 MiB, cleared each time.
    integer(hsize_t), parameter :: text_buffer = 4096
 
    !> Letters of a list of texts at most.
    integer(i8), parameter :: most_texts = 1000000_i8
 
-   type, extends(hdf5_tables_type) :: hdf5_file_type
+   type, extends(hdf5_attributes_type) :: hdf5_file_type
    contains
+      procedure :: create_table
+      procedure :: resize
+      procedure :: get_chunk
+      generic :: write_plain_chunks => write_plain_reals, write_plain_singles, write_plain_integers
+      procedure :: open_rows
       procedure :: get_shape
       procedure :: has_type
       generic :: write => write_reals, write_integers, write_text
@@ -57,7 +52,7 @@ module rockdda_io_hdf5_adapter
       generic :: write_rows => write_real_rows, write_integer_rows
       procedure, private :: write_reals, write_integers, write_text, read_reals, read_integers, read_text
       procedure, private :: write_real_rows, write_integer_rows
-      procedure, private :: create_dataset
+      procedure, private :: create_dataset, write_plain_reals, write_plain_singles, write_plain_integers
    end type hdf5_file_type
 
    !> Rows of an open dataset, selected in the file and in memory.
@@ -387,7 +382,7 @@ contains
 
    !> Create a table without rows that grows along its last dimension, in chunks; those of integers are compressed.
    subroutine create_table(self, name, row_shape, is_real, chunk_shape, error, is_single)
-      class(hdf5_tables_type), intent(in) :: self
+      class(hdf5_file_type), intent(in) :: self
       character(len=*), intent(in) :: name
       integer, intent(in) :: row_shape(:)     !! shape of one row in Fortran order; size 0: one number
       logical, intent(in) :: is_real          !! else integers
@@ -422,7 +417,7 @@ contains
 
    !> Give a table this many rows: new ones are zero until they are written, surplus ones are dropped.
    subroutine resize(self, name, n_rows, error)
-      class(hdf5_tables_type), intent(in) :: self
+      class(hdf5_file_type), intent(in) :: self
       character(len=*), intent(in) :: name
       integer(i8), intent(in) :: n_rows
       type(error_type), allocatable, intent(out) :: error
@@ -440,7 +435,7 @@ contains
 
    !> Get the shape of the chunks of a table; an error for a dataset without chunks.
    subroutine get_chunk(self, name, chunk_shape, error)
-      class(hdf5_tables_type), intent(in) :: self
+      class(hdf5_file_type), intent(in) :: self
       character(len=*), intent(in) :: name
       integer(i8), allocatable, intent(out) :: chunk_shape(:)   !! Fortran order
       type(error_type), allocatable, intent(out) :: error
@@ -463,7 +458,7 @@ contains
    !> do not change when they are written again. The table gets n_rows rows, of which the last chunk may have fewer than
    !> its room. Readers see no difference to other chunks.
    subroutine write_plain_reals(self, name, skip, n_rows, per_chunk, values, error)
-      class(hdf5_tables_type), intent(in) :: self
+      class(hdf5_file_type), intent(in) :: self
       character(len=*), intent(in) :: name
       integer(i8), intent(in) :: skip                      !! rows before the chunks
       integer(i8), intent(in) :: n_rows                    !! of the table, these included
@@ -476,7 +471,7 @@ contains
 
    !> Write whole chunks of reals of 32 bits, as write_plain_reals does.
    subroutine write_plain_singles(self, name, skip, n_rows, per_chunk, values, error)
-      class(hdf5_tables_type), intent(in) :: self
+      class(hdf5_file_type), intent(in) :: self
       character(len=*), intent(in) :: name
       integer(i8), intent(in) :: skip, n_rows
       integer, intent(in) :: per_chunk
@@ -488,7 +483,7 @@ contains
 
    !> Write whole chunks of integers, as write_plain_reals does.
    subroutine write_plain_integers(self, name, skip, n_rows, per_chunk, values, error)
-      class(hdf5_tables_type), intent(in) :: self
+      class(hdf5_file_type), intent(in) :: self
       character(len=*), intent(in) :: name
       integer(i8), intent(in) :: skip, n_rows
       integer, intent(in) :: per_chunk
@@ -500,7 +495,7 @@ contains
 
    !> Write the bytes of chunks that lie one behind the other.
    subroutine write_plain(self, name, skip, n_rows, per_chunk, n_chunks, n_bytes, values, error)
-      class(hdf5_tables_type), intent(in) :: self
+      class(hdf5_file_type), intent(in) :: self
       character(len=*), intent(in) :: name
       integer(i8), intent(in) :: skip, n_rows
       integer, intent(in) :: per_chunk, n_chunks
@@ -529,7 +524,7 @@ contains
 
    !> Open a dataset and its space and get its shape.
    subroutine open_rows(self, name, dataset, space, dims, error)
-      class(hdf5_tables_type), intent(in) :: self
+      class(hdf5_file_type), intent(in) :: self
       character(len=*), intent(in) :: name
       integer(hid_t), intent(out) :: dataset, space
       integer(hsize_t), allocatable, intent(out) :: dims(:)
