@@ -4,7 +4,6 @@ module rockdda_io_option_values
    use rockdda_base_kinds, only : wp
    use rockdda_base_strings, only : lower_case, to_string
    use rockdda_base_diagnostics, only : diagnostics_type, severity
-   use rockdda_model_options, only : unset_real, is_set
    use rockdda_io_namelist_parser, only : namelist_type, entry_type, value_kind, beside
    use rockdda_base_numbers, only : is_whole
    use rockdda_io_record_reader, only : largest_value
@@ -12,7 +11,7 @@ module rockdda_io_option_values
    use rockdda_base_suggest, only : did_you_mean
    implicit none
    private
-   public :: get_real, get_positive, get_integer, get_logical, get_text, get_file, get_choice, get_reals, get_integers
+   public :: get_real, get_integer, get_logical, get_text, get_file, get_choice, get_reals, get_integers
    public :: demand, index_of
 
 contains
@@ -26,20 +25,6 @@ contains
       if (.not. is_single(namelist, entry, 'one number', messages)) return
       if (is_number(namelist, entry, 1, messages)) value = entry%values(1)%number
    end subroutine get_real
-
-   !> Get one number greater than 0.
-   subroutine get_positive(namelist, entry, value, messages)
-      type(namelist_type), intent(in) :: namelist
-      type(entry_type), intent(in) :: entry
-      real(wp), intent(inout) :: value
-      type(diagnostics_type), intent(inout) :: messages
-      real(wp) :: found
-      found = unset_real
-      call get_real(namelist, entry, found, messages)
-      if (.not. is_set(found)) return
-      call demand(namelist, entry, found > 0, 'must be greater than 0', messages)
-      value = found
-   end subroutine get_positive
 
    !> Get one whole number of at least `least`.
    subroutine get_integer(namelist, entry, least, value, messages)

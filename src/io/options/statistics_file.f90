@@ -173,7 +173,6 @@ contains
       type(points_type), intent(in) :: groups(:)
       real(wp), allocatable, intent(out) :: ends(:, :)      !! (4, n)
       type(diagnostics_type), intent(inout) :: messages
-      real(wp) :: at(2)
       integer :: i, k
       allocate (ends(4, 0))
       do i = 1, size(groups)
@@ -182,21 +181,21 @@ contains
                call messages%add(severity%error, '&'//name//": 'points' is missing", group%origin)
             if (is_set(group%along(1)) .neqv. group%count > 0) &
                call messages%add(severity%error, '&'//name//": 'along' and 'count' go together", group%origin)
-            if (allocated(group%points)) then
-               do k = 1, size(group%points, 2)
-                  call append([group%points(:, k), group%points(:, k)])
-               end do
-            end if
+            if (allocated(group%points)) call append_points(group%points)
             if (allocated(group%lines)) call append(reshape(group%lines, [size(group%lines)]))
-            if (.not. is_set(group%along(1))) cycle
-            do k = 0, group%count - 1
-               at = group%along(1:2) + (group%along(3:4) - group%along(1:2))*real(k, wp)/(group%count - 1)
-               call append([at, at])
-            end do
+            if (is_set(group%along(1)) .and. group%count > 1) call append_points(reshape([(group%along(1:2) + &
+               (group%along(3:4) - group%along(1:2))*real(k, wp)/(group%count - 1), k=0, group%count - 1)], &
+               [2, group%count]))
          end associate
       end do
 
    contains
+
+      !> Append points.
+      subroutine append_points(points)
+         real(wp), intent(in) :: points(:, :)      !! (2, n)
+         call append([(points(:, k), points(:, k), k=1, size(points, 2))])
+      end subroutine append_points
 
       !> Append columns.
       subroutine append(more)
