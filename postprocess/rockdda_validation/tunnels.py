@@ -139,7 +139,7 @@ def with_formulation(rules: str, formulation: str) -> str:
 
 
 def _study(record: Record, file: str, changes: Mapping[str, Any] | None = None, label: str = "") -> Study:
-    source = Path(__file__).parents[3] / "inputs" / file
+    source = Path(__file__).parents[2] / "inputs" / file
     if not source.is_file():
         raise RockddaError(f"{source} is missing: the studies are part of the source, not of the installed package")
     study = read_study(source)

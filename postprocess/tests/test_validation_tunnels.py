@@ -17,9 +17,9 @@ from rockdda.analysis.loosening import loosening_of
 from rockdda.errors import InputError
 from rockdda.study import Study, read_study
 from rockdda.study.runner import collect, run_study
-from rockdda_validation.case import published
+from rockdda_validation.case import Case, Record, published
 from rockdda_validation.cases import ch7_joint_stiffness, ch7_time_step, closing_family
-from rockdda_validation.tunnels import profile_of, with_formulation
+from rockdda_validation.tunnels import done, profile_of, with_formulation
 
 FIFTY = INPUTS / "fifty_tunnels/fifty.toml"
 MORE = INPUTS / "fifty_tunnels/more.toml"
@@ -50,6 +50,12 @@ def test_the_fifty_are_those_of_the_analysis_matrix():
         assert case.values["steps"] == parameters["steps"]
         low, high = parameters["dt"]
         assert low <= case.values["dt"] <= high
+
+
+def test_cases_of_the_validation_find_their_studies(tmp_path):
+    record = Record(Case("x", "x", "Chapter 7", lambda record: None), tmp_path, tmp_path)
+    for file in (FIFTY, PEER, RULES, RANDOM):
+        assert done(record, str(file.relative_to(INPUTS))) == []
 
 
 def test_the_study_of_dda_for_windows_changes_its_rules_only():
