@@ -38,14 +38,16 @@ module rockdda_contact_interval_law
    use rockdda_contact_normal_law, only : normal_law_type, place_type
    implicit none
    private
-   public :: first_place, second_place, n_points, at_end, end_gaps, at_point, closed_part_type, find_closed_part, &
-      cut_bond, part_forces, part_energies, depth_of_energy, press_points
+   public :: first_place, second_place, overhang, n_points, at_end, end_gaps, at_point, closed_part_type, &
+      find_closed_part, cut_bond, part_forces, part_energies, depth_of_energy, press_points
 
    !> Rows of an interval in the contact table.
    integer, parameter :: n_points = 2
    !> Places of the two points; over the share that both are apart.
    real(wp), parameter :: apart = 0.577350269189625764509_wp
    real(wp), parameter :: first_place = 0.5_wp*(1 - apart), second_place = 0.5_wp*(1 + apart)
+   !> What is linear rises by this share of its difference between both points from the higher one to its end.
+   real(wp), parameter :: overhang = first_place/apart
    !> Gauss's rule of 8 points on 0 ... 1.
    real(wp), parameter :: half_gauss(4) = [0.183434642495649805_wp, 0.525532409916328986_wp, 0.796666477413626740_wp, &
                                            0.960289856497536232_wp]
@@ -58,21 +60,25 @@ module rockdda_contact_interval_law
 
    !> The closed part of an interval.
    type :: closed_part_type
-      real(wp) :: length = 0      !! share of the interval
-      real(wp) :: middle = 0      !! its middle, share of the interval
-      real(wp) :: bears = 0       !! share on which a linear stress has its resultant
-      real(wp) :: own(2) = 0      !! H_11, H_22
-      real(wp) :: cross = 0       !! H_12
-      real(wp) :: push(2) = 0     !! P [length]
-      real(wp) :: surplus = 0     !! energy beyond half of the forces times the closures [length^2]
+      real(wp) :: length          !! share of the interval
+      real(wp) :: middle          !! its middle, share of the interval
+      real(wp) :: bears           !! share on which a linear stress has its resultant
+      real(wp) :: own(2)          !! H_11, H_22
+      real(wp) :: cross           !! H_12
+      real(wp) :: push(2)         !! P [length]
+      real(wp) :: surplus         !! energy beyond half of the forces times the closures [length^2]
    end type closed_part_type
+   !> Nothing, and all of the interval.
+   type(closed_part_type), parameter :: nothing = closed_part_type(0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, &
+                                                                   0.0_wp)
+   type(closed_part_type), parameter :: whole = closed_part_type(1.0_wp, 0.5_wp, 1.0_wp, 0.5_wp, 0.0_wp, 0.0_wp, 0.0_wp)
 
 contains
 
    !> What is linear along the interval, at its low (1) or high (2) end, by what it is at that point and the other one.
    elemental real(wp) function at_end(own, other)
       real(wp), intent(in) :: own, other
-      at_end = own + (first_place/apart)*(own - other)
+      at_end = own + overhang*(own - other)
    end function at_end
 
    !> The same at both ends, by the gaps at both points.
@@ -96,18 +102,27 @@ contains
       real(wp), intent(in) :: bond(2)       !! shares of the interval
       type(normal_law_type), intent(in) :: law
       type(closed_part_type), intent(out) :: part
-      real(wp) :: ends(2), closed(2), zero
-      ends = end_gaps(gap)
+      real(wp) :: ends(2), closed(2)
+      ends(1) = at_end(gap(1), gap(2))
+      ends(2) = at_end(gap(2), gap(1))
+      part = nothing
       closed = [1.0_wp, 0.0_wp]
-      if (all(ends <= 0)) then
+      if (ends(1) <= 0 .and. ends(2) <= 0) then
          closed = [0.0_wp, 1.0_wp]
-      else if (any(ends < 0)) then
-         zero = ends(1)/(ends(1) - ends(2))
-         closed = merge([0.0_wp, zero], [zero, 1.0_wp], ends(1) < 0)
+      else if (ends(1) < 0) then
+         closed = [0.0_wp, ends(1)/(ends(1) - ends(2))]
+      else if (ends(2) < 0) then
+         closed = [ends(1)/(ends(1) - ends(2)), 1.0_wp]
       end if
       if (.not. bond(2) > bond(1)) then
-         call add_stretch(closed, part)
-         if (law%penalty .and. any(ends < 0) .and. any(ends > 0)) call press_edge(ends, part)
+         if (.not. closed(2) > closed(1)) return
+         if (.not. maxval(ends) > 0) then
+            part = whole
+         else if (law%penalty) then
+            call press_edge(ends, closed, part)
+         else
+            call add_stretch(closed, part)
+         end if
       else if (.not. closed(2) > closed(1)) then
          call add_stretch(bond, part)
       else if (bond(1) > closed(2) .or. closed(1) > bond(2)) then
@@ -148,8 +163,9 @@ contains
 
    !> Second derivatives of the energy of a penalty, with one end closed by p and the other one open by q. A linear
    !> stress with the same resultant bears on three times its distance from the end.
-   pure subroutine press_edge(ends, part)
+   pure subroutine press_edge(ends, closed, part)
       real(wp), intent(in) :: ends(2)       !! gaps at both ends, of which one is negative [length]
+      real(wp), intent(in) :: closed(2)     !! shares of the interval
       type(closed_part_type), intent(inout) :: part
       real(wp) :: w, toe, far, cross, n(2), m(2)
       w = minval(ends)/(minval(ends) - 2*maxval(ends))
@@ -158,6 +174,8 @@ contains
       cross = w**2*(3 - 2*w)/6
       n = [second_place, -first_place]/apart     ! of the closed end, by the point next to it and the other one
       m = [-first_place, second_place]/apart     ! of the open end
+      part%length = closed(2) - closed(1)
+      part%middle = 0.5_wp*(closed(1) + closed(2))
       part%bears = 6*w**2/((1 + w)*(2 + w))
       part%own = toe*n**2 + 2*cross*n*m + far*m**2
       part%cross = toe*n(1)*n(2) + cross*(n(1)*m(2) + n(2)*m(1)) + far*m(1)*m(2)

@@ -3,7 +3,8 @@
 module rockdda_contact_new_lengths
    use rockdda_base_kinds, only : wp, i1, l1
    use rockdda_base_parallel, only : parallel_contacts, piece, n_pieces, n_ranges, range_of
-   use rockdda_contact_interval_law, only : closed_part_type, depth_of_energy, end_gaps, find_closed_part, part_energies
+   use rockdda_contact_interval_law, only : closed_part_type, depth_of_energy, end_gaps, find_closed_part, overhang, &
+      part_energies
    use rockdda_contact_normal_law, only : normal_law_type
    use rockdda_contact_search_limits, only : search_limits_type
    use rockdda_contact_table, only : contact_table_type, contact_state, cut_no_interval, is_of_interval
@@ -130,7 +131,12 @@ contains
          energy(:, k) = -1
          if (tied(k)) cycle
          r = k + 1 - station(k)
-         if (.not. any(end_gaps(gap(r:r + 1)) < 0)) cycle
+         if (.not. min(gap(r), gap(r + 1)) - overhang*abs(gap(r) - gap(r + 1)) < 0) cycle
+         if (k > max(r, first) .and. all(abs([length(k), length_before(k), k_n(k), k_s(k)] - &
+                                             [length(r), length_before(r), k_n(r), k_s(r)]) <= 0)) then
+            energy(:, k) = energy(:, r)
+            cycle
+         end if
          more = 1
          if (length_before(k) > 0) more = length(k)/length_before(k)
          energy(1, k) = 0.5_wp*(energy_before(r) + energy_before(r + 1))

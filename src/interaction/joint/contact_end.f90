@@ -4,7 +4,7 @@ module rockdda_interaction_contact_end
    use rockdda_base_kinds, only : wp
    use rockdda_base_parallel, only : parallel_contacts, n_pieces
    use rockdda_model_state, only : energy
-   use rockdda_contact_interval_law, only : end_gaps
+   use rockdda_contact_interval_law, only : end_gaps, overhang
    use rockdda_contact_table, only : contact_table_type, contact_state, is_of_interval, other_row
    use rockdda_interaction_attempt, only : attempt_type
    use rockdda_interaction_balance, only : energy_balance_type
@@ -80,8 +80,9 @@ contains
       real(wp) :: s0, x1, s1, half, start, before, carried, friction, dissipated, discarded, geometry, stored, worst(4)
       real(wp) :: gained, level, where_acts, moved, opens
       real(wp) :: used(2), forces(2, 2), stored_before(2)
-      integer :: c, first, k, last, r
-      logical :: was_held, dilates, is_interval
+      integer :: c, first, k, known, last, r
+      logical :: was_held, dilates, is_interval, are_springs
+      known = 0
       carried = 0
       friction = 0
       dissipated = 0
@@ -90,6 +91,7 @@ contains
       stored = 0
       worst = 0
       dilates = any(laws%dilation > 0)
+      are_springs = .not. (dilates .or. allocated(trial%extra) .or. any(laws%normal%is_curved()))
       call piece_of_rows(table, p, first, last)
       call find_extremes(table, first, last, table%gap(first:last), lowest, at_start, mean)
       call find_extremes(table, first, last, trial%gap(first:last), lowest, widest, mean)
@@ -101,21 +103,31 @@ contains
          associate (after => ends(c - first + 1), was_closed => table%state(c) /= contact_state%open, &
                     x0 => table%gap(c), kn => table%k_n(c), ks => table%k_s(c))
             ! a corner that has passed the other one stands off from it: its spring has nothing to give
+            k = c - first + 1
+            if (are_springs .and. trial%state_used(c) == contact_state%locked .and. was_closed .and. &
+                at_start(k) <= 0 .and. widest(k) <= 0 .and. .not. trial%partly_used(c)) then
+               ! locked and closed on all its length, at the start, in the solve and at the end: two springs like others
+               before = 0.5_wp*kn*x0**2 + 0.5_wp*ks*s0**2
+               carried = carried + start
+               geometry = geometry + (before - start)
+               if (before - start > worst(3)) worst(3:4) = [before - start, real(c, wp)]
+               half = trial%level(trial%start(c)) - 0.5_wp
+               dissipated = dissipated + half*kn*(trial%gap(c) - x0)**2
+               dissipated = dissipated + half*ks*(after%shear - s0)**2
+               stored = stored + after%energy
+               cycle
+            end if
             was_held = was_closed .and. (x0 <= 0 .or. trial%joint(c)%bonded .or. is_windows .or. &
                                          laws(table%joint(c))%residual_tension > 0)
             before = 0
             is_interval = is_of_interval(table, c) .and. .not. table%tied(c)
             was_held = was_held .or. (was_closed .and. is_interval)
-            ! locked and closed on all its length, at the start, in the solve and at the end: two springs like others
-            k = c - first + 1
-            if (trial%state_used(c) == contact_state%locked .and. was_closed .and. at_start(k) <= 0 .and. &
-                widest(k) <= 0 .and. .not. (trial%partly_used(c) .or. dilates .or. allocated(trial%extra) .or. &
-                                            laws(table%joint(c))%normal%is_curved())) is_interval = .false.
             if (was_closed) before = spring_energy(kn, ks, merge(x0, 0.0_wp, was_held), s0)
             if (is_interval .and. (was_closed .or. trial%state_used(c) /= contact_state%open)) then
                ! forces of its springs at the start, and where they act in the step
                r = c + 1 - table%station(c)
-               call interval_forces(trial, laws(table%joint(c)), table, r, forces, stored_before)
+               if (known /= r) call interval_forces(trial, laws(table%joint(c)), table, r, forces, stored_before)
+               known = r
                if (was_closed) before = stored_before(table%station(c)) + 0.5_wp*ks*s0**2
             end if
             carried = carried + start
@@ -299,7 +311,8 @@ contains
       call trial%find_ends(table, first, last, ends)
       do c = first, last
          if (table%station(c) /= 1 .or. trial%state_used(c) == contact_state%open .or. table%tied(c)) cycle
-         if (all(end_gaps(trial%gap(c:c + 1)) <= 0) .and. .not. laws(table%joint(c))%normal%is_curved()) cycle
+         if (max(trial%gap(c), trial%gap(c + 1)) + overhang*abs(trial%gap(c) - trial%gap(c + 1)) <= 0 .and. &
+             .not. laws(table%joint(c))%normal%is_curved()) cycle
          bond = trial%bond(c:c + 1)
          call respond(laws(table%joint(c)), table, c, trial%both_bonded(c), trial%gap(c:c + 1), 0.0_wp, bond, interval)
          do i = 1, 2

@@ -9,8 +9,8 @@
 module rockdda_interaction_intervals
    use rockdda_base_kinds, only : wp
    use rockdda_base_parallel, only : parallel_contacts
-   use rockdda_contact_interval_law, only : closed_part_type, first_place, at_end, end_gaps, find_closed_part, &
-      cut_bond, part_forces, part_energies
+   use rockdda_contact_interval_law, only : closed_part_type, first_place, overhang, at_end, end_gaps, &
+      find_closed_part, cut_bond
    use rockdda_contact_table, only : contact_table_type, contact_state, is_of_interval, other_row
    use rockdda_interaction_joint_strength, only : joint_law_type, tension_at
    implicit none
@@ -24,14 +24,14 @@ module rockdda_interaction_intervals
    !> An interval at a motion.
    type :: interval_response_type
       type(closed_part_type) :: part
-      real(wp) :: own(2) = 0, cross = 0   !! stiffness along the normal [force/length]
-      real(wp) :: push(2) = 0             !! forces less those of the stiffness at the gaps, 0 of a linear law
-      real(wp) :: force(2) = 0            !! of the springs at both points, compression positive
-      real(wp) :: energy(2) = 0           !! of these, of which each point has a part
-      real(wp) :: pressing = 0            !! half of the whole force, by which each row slides
-      real(wp) :: length = 0              !! half of the length that is closed [length]
-      real(wp) :: broken = 0              !! of that what has lost its bond [length]
-      real(wp) :: lowest = 0              !! smaller gap of both ends [length]
+      real(wp) :: own(2), cross           !! stiffness along the normal [force/length]
+      real(wp) :: push(2)                 !! forces less those of the stiffness at the gaps, 0 of a linear law
+      real(wp) :: force(2)                !! of the springs at both points, compression positive
+      real(wp) :: energy(2)               !! of these, of which each point has a part
+      real(wp) :: pressing                !! half of the whole force, by which each row slides
+      real(wp) :: length                  !! half of the length that is closed [length]
+      real(wp) :: broken                  !! of that what has lost its bond [length]
+      real(wp) :: lowest                  !! smaller gap of both ends [length]
    end type interval_response_type
 
 contains
@@ -62,15 +62,17 @@ contains
       integer, intent(in) :: first, last               !! rows; no interval is cut
       real(wp), intent(in), contiguous :: gap(:)       !! (last - first + 1) [length]
       real(wp), intent(inout), contiguous :: lowest(:), widest(:), mean(:)   !! (>= last - first + 1) [length]
-      real(wp) :: ends(2)
+      real(wp) :: beyond, most
       integer :: c, k
       c = first
       do while (c <= last)
          k = c - first + 1
          if (table%station(c) == 1) then
-            ends = end_gaps(gap(k:k + 1))
-            lowest(k:k + 1) = minval(ends)
-            widest(k:k + 1) = merge(maxval(ends), huge(1.0_wp), all(ends <= 0))
+            ! `end_gaps`, without a call
+            beyond = overhang*abs(gap(k) - gap(k + 1))
+            lowest(k:k + 1) = min(gap(k), gap(k + 1)) - beyond
+            most = max(gap(k), gap(k + 1)) + beyond
+            widest(k:k + 1) = merge(most, huge(1.0_wp), most <= 0)
             mean(k:k + 1) = 0.5_wp*(gap(k) + gap(k + 1))
             c = c + 2
          else
@@ -113,7 +115,8 @@ contains
             lean(:, c + 1) = lean(:, c + 1) - 0.5_wp*way
             cycle
          end if
-         if (table%state(c) == contact_state%open .or. all(end_gaps(table%gap(c:c + 1)) <= 0)) cycle
+         if (table%state(c) == contact_state%open) cycle
+         if (max(table%gap(c), table%gap(c + 1)) + overhang*abs(table%gap(c) - table%gap(c + 1)) <= 0) cycle
          ! where it touches without force, rounding would decide on which part it is closed
          if (.not. any(abs(table%normal_force(c:c + 1)) > 0)) cycle
          bond = table%bond_end(c:c + 1)
@@ -174,7 +177,7 @@ contains
       holding = 0
       stiffness = table%k_n(c) + table%k_n(c + 1)
       length = table%length(c) + table%length(c + 1)
-      interval%lowest = minval(end_gaps(gap))
+      interval%lowest = min(gap(1), gap(2)) - overhang*abs(gap(1) - gap(2))
       if (bond(2) > bond(1)) then
          tension = tension_at(law, maxval(table%total_slip(c:c + 1)), bonded)
          if (tension > 0 .and. stiffness > 0) then
@@ -189,8 +192,11 @@ contains
       interval%own = stiffness*interval%part%own
       interval%cross = stiffness*interval%part%cross
       interval%push = stiffness*interval%part%push
-      interval%force = part_forces(interval%part, stiffness, gap)
-      interval%energy = part_energies(interval%part, stiffness, gap)
+      associate (part => interval%part)
+         interval%force = -stiffness*[part%own(1)*gap(1) + part%cross*gap(2), part%cross*gap(1) + part%own(2)*gap(2)]
+         if (law%normal%largest < huge(1.0_wp)) interval%force = interval%force + interval%push
+      end associate
+      interval%energy = 0.5_wp*stiffness*interval%part%surplus - 0.5_wp*interval%force*gap
       interval%pressing = 0.5_wp*sum(interval%force)
       interval%length = 0.5_wp*length*interval%part%bears
       interval%broken = broken_length(interval%length, bond(2) - bond(1), interval%part%length)

@@ -4,7 +4,7 @@
 module rockdda_interaction_joint_end
    use rockdda_base_kinds, only : wp, i1
    use rockdda_contact_table, only : contact_state
-   use rockdda_interaction_joint_response, only : joint_type, joint_state_type, spring_force, spring_energy
+   use rockdda_interaction_joint_response, only : joint_type, joint_state_type
    implicit none
    private
    public :: joint_end_type, end_joint, end_joints
@@ -30,7 +30,7 @@ contains
       type(joint_end_type), intent(out) :: last
       real(wp) :: limit
       last%shear = joint%shear + slip
-      last%normal_force = spring_force(joint%k_n, gap)
+      last%normal_force = -joint%k_n*gap
       if (state == contact_state%locked) then
          last%shear_force = -joint%k_s*last%shear
          last%slipped = 0
@@ -40,7 +40,7 @@ contains
          last%shear_force = -slip_sign*friction
          last%slipped = abs(slip)
       end if
-      last%energy = spring_energy(joint%k_n, joint%k_s, gap, last%shear)
+      last%energy = 0.5_wp*joint%k_n*gap**2 + 0.5_wp*joint%k_s*last%shear**2
    end subroutine end_joint
 
    !> `end_joint` for rows of the table at the start of the step; nothing for those that were open.

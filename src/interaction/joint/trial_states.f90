@@ -3,7 +3,7 @@
 module rockdda_interaction_trial_states
    use rockdda_base_kinds, only : wp, i1, i2, l1
    use rockdda_base_parallel, only : parallel_contacts, piece, n_pieces
-   use rockdda_contact_interval_law, only : end_gaps
+   use rockdda_contact_interval_law, only : overhang
    use rockdda_contact_table, only : contact_table_type, contact_state, cut_no_interval, is_of_interval, &
       other_row
    use rockdda_interaction_dashpots, only : has_dashpots
@@ -152,7 +152,7 @@ contains
       type(joint_type) :: joint
       real(wp) :: widest
       integer :: i
-      widest = maxval(end_gaps(table%gap(c:c + 1)))
+      widest = max(table%gap(c), table%gap(c + 1)) + overhang*abs(table%gap(c) - table%gap(c + 1))
       if (widest <= 0 .and. .not. laws(table%joint(c))%normal%is_curved()) return
       ! where it touches without force, rounding would decide on which part it is closed, or that it has no stiffness;
       ! in a dynamic step it may have none

@@ -8,9 +8,9 @@ module rockdda_stepping_reach
    use rockdda_model_options, only : is_set
    use rockdda_model_parameters, only : parameters_type
    use rockdda_model_state, only : block_state_type, radius_of_inertia
-   use rockdda_contact_interval_law, only : end_gaps
+   use rockdda_contact_interval_law, only : overhang
    use rockdda_contact_normal_law, only : normal_law_type, new_normal_law
-   use rockdda_contact_table, only : contact_table_type, contact_state, is_of_interval, other_row
+   use rockdda_contact_table, only : contact_table_type, contact_state, is_of_interval
    use rockdda_contact_search_limits, only : search_limits_type
    use rockdda_contact_bonds, only : pressed_cosine
    use rockdda_stepping_control, only : step_control_type
@@ -69,6 +69,7 @@ contains
       real(wp) :: deepest, widest, pulled
       logical :: placed
       logical :: opens                                   !! closed contacts may have a gap without being bonded
+      real(wp), allocatable :: depth(:)                  !! of `pressed_depth` [length]
       integer :: c
       deepest = 0
       widest = 0
@@ -79,13 +80,19 @@ contains
       placed = .false.
       if (present(has_placed)) placed = has_placed
       opens = opens .or. placed
-      !$omp parallel do default(none) shared(contacts, parameters, opens, placed) private(c) &
+      if (.not. allocated(limits%is_tied)) allocate (limits%is_tied(size(parameters%joint_materials)), &
+                                                     limits%bears_tension(size(parameters%joint_materials)), &
+                                                     limits%normal(size(parameters%joint_materials)))
+      limits%is_tied(:) = parameters%joint_materials%tie
+      limits%normal(:) = new_normal_law(parameters%joint_materials, parameters%by_length)
+      limits%bears_tension(:) = parameters%joint_materials%tension > 0 .or. limits%is_tied
+      allocate (depth(contacts%n))
+      !$omp parallel do default(none) shared(contacts, parameters, limits, opens, placed, depth) private(c) &
       !$omp reduction(max:deepest, widest, pulled) schedule(static) if (contacts%n > parallel_contacts)
       do c = 1, contacts%n
          ! what the springs are compressed by, less that of the stress with which the contact began
-         associate (material => parameters%joint_materials(contacts%joint(c)))
-            deepest = max(deepest, pressed_depth(contacts, c, new_normal_law(material, parameters%by_length)))
-         end associate
+         depth(c) = pressed_depth(contacts, c, limits%normal(contacts%joint(c)))
+         deepest = max(deepest, depth(c))
          if (opens) then
             widest = max(widest, opened(parameters%joint_materials(contacts%joint(c)), c))
             if (placed .and. contacts%state(c) /= contact_state%open) widest = max(widest, contacts%offset(c))
@@ -106,22 +113,15 @@ contains
       if (parameters%by_length) limits%cosine = pressed_cosine
       limits%by_length = parameters%by_length
       limits%corrected = .not. (parameters%by_length .or. parameters%has_legacy_rules())
-      if (.not. allocated(limits%is_tied)) allocate (limits%is_tied(size(parameters%joint_materials)), &
-                                                     limits%bears_tension(size(parameters%joint_materials)), &
-                                                     limits%normal(size(parameters%joint_materials)))
-      limits%is_tied(:) = parameters%joint_materials%tie
-      limits%normal(:) = new_normal_law(parameters%joint_materials, parameters%by_length)
-      limits%bears_tension(:) = parameters%joint_materials%tension > 0 .or. limits%is_tied
       limits%radius = parameters%corner_radius
       limits%smooth = max(parameters%smooth_step, 1.0e-9_wp*parameters%w0)
       ! a block stands in the surface that bears it by the compression of its own springs
       if (.not. allocated(limits%sunk)) allocate (limits%sunk(n_blocks))
       limits%sunk = 0
       do c = 1, merge(contacts%n, 0, limits%by_length .or. limits%corrected)
-         associate (a => contacts%block_a(c), b => contacts%block_b(c), &
-                    twice => 2*pressed_depth(contacts, c, limits%normal(contacts%joint(c))))
-            limits%sunk(a) = max(limits%sunk(a), twice)
-            limits%sunk(b) = max(limits%sunk(b), twice)
+         associate (a => contacts%block_a(c), b => contacts%block_b(c))
+            limits%sunk(a) = max(limits%sunk(a), 2*depth(c))
+            limits%sunk(b) = max(limits%sunk(b), 2*depth(c))
          end associate
       end do
 
@@ -143,11 +143,14 @@ contains
       type(contact_table_type), intent(in) :: contacts   !! of the last step
       integer, intent(in) :: c                           !! row
       type(normal_law_type), intent(in) :: law
+      integer :: r
       depth = contacts%normal_force(c)/law%secant(contacts%k_n(c), contacts%normal_force(c)) - &
               max(0.0_wp, contacts%offset(c))
       if (contacts%state(c) == contact_state%open .or. contacts%tied(c) .or. .not. is_of_interval(contacts, c)) return
-      depth = max(depth, min(0.0_wp, contacts%offset(c)) - minval(end_gaps(contacts%distance([c, other_row(contacts, &
-         c)]))))
+      r = c + 1 - contacts%station(c)
+      associate (low => contacts%distance(r), high => contacts%distance(r + 1))
+         depth = max(depth, min(0.0_wp, contacts%offset(c)) - (min(low, high) - overhang*abs(low - high)))
+      end associate
    end function pressed_depth
 
    !> The next power of two times w0, at least 1e-7 w0.

@@ -161,7 +161,6 @@ contains
          if (.not. is_of_interval(table, k)) then
             table%normal_force(k) = -table%k_n(k)*table%gap(k)
          else if (table%station(k) == 1) then
-            part = closed_part_type()
             call find_closed_part(table%gap(k:k + 1), [0.0_wp, 0.0_wp], linear_law, part)
             table%normal_force(k:k + 1) = part_forces(part, sum(table%k_n(k:k + 1)), table%gap(k:k + 1))
          end if
