@@ -28,28 +28,19 @@ contains
    subroutine describe_statistics(table, statistics)
       type(option_rows_type), intent(inout) :: table
       type(statistics_type), intent(inout) :: statistics
-      integer :: i, n
-      if (.not. allocated(statistics%sets)) allocate (statistics%sets(0), statistics%openings(0))
+      integer :: i
       call describe_boundary(table, statistics%region)
 
-      n = size(statistics%sets)
-      call table%begin_list('joint_set', 'A set of parallel joints.', n)
-      if (n /= size(statistics%sets)) then
-         deallocate (statistics%sets)
-         allocate (statistics%sets(n))
-      end if
-      do i = 1, n
+      call table%begin_list('joint_set', 'A set of parallel joints.')
+      if (.not. allocated(statistics%sets)) allocate (statistics%sets(table%n_wanted()))
+      do i = 1, size(statistics%sets)
          call table%start_element(i, statistics%sets(i)%origin)
          call describe_set(table, statistics%sets(i))
       end do
 
-      n = size(statistics%openings)
-      call table%begin_list('opening', 'An opening in the rock.', n)
-      if (n /= size(statistics%openings)) then
-         deallocate (statistics%openings)
-         allocate (statistics%openings(n))
-      end if
-      do i = 1, n
+      call table%begin_list('opening', 'An opening in the rock.')
+      if (.not. allocated(statistics%openings)) allocate (statistics%openings(table%n_wanted()))
+      do i = 1, size(statistics%openings)
          call table%start_element(i, statistics%openings(i)%origin)
          call describe_opening(table, statistics%openings(i))
       end do
@@ -154,15 +145,10 @@ contains
       type(option_rows_type), intent(inout) :: table
       character(len=*), intent(in) :: name, meaning, material_name
       type(extra_line_type), allocatable, intent(inout) :: lines(:)
-      integer :: i, n
-      if (.not. allocated(lines)) allocate (lines(0))
-      n = size(lines)
-      call table%begin_list(name, meaning, n)
-      if (n /= size(lines)) then
-         deallocate (lines)
-         allocate (lines(n))
-      end if
-      do i = 1, n
+      integer :: i
+      call table%begin_list(name, meaning)
+      if (.not. allocated(lines)) allocate (lines(table%n_wanted()))
+      do i = 1, size(lines)
          call table%start_element(i, lines(i)%origin)
          call table%add_reals(option('ends', 'of the line', unit='length', columns='x1, y1, x2, y2', required=.true., &
                                      rule=list_rule%two_points), lines(i)%ends)
@@ -175,15 +161,10 @@ contains
       type(option_rows_type), intent(inout) :: table
       character(len=*), intent(in) :: name, meaning
       type(points_type), allocatable, intent(inout) :: groups(:)
-      integer :: i, n
-      if (.not. allocated(groups)) allocate (groups(0))
-      n = size(groups)
-      call table%begin_list(name, meaning, n)
-      if (n /= size(groups)) then
-         deallocate (groups)
-         allocate (groups(n))
-      end if
-      do i = 1, n
+      integer :: i
+      call table%begin_list(name, meaning)
+      if (.not. allocated(groups)) allocate (groups(table%n_wanted()))
+      do i = 1, size(groups)
          call table%start_element(i, groups(i)%origin)
          call table%add(option('points', 'their coordinates', unit='length', columns='x, y'), groups(i)%points)
          if (name == 'fixed') call table%add(option('lines', 'fixed lines', unit='length', columns='x1, y1, x2, y2'), &

@@ -15,15 +15,10 @@ contains
    subroutine describe_bolts(table, bolts)
       type(option_rows_type), intent(inout) :: table
       type(bolt_type), allocatable, intent(inout) :: bolts(:)
-      integer :: i, n
-      if (.not. allocated(bolts)) allocate (bolts(0))
-      n = size(bolts)
-      call table%begin_list('bolt', 'A bolt, or a pattern of equal ones. Those of the geometry file come first.', n)
-      if (n /= size(bolts)) then
-         deallocate (bolts)
-         allocate (bolts(n))
-      end if
-      do i = 1, n
+      integer :: i
+      call table%begin_list('bolt', 'A bolt, or a pattern of equal ones. Those of the geometry file come first.')
+      if (.not. allocated(bolts)) allocate (bolts(table%n_wanted()))
+      do i = 1, size(bolts)
          call table%start_element(i, bolts(i)%origin)
          call describe_bolt(table, bolts(i))
       end do

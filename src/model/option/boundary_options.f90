@@ -23,32 +23,22 @@ contains
       type(option_rows_type), intent(inout) :: table
       type(boundary_type), allocatable, intent(inout) :: boundaries(:)
       type(in_situ_type), allocatable, intent(inout) :: in_situ(:)
-      integer :: i, n
-      if (.not. allocated(boundaries)) allocate (boundaries(0))
-      if (.not. allocated(in_situ)) allocate (in_situ(0))
+      integer :: i
 
-      n = size(boundaries)
       call table%begin_list('boundary', 'Outer edges of blocks along a polyline, which are held, moved or loaded. '// &
                             'An edge belongs to it when both its ends lie within e0 of the polyline and it runs '// &
-                            'along it.', n)
-      if (n /= size(boundaries)) then
-         deallocate (boundaries)
-         allocate (boundaries(n))
-      end if
-      do i = 1, n
+                            'along it.')
+      if (.not. allocated(boundaries)) allocate (boundaries(table%n_wanted()))
+      do i = 1, size(boundaries)
          call table%start_element(i, boundaries(i)%origin)
          call describe_boundary(table, boundaries(i))
       end do
 
-      n = size(in_situ)
       call table%begin_list('in_situ', 'Stress in the ground at the start: of the weight under a surface (surface '// &
                             'or profile, k0), or given (stress). Where several groups name a block the last one '// &
-                            'counts; it replaces the stress of the block material.', n)
-      if (n /= size(in_situ)) then
-         deallocate (in_situ)
-         allocate (in_situ(n))
-      end if
-      do i = 1, n
+                            'counts; it replaces the stress of the block material.')
+      if (.not. allocated(in_situ)) allocate (in_situ(table%n_wanted()))
+      do i = 1, size(in_situ)
          call table%start_element(i, in_situ(i)%origin)
          call describe_in_situ(table, in_situ(i))
       end do

@@ -16,15 +16,10 @@ contains
    subroutine describe_liners(table, liners)
       type(option_rows_type), intent(inout) :: table
       type(liner_type), allocatable, intent(inout) :: liners(:)
-      integer :: i, n
-      if (.not. allocated(liners)) allocate (liners(0))
-      n = size(liners)
-      call table%begin_list('liner', 'A lining of the rock along a line, or a layer on another lining.', n)
-      if (n /= size(liners)) then
-         deallocate (liners)
-         allocate (liners(n))
-      end if
-      do i = 1, n
+      integer :: i
+      call table%begin_list('liner', 'A lining of the rock along a line, or a layer on another lining.')
+      if (.not. allocated(liners)) allocate (liners(table%n_wanted()))
+      do i = 1, size(liners)
          call table%start_element(i, liners(i)%origin)
          call describe_liner(table, liners(i))
       end do

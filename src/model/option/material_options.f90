@@ -43,19 +43,16 @@ contains
    subroutine describe_block_materials(table, materials)
       type(option_rows_type), intent(inout) :: table
       type(block_material_type), allocatable, intent(inout) :: materials(:)
-      integer :: i, n
-      if (.not. allocated(materials)) allocate (materials(0))
-      n = size(materials)
+      integer :: i
       call table%begin_list('block_material', 'A block material: changes what it names of one of the analysis '// &
-                            'file, or adds one.', n)
-      if (n /= size(materials)) then
-         deallocate (materials)
-         allocate (materials(n))
-         do i = 1, n
+                            'file, or adds one.')
+      if (.not. allocated(materials)) then
+         allocate (materials(table%n_wanted()))
+         do i = 1, size(materials)
             materials(i) = unset_block_material()
          end do
       end if
-      do i = 1, n
+      do i = 1, size(materials)
          call table%start_element(i, materials(i)%origin)
          call describe_block_material(table, materials(i))
       end do
@@ -90,29 +87,19 @@ contains
    subroutine describe_point_tables(table, fixed, loading)
       type(option_rows_type), intent(inout) :: table
       type(point_table_type), allocatable, intent(inout) :: fixed(:), loading(:)
-      integer :: i, n
-      if (.not. allocated(fixed)) allocate (fixed(0))
-      if (.not. allocated(loading)) allocate (loading(0))
-      n = size(fixed)
-      call table%begin_list('fixed_point', 'Prescribed displacement of fixed points.', n)
-      if (n /= size(fixed)) then
-         deallocate (fixed)
-         allocate (fixed(n))
-      end if
-      do i = 1, n
+      integer :: i
+      call table%begin_list('fixed_point', 'Prescribed displacement of fixed points.')
+      if (.not. allocated(fixed)) allocate (fixed(table%n_wanted()))
+      do i = 1, size(fixed)
          call table%start_element(i, fixed(i)%origin)
          call table%add(option('points', 'numbers of the fixed points', least=1.0_wp, default_text='all'), &
                         fixed(i)%points)
          call table%add(option('displacement', 'displacement in time, linear in between', unit='time, length', &
                                columns='t, x, y', required=.true., rule=list_rule%rising), fixed(i)%rows)
       end do
-      n = size(loading)
-      call table%begin_list('loading_point', 'Force on loading points.', n)
-      if (n /= size(loading)) then
-         deallocate (loading)
-         allocate (loading(n))
-      end if
-      do i = 1, n
+      call table%begin_list('loading_point', 'Force on loading points.')
+      if (.not. allocated(loading)) allocate (loading(table%n_wanted()))
+      do i = 1, size(loading)
          call table%start_element(i, loading(i)%origin)
          call table%add(option('name', 'name of the load, for rockdda fos; loads of one name belong together', &
                                default_text='none', see='factor-of-safety.md#load-factor'), loading(i)%name)

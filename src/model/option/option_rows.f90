@@ -33,8 +33,8 @@ module rockdda_model_option_rows
       logical, private :: gives_back = .false.
       integer, private :: group = 0, element = 0, row = 0   !! the present ones
       type(origin_type), private :: origin                  !! of the present element
-      logical, private :: one_each = .false.                !! lists have one element, whatever there is
-      type(option_group_type), allocatable, private :: wanted(:)   !! lists that are to have so many elements
+      logical, private :: one_each = .false.                !! lists have one element
+      type(option_group_type), allocatable, private :: wanted(:)   !! lists that begin with so many elements
    contains
       procedure :: want
       procedure :: want_one_each
@@ -42,6 +42,7 @@ module rockdda_model_option_rows
       procedure :: take_given
       procedure :: begin
       procedure :: begin_list
+      procedure :: n_wanted
       procedure :: start_element
       generic :: add => add_real, add_integer, add_logical, add_text, add_list, add_integers, add_rows
       procedure :: add_reals
@@ -67,7 +68,7 @@ module rockdda_model_option_rows
 
 contains
 
-   !> Make room for `n` more elements of a list that is empty, before its rows are taken.
+   !> Let a list begin with `n` more elements, before its rows are taken.
    subroutine want(self, name, n)
       class(option_rows_type), intent(inout) :: self
       character(len=*), intent(in) :: name
@@ -155,25 +156,25 @@ contains
       self%n_groups = size(self%groups)
    end subroutine begin
 
-   !> Begin a list of groups: `n` elements, which becomes the number that the list is to have.
-   subroutine begin_list(self, name, meaning, n)
+   !> Begin a list of groups.
+   subroutine begin_list(self, name, meaning)
       class(option_rows_type), intent(inout) :: self
       character(len=*), intent(in) :: name, meaning
-      integer, intent(inout) :: n
-      integer :: i
       call self%begin(name, meaning)
-      if (.not. self%gives_back) then
-         if (self%one_each) n = 1
-         if (allocated(self%wanted)) then
-            do i = 1, size(self%wanted)
-               if (self%wanted(i)%name == name) n = self%wanted(i)%n
-            end do
-         end if
-         self%groups(self%group)%is_list = .true.
-         self%groups(self%group)%n = n
-      end if
-      n = self%groups(self%group)%n
+      self%groups(self%group)%is_list = .true.
+      if (.not. self%gives_back) self%groups(self%group)%n = 0
    end subroutine begin_list
+
+   !> Number of elements with which the present list begins, where it is not allocated.
+   pure integer function n_wanted(self) result(n)
+      class(option_rows_type), intent(in) :: self
+      integer :: i
+      n = merge(1, 0, self%one_each)
+      if (.not. allocated(self%wanted)) return
+      do i = 1, size(self%wanted)
+         if (self%wanted(i)%name == self%groups(self%group)%name) n = self%wanted(i)%n
+      end do
+   end function n_wanted
 
    !> Begin the rows of element i.
    subroutine start_element(self, i, origin)
@@ -181,6 +182,7 @@ contains
       integer, intent(in) :: i
       type(origin_type), intent(inout) :: origin          !! where it was read
       self%element = i
+      self%groups(self%group)%n = i
       if (self%gives_back) origin = self%rows(self%row + 1)%origin
       self%origin = origin
    end subroutine start_element

@@ -89,27 +89,19 @@ contains
       type(line_load_type), allocatable, intent(inout) :: line_loads(:)
       type(joint_material_type), allocatable, intent(inout) :: joint_materials(:)
       type(stage_type), allocatable, intent(inout) :: stages(:)
-      integer :: i, n
-      if (.not. allocated(line_loads)) allocate (line_loads(0))
-      if (.not. allocated(joint_materials)) allocate (joint_materials(0))
-      if (.not. allocated(stages)) allocate (stages(0))
+      integer :: i
 
-      n = size(line_loads)
-      call table%begin_list('line_load', 'A force along one edge of a block.', n)
-      if (n /= size(line_loads)) then
-         deallocate (line_loads)
-         allocate (line_loads(n))
-      end if
-      do i = 1, n
+      call table%begin_list('line_load', 'A force along one edge of a block.')
+      if (.not. allocated(line_loads)) allocate (line_loads(table%n_wanted()))
+      do i = 1, size(line_loads)
          call table%start_element(i, line_loads(i)%origin)
          call describe_line_load(table, line_loads(i))
       end do
 
-      n = size(joint_materials)
       call table%begin_list('joint_material', 'A joint material: changes what it names of one of the analysis '// &
-                            'file, or adds one.', n)
-      call renew_joints(joint_materials, n)
-      do i = 1, n
+                            'file, or adds one.')
+      if (.not. allocated(joint_materials)) call create_joints(table%n_wanted(), joint_materials)
+      do i = 1, size(joint_materials)
          call table%start_element(i, joint_materials(i)%origin)
          call table%add(option('number', 'number of the joint material; beside an analysis file the next free '// &
                                'one adds a material', least=1.0_wp, most=999.0_wp, required=.true.), &
@@ -117,13 +109,9 @@ contains
          call describe_joint(table, joint_materials(i))
       end do
 
-      n = size(stages)
-      call table%begin_list('stage', 'One part of the run; stages follow one another in the order of the file.', n)
-      if (n /= size(stages)) then
-         deallocate (stages)
-         allocate (stages(n))
-      end if
-      do i = 1, n
+      call table%begin_list('stage', 'One part of the run; stages follow one another in the order of the file.')
+      if (.not. allocated(stages)) allocate (stages(table%n_wanted()))
+      do i = 1, size(stages)
          call table%start_element(i, stages(i)%origin)
          call describe_stage(table, stages(i))
       end do
@@ -133,19 +121,16 @@ contains
    subroutine describe_changes(table, changes)
       type(option_rows_type), intent(inout) :: table
       type(change_type), allocatable, intent(inout) :: changes(:)
-      integer :: i, n
-      if (.not. allocated(changes)) allocate (changes(0))
-      n = size(changes)
+      integer :: i
       call table%begin_list('change', 'New values from the start of a stage on: of a joint material, of a block '// &
-                            'material, or of the blocks of regions.', n)
-      if (n /= size(changes)) then
-         deallocate (changes)
-         allocate (changes(n))
-         do i = 1, n
+                            'material, or of the blocks of regions.')
+      if (.not. allocated(changes)) then
+         allocate (changes(table%n_wanted()))
+         do i = 1, size(changes)
             changes(i)%joint = unset_joint_material()
          end do
       end if
-      do i = 1, n
+      do i = 1, size(changes)
          call table%start_element(i, changes(i)%origin)
          call describe_new_values(table, changes(i))
          call describe_joint(table, changes(i)%joint)
@@ -156,13 +141,11 @@ contains
    subroutine describe_joint_laws(table, joint_laws)
       type(option_rows_type), intent(inout) :: table
       type(joint_material_type), allocatable, intent(inout) :: joint_laws(:)
-      integer :: i, n
-      if (.not. allocated(joint_laws)) allocate (joint_laws(0))
-      n = size(joint_laws)
+      integer :: i
       call table%begin_list('joint_law', 'Law of one joint material: as joint_material, for a material that there '// &
-                            'is.', n)
-      call renew_joints(joint_laws, n)
-      do i = 1, n
+                            'is.')
+      if (.not. allocated(joint_laws)) call create_joints(table%n_wanted(), joint_laws)
+      do i = 1, size(joint_laws)
          call table%start_element(i, joint_laws(i)%origin)
          call table%add(option('material', 'number or name of the joint material', required=.true., &
                                or_number=.true.), joint_laws(i)%word)
@@ -170,18 +153,16 @@ contains
       end do
    end subroutine describe_joint_laws
 
-   !> So many joint materials of which nothing is given, unless there are as many.
-   pure subroutine renew_joints(joints, n)
-      type(joint_material_type), allocatable, intent(inout) :: joints(:)
+   !> So many joint materials of which nothing is given.
+   pure subroutine create_joints(n, joints)
       integer, intent(in) :: n
+      type(joint_material_type), allocatable, intent(out) :: joints(:)
       integer :: i
-      if (n == size(joints)) return
-      deallocate (joints)
       allocate (joints(n))
       do i = 1, n
          joints(i) = unset_joint_material()
       end do
-   end subroutine renew_joints
+   end subroutine create_joints
 
    !> &run
    subroutine describe_run(table, o, p)

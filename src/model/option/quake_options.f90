@@ -18,15 +18,10 @@ contains
    subroutine describe_quakes(table, quakes)
       type(option_rows_type), intent(inout) :: table
       type(quake_type), allocatable, intent(inout) :: quakes(:)
-      integer :: i, n
-      if (.not. allocated(quakes)) allocate (quakes(0))
-      n = size(quakes)
-      call table%begin_list('quake', 'A record of ground acceleration in one direction. Several groups add up.', n)
-      if (n /= size(quakes)) then
-         deallocate (quakes)
-         allocate (quakes(n))
-      end if
-      do i = 1, n
+      integer :: i
+      call table%begin_list('quake', 'A record of ground acceleration in one direction. Several groups add up.')
+      if (.not. allocated(quakes)) allocate (quakes(table%n_wanted()))
+      do i = 1, size(quakes)
          call table%start_element(i, quakes(i)%origin)
          call describe_quake(table, quakes(i))
       end do

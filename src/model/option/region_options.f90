@@ -16,32 +16,22 @@ contains
       type(option_rows_type), intent(inout) :: table
       type(region_type), allocatable, intent(inout) :: regions(:)
       type(subdivision_type), allocatable, intent(inout) :: subdivisions(:)
-      integer :: i, n
-      if (.not. allocated(regions)) allocate (regions(0))
-      if (.not. allocated(subdivisions)) allocate (subdivisions(0))
+      integer :: i
 
-      n = size(regions)
       call table%begin_list('region', 'Blocks with a common name: those with more than half of their area, at the '// &
                        'start, '// &
                        'in boxes, circles, polygons or a ring, or those of block materials. One of these in each '// &
-                       'group; groups of one name add up.', n)
-      if (n /= size(regions)) then
-         deallocate (regions)
-         allocate (regions(n))
-      end if
-      do i = 1, n
+                       'group; groups of one name add up.')
+      if (.not. allocated(regions)) allocate (regions(table%n_wanted()))
+      do i = 1, size(regions)
          call table%start_element(i, regions(i)%origin)
          call describe_region(table, regions(i))
       end do
 
-      n = size(subdivisions)
       call table%begin_list('subdivide', 'Cut blocks into cells along the lines of a lattice. A block that several '// &
-                       'groups name is cut by the last of them.', n)
-      if (n /= size(subdivisions)) then
-         deallocate (subdivisions)
-         allocate (subdivisions(n))
-      end if
-      do i = 1, n
+                       'groups name is cut by the last of them.')
+      if (.not. allocated(subdivisions)) allocate (subdivisions(table%n_wanted()))
+      do i = 1, size(subdivisions)
          call table%start_element(i, subdivisions(i)%origin)
          call describe_subdivision(table, subdivisions(i))
       end do

@@ -15,17 +15,11 @@ contains
    subroutine describe_water(table, water)
       type(option_rows_type), intent(inout) :: table
       type(water_type), allocatable, intent(inout) :: water(:)
-      integer :: i, n
-      if (.not. allocated(water)) allocate (water(0))
-      n = size(water)
+      integer :: i
       call table%begin_list('water', 'Water in joints and on free edges: its pressure acts on both sides of every '// &
-                       'wetted edge and moves with the blocks. Where several groups wet an edge the last one counts.', &
-                       n)
-      if (n /= size(water)) then
-         deallocate (water)
-         allocate (water(n))
-      end if
-      do i = 1, n
+                       'wetted edge and moves with the blocks. Where several groups wet an edge the last one counts.')
+      if (.not. allocated(water)) allocate (water(table%n_wanted()))
+      do i = 1, size(water)
          call table%start_element(i, water(i)%origin)
          call describe_group(table, water(i))
       end do

@@ -151,9 +151,10 @@ contains
       type(parameters_type), intent(inout) :: parameters
       type(option_rows_type) :: table, empty
       type(run_options_type) :: no_options
+      type(parameters_type) :: none
       call archive%section('parameters')
       if (.not. archive%saving) then
-         call describe_parameters(empty, no_options, parameters)
+         call describe_parameters(empty, no_options, none)
          call load_sizes(archive, empty, table)
       end if
       call describe_parameters(table, no_options, parameters)
