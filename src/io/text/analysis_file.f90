@@ -11,8 +11,8 @@ module rockdda_io_analysis_file
       time_table_type
    use rockdda_model_options, only : dda_windows
    use rockdda_io_counting, only : analysis_needs, fits_geometry, find_g0_points, g0_points_fit, plain_numbers
-   use rockdda_io_record_reader, only : record_reader_type, append_in_order, note_comment, report_break, &
-      report_decimal_comma, report_large_count, largest_value
+   use rockdda_io_record_reader, only : record_reader_type, append_in_order, note_comment, report_decimal_comma, &
+      report_large_count, largest_value
    use rockdda_base_numbers, only : is_whole
    use rockdda_io_source, only : source_type, read_source
    use rockdda_io_tokens, only : token_list_type, tokenise
@@ -34,7 +34,7 @@ module rockdda_io_analysis_file
 
    !> The file, and what follows from its header and its count of numbers.
    type :: file_type
-      type(token_list_type) :: tokens
+      type(token_list_type), pointer :: tokens => null()
       integer :: points(2) = -1         !! fixed and loading points of the model; < 0: unknown
       integer :: n_points = -1          !! their sum; -1: unknown
       integer :: forced = 0             !! dialect that the user named, or dialect%auto
@@ -66,7 +66,6 @@ module rockdda_io_analysis_file
       logical :: has_sor_factor = .false.
       type(record_reader_type) :: reader
       type(analysis_input_type) :: analysis
-      type(diagnostics_type) :: messages
    end type reading_type
 
 contains
@@ -91,30 +90,32 @@ contains
       integer, intent(in) :: n_fixed, n_loading, forced_dialect
       type(analysis_input_type), intent(out) :: analysis
       type(diagnostics_type), intent(inout) :: messages
+      type(token_list_type), target :: tokens
       type(file_type) :: file
       type(reading_type) :: best
       logical :: ok
       file%points = [n_fixed, n_loading]
       if (all(file%points >= 0)) file%n_points = sum(file%points)
       file%forced = forced_dialect
-      call tokenise(source, file%tokens)
+      call tokenise(source, tokens)
+      file%tokens => tokens
       call file%read_counts(messages, ok)
       if (.not. ok) return
       call file%choose_by_count(best)
       if (best%way /= dialect%auto) call file%read_as(best)
-      if (best%exact .and. file%both_fit .and. best%messages%has_errors()) call file%choose_by_values(best)
-      if (file%tokens%n_text > 0 .and. (best%messages%has_errors() .or. .not. best%exact)) &
+      if (best%exact .and. file%both_fit .and. best%reader%messages%has_errors()) call file%choose_by_values(best)
+      if (file%tokens%n_text > 0 .and. (best%reader%messages%has_errors() .or. .not. best%exact)) &
          call file%choose_by_errors(best)
       if (.not. best%exact) then
          call file%report_misfit(messages)
          return
       end if
       analysis = best%analysis
-      if (best%messages%has_errors()) call report_decimal_comma(file%tokens, best%messages)
+      if (best%reader%messages%has_errors()) call report_decimal_comma(file%tokens, best%reader%messages)
       ! with one number missing, the SOR factor at the end would be read as the number before it
-      if (best%messages%has_errors() .or. .not. best%has_sor_factor) &
-         call report_break(file%tokens, best%reader, severity%warning, best%messages)
-      call append_in_order(messages, best%messages)
+      if (best%reader%messages%has_errors() .or. .not. best%has_sor_factor) &
+         call best%reader%report_break(severity%warning)
+      call append_in_order(messages, best%reader%messages)
       call file%report_dialect(best, messages)
    end subroutine read_analysis_source
 
@@ -131,14 +132,14 @@ contains
             call messages%add(severity%error, 'the file holds no numbers', tokens%end_origin())
             return
          end if
-         call read_header(tokens, .false., self%counts, found, ok)
+         call read_header(self%tokens, .false., self%counts, found, ok)
          if (.not. ok .and. fits_geometry(tokens)) then
             call messages%add(severity%error, 'the numbers fit a geometry file, not an analysis file: '// &
                               'are the files swapped?', tokens%end_origin())
             return
          else if (.not. ok .and. tokens%n_text > 0) then
             ! a word in the place of a count, on a line of its own?
-            call read_header(tokens, .true., self%counts, strict_found, ok)
+            call read_header(self%tokens, .true., self%counts, strict_found, ok)
             if (strict_found%n_errors <= found%n_errors) found = strict_found
          end if
          if (.not. ok) then
@@ -154,15 +155,17 @@ contains
 
    !> Read only the header.
    subroutine read_header(tokens, strict, counts, messages, ok)
-      type(token_list_type), intent(in) :: tokens
+      type(token_list_type), pointer, intent(in) :: tokens
       logical, intent(in) :: strict
       integer, intent(out) :: counts(2)
-      type(diagnostics_type), intent(inout) :: messages
+      type(diagnostics_type), intent(out) :: messages
       logical, intent(out) :: ok
       type(record_reader_type) :: reader
       type(analysis_input_type) :: unused
+      reader%tokens => tokens
       reader%strict = strict
-      call read_analysis_header(tokens, reader, unused, counts, messages, ok)
+      call read_analysis_header(reader, unused, counts, ok)
+      messages = reader%messages
    end subroutine read_header
 
    !> Choose the dialect whose equality of counts holds, dialect%auto when there is none.
@@ -191,11 +194,11 @@ contains
       integer :: points(2), counts(2)
       points = self%points
       if (self%n_points < 0) points = [max(0, reading%n_points), 0]
+      reading%reader%tokens => self%tokens
       reading%reader%strict = reading%strict
-      call read_analysis_header(self%tokens, reading%reader, reading%analysis, counts, reading%messages, reading%exact)
+      call read_analysis_header(reading%reader, reading%analysis, counts, reading%exact)
       reading%analysis%dialect = reading%way
-      if (reading%exact) call read_analysis_body(self%tokens, reading%reader, points, counts, reading%analysis, &
-                                                 reading%messages, reading%exact)
+      if (reading%exact) call read_analysis_body(reading%reader, points, counts, reading%analysis, reading%exact)
       reading%has_sor_factor = reading%reader%record%names(1) == sor_name
    end subroutine read_as
 
@@ -207,7 +210,7 @@ contains
       type(reading_type) :: other
       other%way = dialect%g0
       call self%read_as(other)
-      if (other%exact .and. .not. other%messages%has_errors()) best = other
+      if (other%exact .and. .not. other%reader%messages%has_errors()) best = other
    end subroutine choose_by_values
 
    !> Take the reading with the fewest errors: the file contains text, perhaps in place of numbers.
@@ -225,7 +228,7 @@ contains
             other = reading_type(way=way, n_points=points, strict=attempt > 2)
             call self%read_as(other)
             if (.not. other%exact) cycle
-            if (best%exact .and. other%messages%n_errors >= best%messages%n_errors) cycle
+            if (best%exact .and. other%reader%messages%n_errors >= best%reader%messages%n_errors) cycle
             best = other
          end do
       end do
@@ -267,7 +270,7 @@ contains
          end if
          if (tokens%n_text > 0) then
             ! a word in the place of a count, on a line of its own?
-            call read_header(tokens, .true., counts, strict_found, ok)
+            call read_header(self%tokens, .true., counts, strict_found, ok)
             if (.not. ok) then
                call append_in_order(messages, strict_found)
                return
@@ -280,7 +283,9 @@ contains
          ending = ''
          if (farthest%reader%n_missing > 0) ending = farthest%reader%missing_name//': the file ends here; '
          call messages%add(severity%error, ending//self%numbers_needed(), tokens%end_origin())
-         call report_break(tokens, farthest%reader, severity%note, messages)
+         farthest%reader%messages = messages
+         call farthest%reader%report_break(severity%note)
+         messages = farthest%reader%messages
          if (tokens%n_text > 0) call note_comment(tokens, messages)
       end associate
    end subroutine report_misfit
@@ -359,27 +364,25 @@ contains
    end function dialect_name
 
    !> Read k01, number of steps, numbers of materials, g2, g1. ok is false when the numbers of materials are unknown.
-   subroutine read_analysis_header(tokens, reader, analysis, counts, messages, ok)
-      type(token_list_type), intent(in) :: tokens
+   subroutine read_analysis_header(reader, analysis, counts, ok)
       type(record_reader_type), intent(inout) :: reader
       type(analysis_input_type), intent(inout) :: analysis
       integer, intent(out) :: counts(2)           !! block materials, joint materials
-      type(diagnostics_type), intent(inout) :: messages
       logical, intent(out) :: ok
-      call reader%read_record(tokens, ['k01'], '', 0, messages)
+      call reader%read_record(['k01'], '', 0)
       analysis%k01 = reader%record%value(1)
-      call reader%require(tokens, analysis%k01 >= 0 .and. analysis%k01 <= 1, 1, &
-                          'must be between 0 (static) and 1 (dynamic)', messages)
-      call reader%read_count(tokens, 'number of time steps', analysis%n_steps, messages)
-      call reader%read_count(tokens, 'number of block materials', counts(1), messages)
-      call reader%require(tokens, counts(1) /= 0, 1, 'must be at least 1', messages)
-      call reader%read_count(tokens, 'number of joint materials', counts(2), messages)
-      call reader%require(tokens, counts(2) /= 0, 1, 'must be at least 1', messages)
+      call reader%require(analysis%k01 >= 0 .and. analysis%k01 <= 1, 1, 'must be between 0 (static) and 1 (dynamic)')
+      call reader%read_count('number of time steps', analysis%n_steps)
+      call reader%read_count('number of block materials', counts(1))
+      call reader%require(counts(1) /= 0, 1, 'must be at least 1')
+      call reader%read_count('number of joint materials', counts(2))
+      call reader%require(counts(2) /= 0, 1, 'must be at least 1')
       call read_positive('displacement ratio g2', analysis%displacement_ratio)
       call read_positive('largest time step g1', analysis%dt_max)
       ok = all(counts > 0)
       if (reader%n_missing > 0) then
-         call messages%add(severity%error, reader%missing_name//': the file ends here', tokens%end_origin())
+         call reader%messages%add(severity%error, reader%missing_name//': the file ends here', &
+                                  reader%tokens%end_origin())
          ok = .false.
       end if
 
@@ -389,79 +392,73 @@ contains
       subroutine read_positive(name, value)
          character(len=*), intent(in) :: name
          real(wp), intent(out) :: value
-         call reader%read_record(tokens, [name], '', 0, messages)
+         call reader%read_record([name], '', 0)
          value = reader%record%value(1)
-         call reader%require(tokens, value > 0, 1, 'must be greater than 0', messages)
-         call reader%require_size(tokens, largest_value, messages)
+         call reader%require(value > 0, 1, 'must be greater than 0')
+         call reader%require_size(largest_value)
       end subroutine read_positive
 
    end subroutine read_analysis_header
 
    !> Read all records after g1. `exact` is true when the file has exactly the numbers that were read; otherwise the
    !> content is invalid.
-   subroutine read_analysis_body(tokens, reader, n_points, counts, analysis, messages, exact)
-      type(token_list_type), intent(in) :: tokens
+   subroutine read_analysis_body(reader, n_points, counts, analysis, exact)
       type(record_reader_type), intent(inout) :: reader  !! after the header
       integer, intent(in) :: n_points(2)                 !! fixed and loading points, used in dialect g0
       integer, intent(in) :: counts(2)                   !! block materials, joint materials
       type(analysis_input_type), intent(inout) :: analysis !! with its dialect
-      type(diagnostics_type), intent(inout) :: messages
       logical, intent(out) :: exact
       integer :: i
       exact = .false.
       ! counts that exceed the file by far are refused before memory is allocated
-      if (analysis_needs(counts(1), counts(2)) > 2_i8*tokens%n) return
+      if (analysis_needs(counts(1), counts(2)) > 2_i8*reader%tokens%n) return
       allocate (analysis%block_materials(counts(1)), analysis%joint_materials(counts(2)))
       if (analysis%dialect == dialect%g0) then
-         call reader%read_record(tokens, ['contact stiffness g0'], '', 0, messages)
+         call reader%read_record(['contact stiffness g0'], '', 0)
          analysis%stiffness = reader%record%value(1)
-         call reader%require(tokens, analysis%stiffness >= 0, 1, 'must not be negative (0: automatic)', messages)
-         call reader%require_size(tokens, largest_value, messages)
-         call read_tables(tokens, reader, n_points, analysis%fixed_tables, analysis%loading_tables, messages, exact)
+         call reader%require(analysis%stiffness >= 0, 1, 'must not be negative (0: automatic)')
+         call reader%require_size(largest_value)
+         call read_tables(reader, n_points, analysis%fixed_tables, analysis%loading_tables, exact)
          if (.not. exact) return
       else
          allocate (analysis%fixed_tables(0), analysis%loading_tables(0))
       end if
       do i = 1, counts(1)
-         if (.not. reader%goes_on(messages)) exit
-         call read_block_material(tokens, reader, i, analysis%block_materials(i), messages)
+         if (.not. reader%goes_on()) exit
+         call read_block_material(reader, i, analysis%block_materials(i))
       end do
       do i = 1, counts(2)
-         if (.not. reader%goes_on(messages)) exit
-         call read_joint_material(tokens, reader, i, analysis%joint_materials(i), messages)
+         if (.not. reader%goes_on()) exit
+         call read_joint_material(reader, i, analysis%joint_materials(i))
       end do
-      if (reader%n_missing == 0 .and. reader%numbers_left(tokens) > 0) &
-         call read_sor_factor(tokens, reader, analysis%sor_factor, messages)
-      exact = reader%is_exact(tokens) .or. reader%too_many_errors(messages)
+      if (reader%n_missing == 0 .and. reader%numbers_left() > 0) call read_sor_factor(reader, analysis%sor_factor)
+      exact = reader%is_exact() .or. reader%too_many_errors()
    end subroutine read_analysis_body
 
    !> Read time-dependent values: all counts, then all rows, fixed points first.
-   subroutine read_tables(tokens, reader, n_points, fixed, loading, messages, ok)
-      type(token_list_type), intent(in) :: tokens
+   subroutine read_tables(reader, n_points, fixed, loading, ok)
       type(record_reader_type), intent(inout) :: reader
       integer, intent(in) :: n_points(2)                 !! fixed, loading
       type(time_table_type), allocatable, intent(out) :: fixed(:), loading(:)
-      type(diagnostics_type), intent(inout) :: messages
       logical, intent(out) :: ok
       integer :: n_rows(sum(n_points))
       integer :: k
       ok = .false.
       do k = 1, size(n_rows)
          if (reader%n_missing > 0) return
-         call reader%read_count(tokens, 'number of time-dependent values of '// &
-                                point_name(merge(1, 2, k <= n_points(1)))//' '// &
-                                to_string(merge(k, k - n_points(1), k <= n_points(1))), n_rows(k), messages)
+         call reader%read_count('number of time-dependent values of '//point_name(merge(1, 2, k <= n_points(1)))// &
+                                ' '//to_string(merge(k, k - n_points(1), k <= n_points(1))), n_rows(k))
       end do
       n_rows = max(n_rows, 0)
-      if (3*sum(int(n_rows, i8)) > tokens%n - reader%at + 1) return
+      if (3*sum(int(n_rows, i8)) > reader%tokens%n - reader%at + 1) return
       allocate (fixed(n_points(1)), loading(n_points(2)))
       do k = 1, n_points(1)
-         call read_table(tokens, reader, point_name(1), k, n_rows(k), fixed(k), messages)
+         call read_table(reader, point_name(1), k, n_rows(k), fixed(k))
       end do
       do k = 1, n_points(2)
-         call read_table(tokens, reader, point_name(2), k, n_rows(n_points(1) + k), loading(k), messages)
+         call read_table(reader, point_name(2), k, n_rows(n_points(1) + k), loading(k))
       end do
-      ok = reader%goes_on(messages)
+      ok = reader%goes_on()
    end subroutine read_tables
 
    !> "fixed point" for 1, "loading point" for 2.
@@ -472,37 +469,33 @@ contains
    end function point_name
 
    !> Read the rows t x y of one point.
-   subroutine read_table(tokens, reader, object, number, n_rows, table, messages)
-      type(token_list_type), intent(in) :: tokens
+   subroutine read_table(reader, object, number, n_rows, table)
       type(record_reader_type), intent(inout) :: reader
       character(len=*), intent(in) :: object             !! 'fixed point'
       integer, intent(in) :: number, n_rows
       type(time_table_type), intent(inout) :: table
-      type(diagnostics_type), intent(inout) :: messages
       integer :: row
       allocate (table%rows(3, n_rows))
       do row = 1, n_rows
-         if (.not. reader%goes_on(messages)) return
-         call reader%read_record(tokens, row_names, 'row '//to_string(row)//' of '//object, number, messages)
+         if (.not. reader%goes_on()) return
+         call reader%read_record(row_names, 'row '//to_string(row)//' of '//object, number)
          table%rows(:, row) = reader%record%value(1:3)
-         call reader%require_size(tokens, largest_value, messages)
+         call reader%require_size(largest_value)
          if (row == 1) then
-            table%origin = reader%record_origin(tokens)
+            table%origin = reader%record_origin()
             cycle
          end if
-         call reader%require(tokens, table%rows(1, row) >= table%rows(1, row - 1), 1, &
-                             'must not be smaller than in the row before', messages)
+         call reader%require(table%rows(1, row) >= table%rows(1, row - 1), 1, &
+                             'must not be smaller than in the row before')
       end do
    end subroutine read_table
 
    !> Read the 13 numbers of a block material.
-   subroutine read_block_material(tokens, reader, number, material, messages)
-      type(token_list_type), intent(in) :: tokens
+   subroutine read_block_material(reader, number, material)
       type(record_reader_type), intent(inout) :: reader
       integer, intent(in) :: number
       type(block_material_type), intent(inout) :: material
-      type(diagnostics_type), intent(inout) :: messages
-      call reader%read_record(tokens, block_names, 'block material', number, messages)
+      call reader%read_record(block_names, 'block material', number)
       associate (v => reader%record%value)
          material%density = v(1)
          material%weight = v(2)
@@ -512,75 +505,69 @@ contains
          material%stress_gradient = v(8:10)
          material%velocity = v(11:13)
       end associate
-      call reader%require(tokens, material%density > 0, 1, 'must be greater than 0', messages)
-      call reader%require(tokens, material%youngs_modulus > 0, 3, 'must be greater than 0', messages)
-      call reader%require(tokens, material%poisson_ratio > -1 .and. material%poisson_ratio < 0.5_wp, 4, &
-                          'must be between -1 and 0.5', messages)
-      call reader%require_size(tokens, largest_value, messages)
+      call reader%require(material%density > 0, 1, 'must be greater than 0')
+      call reader%require(material%youngs_modulus > 0, 3, 'must be greater than 0')
+      call reader%require(material%poisson_ratio > -1 .and. material%poisson_ratio < 0.5_wp, 4, &
+                          'must be between -1 and 0.5')
+      call reader%require_size(largest_value)
    end subroutine read_block_material
 
    !> Read the 3 numbers of a joint material.
-   subroutine read_joint_material(tokens, reader, number, material, messages)
-      type(token_list_type), intent(in) :: tokens
+   subroutine read_joint_material(reader, number, material)
       type(record_reader_type), intent(inout) :: reader
       integer, intent(in) :: number
       type(joint_material_type), intent(inout) :: material
-      type(diagnostics_type), intent(inout) :: messages
-      call reader%read_record(tokens, joint_names, 'joint material', number, messages)
+      call reader%read_record(joint_names, 'joint material', number)
       material%friction_angle = reader%record%value(1)
       material%cohesion = reader%record%value(2)
       material%tension = reader%record%value(3)
-      call reader%require(tokens, material%friction_angle >= 0 .and. material%friction_angle < 90, 1, &
-                          'must be at least 0 and less than 90 degrees', messages)
-      call reader%require(tokens, material%cohesion >= 0, 2, 'must not be negative', messages)
-      call reader%require(tokens, material%tension >= 0, 3, 'must not be negative', messages)
-      call reader%require_size(tokens, largest_value, messages)
+      call reader%require(material%friction_angle >= 0 .and. material%friction_angle < 90, 1, &
+                          'must be at least 0 and less than 90 degrees')
+      call reader%require(material%cohesion >= 0, 2, 'must not be negative')
+      call reader%require(material%tension >= 0, 3, 'must not be negative')
+      call reader%require_size(largest_value)
    end subroutine read_joint_material
 
    !> Read the factor at the end of the file.
-   subroutine read_sor_factor(tokens, reader, factor, messages)
-      type(token_list_type), intent(in) :: tokens
+   subroutine read_sor_factor(reader, factor)
       type(record_reader_type), intent(inout) :: reader
       real(wp), intent(inout) :: factor              !! unchanged when the file has no valid one
-      type(diagnostics_type), intent(inout) :: messages
       real(wp) :: found
       integer :: place, before
       logical :: behind                              !! other numbers of its line, one of which it may be
-      call reader%read_record(tokens, [sor_name], '', 0, messages)
+      call reader%read_record([sor_name], '', 0)
       if (reader%record%token(1) == 0) return
       found = reader%record%value(1)
       place = reader%record%token(1)
       behind = .false.
-      if (place > 1) behind = tokens%line(place - 1) == tokens%line(place)
-      before = messages%n_errors
+      if (place > 1) behind = reader%tokens%line(place - 1) == reader%tokens%line(place)
+      before = reader%messages%n_errors
       if (found >= 1 .and. found < 2) then
          factor = found
-         if (behind) call report_shift(found, tokens, .false., messages)
+         if (behind) call report_shift(reader, .false.)
       else
-         if (before == 0) call report_shift(found, tokens, behind, messages)
-         if (messages%n_errors == before) call messages%add(severity%note, 'SOR factor '//to_string(found)// &
-            ' is outside [1, 2): 1.4 is used', tokens%origin(place))
+         if (before == 0) call report_shift(reader, behind)
+         if (reader%messages%n_errors == before) call reader%messages%add(severity%note, 'SOR factor '// &
+            to_string(found)//' is outside [1, 2): 1.4 is used', reader%tokens%origin(place))
       end if
    end subroutine read_sor_factor
 
    !> Report a decimal comma in a file with an SOR factor: one number too many shifts all that follow it, so that the
-   !> last
-   !> one is taken as the factor.
-   subroutine report_shift(factor, tokens, in_a_row, messages)
-      real(wp), intent(in) :: factor
-      type(token_list_type), intent(in) :: tokens
+   !> last one is taken as the factor.
+   subroutine report_shift(reader, in_a_row)
+      type(record_reader_type), intent(inout) :: reader    !! after the factor
       logical, intent(in) :: in_a_row                !! also commas of which several follow one another
-      type(diagnostics_type), intent(inout) :: messages
       character(len=:), allocatable :: first, second
       integer :: i
-      do i = 1, tokens%n - 1
-         if (.not. tokens%has_decimal_comma(i, in_a_row)) cycle
-         first = tokens%text(i)
-         second = tokens%text(i + 1)
-         call messages%add(severity%error, "'"//first//','//second//"' is two numbers, because a comma separates "// &
-                           'numbers, and the last number of the file, '//to_string(factor)//', is then read as an '// &
-                           'SOR factor: for a decimal comma write '//first//'.'//second//', for two numbers '// &
-                           first//' '//second, tokens%origin(i))
+      do i = 1, reader%tokens%n - 1
+         if (.not. reader%tokens%has_decimal_comma(i, in_a_row)) cycle
+         first = reader%tokens%text(i)
+         second = reader%tokens%text(i + 1)
+         call reader%messages%add(severity%error, "'"//first//','// &
+                                  second//"' is two numbers, because a comma separates "// &
+                                  'numbers, and the last number of the file, '//to_string(reader%record%value(1))// &
+                                  ', is then read as an SOR factor: for a decimal comma write '//first//'.'// &
+                                  second//', for two numbers '//first//' '//second, reader%tokens%origin(i))
          return
       end do
    end subroutine report_shift

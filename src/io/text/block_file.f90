@@ -80,36 +80,34 @@ contains
 
    !> Read the format of RockDDA.
    subroutine read_own_blocks(tokens, blocks, block_token, edge_token, messages)
-      type(token_list_type), intent(in) :: tokens
+      type(token_list_type), intent(in), target :: tokens
       type(block_system_type), intent(inout) :: blocks
       integer, allocatable, intent(out) :: block_token(:)  !! (n_blocks) token where each begins
       integer, allocatable, intent(out) :: edge_token(:)   !! (n_vertices) token where the row of each vertex begins
-      type(diagnostics_type), intent(inout) :: messages
+      type(diagnostics_type), intent(inout), target :: messages
       type(block_reader_type) :: reader
       integer :: counts(6)
       logical :: ok
-      call reader%start(tokens)
-      call reader%read_head(tokens, blocks%edge_node_distance, counts, messages, ok)
+      call reader%start(tokens, messages)
+      call reader%read_head(blocks%edge_node_distance, counts, ok)
       if (.not. ok) return
       reader%n_errors = messages%n_errors
-      call reader%read_polygons(tokens, counts(1), counts(2), blocks, block_token, edge_token, messages)
-      call reader%read_points(tokens, 'fixed_points', 'fixed point', counts(3), blocks%fixed, messages)
-      call reader%read_points(tokens, 'loading_points', 'loading point', counts(4), blocks%loading, messages)
-      call reader%read_points(tokens, 'measured_points', 'measured point', counts(5), blocks%measured, messages)
-      call reader%read_bolts(tokens, counts(6), counts(1), blocks%bolts, messages)
+      call reader%read_polygons(counts(1), counts(2), blocks, block_token, edge_token)
+      call reader%read_points('fixed_points', 'fixed point', counts(3), blocks%fixed)
+      call reader%read_points('loading_points', 'loading point', counts(4), blocks%loading)
+      call reader%read_points('measured_points', 'measured point', counts(5), blocks%measured)
+      call reader%read_bolts(counts(6), counts(1), blocks%bolts)
       if (messages%n_errors > reader%n_errors) return
-      call reader%read_row(tokens, 'end', one_name(1:0), 'end of the file', messages)
+      call reader%read_row('end', one_name(1:0), 'end of the file')
       if (reader%row_ok .and. reader%at <= reader%n_rows) call messages%add(severity%error, &
          "nothing may follow 'end'", tokens%origin(reader%first(reader%at)))
    end subroutine read_own_blocks
 
    !> Format version, e0 and the counts; ok is false when the rest cannot be read.
-   subroutine read_head(self, tokens, distance, counts, messages, ok)
+   subroutine read_head(self, distance, counts, ok)
       class(block_reader_type), intent(inout) :: self
-      type(token_list_type), intent(in) :: tokens
       real(wp), intent(out) :: distance
       integer, intent(out) :: counts(6)               !! as in count_words
-      type(diagnostics_type), intent(inout) :: messages
       logical, intent(out) :: ok
       character(len=:), allocatable :: name
       integer(i8) :: needed
@@ -117,41 +115,40 @@ contains
       ok = .false.
       distance = 0
       counts = least_counts
-      call self%read_row(tokens, block_file_magic, ['version'], 'first line', messages)
-      version = self%whole(tokens, 1, 1, 'format version', messages)
+      call self%read_row(block_file_magic, ['version'], 'first line')
+      version = self%whole(1, 1, 'format version')
       if (.not. self%row_ok) return
       if (version > format_version) then
-         call self%fail(tokens, 1, 'format version: this program reads version '//to_string(format_version), messages)
+         call self%fail(1, 'format version: this program reads version '//to_string(format_version))
          return
       end if
-      call self%read_row(tokens, 'e0', one_name, 'minimum edge-node distance', messages)
+      call self%read_row('e0', one_name, 'minimum edge-node distance')
       if (.not. self%row_ok) return
       distance = self%value(1)
-      if (distance < 0) call self%fail(tokens, 1, 'e0: must not be negative', messages)
+      if (distance < 0) call self%fail(1, 'e0: must not be negative')
       do k = 1, 6
          name = 'number of '//trim(count_words(k))
-         call self%read_row(tokens, trim(count_words(k)), one_name, name, messages)
-         if (self%row_ok) counts(k) = self%whole(tokens, 1, least_counts(k), name, messages)
+         call self%read_row(trim(count_words(k)), one_name, name)
+         if (self%row_ok) counts(k) = self%whole(1, least_counts(k), name)
          if (.not. self%row_ok) return
       end do
       ! counts that exceed the file are refused before memory is allocated
       needed = sum(int(counts, i8)*words_each)
-      ok = needed <= tokens%n
+      ok = needed <= self%tokens%n
       if (ok) return
       k = maxloc(int(counts, i8)*words_each, dim=1)
-      call messages%add(severity%error, 'the counts at the beginning need '//to_string(needed)// &
-                        ' words and numbers, the file has '//to_string(tokens%n)//'; '//trim(count_words(k))//' '// &
-                        to_string(counts(k))//' seems to be wrong', tokens%end_origin())
+      call self%messages%add(severity%error, 'the counts at the beginning need '//to_string(needed)// &
+                             ' words and numbers, the file has '//to_string(self%tokens%n)//'; '// &
+                             trim(count_words(k))//' '//to_string(counts(k))//' seems to be wrong', &
+                             self%tokens%end_origin())
    end subroutine read_head
 
    !> Read all blocks with their vertices.
-   subroutine read_polygons(self, tokens, n_blocks, n_vertices, blocks, block_token, edge_token, messages)
+   subroutine read_polygons(self, n_blocks, n_vertices, blocks, block_token, edge_token)
       class(block_reader_type), intent(inout) :: self
-      type(token_list_type), intent(in) :: tokens
       integer, intent(in) :: n_blocks, n_vertices
       type(block_system_type), intent(inout) :: blocks
       integer, allocatable, intent(out) :: block_token(:), edge_token(:)
-      type(diagnostics_type), intent(inout) :: messages
       character(len=8), parameter :: names(3) = [character(len=8) :: 'number', 'material', 'vertices']
       character(len=:), allocatable :: name
       integer :: i, n, last
@@ -161,68 +158,64 @@ contains
       blocks%n_blocks = n_blocks
       last = 0
       do i = 1, n_blocks
-         if (messages%n_errors > most_errors) return
+         if (self%messages%n_errors > most_errors) return
          name = 'block '//to_string(i)
-         call self%read_row(tokens, 'block', names, name, messages)
+         call self%read_row('block', names, name)
          if (.not. self%row_ok) then
-            call self%skip_to_keyword(tokens)
-            if (self%keyword(tokens) /= 'block') return
+            call self%skip_to_keyword()
+            if (self%keyword() /= 'block') return
             cycle
          end if
          block_token(i) = self%first(self%row)
-         if (self%whole(tokens, 1, 1, 'number of '//name, messages) /= i) &
-            call self%fail(tokens, 1, 'number of '//name//': expected '//to_string(i), messages)
-         blocks%block_material(i) = self%whole(tokens, 2, 1, 'material of '//name, messages)
-         n = self%whole(tokens, 3, 3, 'number of vertices of '//name, messages)
+         if (self%whole(1, 1, 'number of '//name) /= i) &
+            call self%fail(1, 'number of '//name//': expected '//to_string(i))
+         blocks%block_material(i) = self%whole(2, 1, 'material of '//name)
+         n = self%whole(3, 3, 'number of vertices of '//name)
          if (n > n_vertices - last) then
-            call self%fail(tokens, 3, 'vertices of '//name//': the file announces '//to_string(n_vertices)// &
-                           ' vertices in all, '//to_string(n_vertices - last)//' are left', messages)
-            call self%skip_to_keyword(tokens)
+            call self%fail(3, 'vertices of '//name//': the file announces '//to_string(n_vertices)// &
+                           ' vertices in all, '//to_string(n_vertices - last)//' are left')
+            call self%skip_to_keyword()
             cycle
          end if
-         call self%read_vertices(tokens, name, last, n, blocks, edge_token, messages)
+         call self%read_vertices(name, last, n, blocks, edge_token)
          last = last + n
          blocks%vertex_offset(i + 1) = last
       end do
-      if (last /= n_vertices .and. .not. messages%has_errors()) call messages%add(severity%error, &
+      if (last /= n_vertices .and. .not. self%messages%has_errors()) call self%messages%add(severity%error, &
          'the blocks have '//to_string(last)//' vertices, the beginning of the file announces '// &
-         to_string(n_vertices), tokens%end_origin())
+         to_string(n_vertices), self%tokens%end_origin())
    end subroutine read_polygons
 
    !> Read the n vertices of a block, stored after the first `skip`.
-   subroutine read_vertices(self, tokens, name, skip, n, blocks, edge_token, messages)
+   subroutine read_vertices(self, name, skip, n, blocks, edge_token)
       class(block_reader_type), intent(inout) :: self
-      type(token_list_type), intent(in) :: tokens
       character(len=*), intent(in) :: name            !! of the block
       integer, intent(in) :: skip, n
       type(block_system_type), intent(inout) :: blocks
       integer, intent(inout) :: edge_token(:)
-      type(diagnostics_type), intent(inout) :: messages
       character(len=14), parameter :: names(3) = [character(len=14) :: 'x', 'y', 'joint material']
       character(len=:), allocatable :: vertex
       integer :: k
       do k = skip + 1, skip + n
          vertex = 'vertex '//to_string(k - skip)//' of '//name
-         call self%read_row(tokens, '', names, vertex, messages)
-         if (.not. self%row_ok .and. len(self%keyword(tokens)) > 0) exit
+         call self%read_row('', names, vertex)
+         if (.not. self%row_ok .and. len(self%keyword()) > 0) exit
          edge_token(k) = self%first(self%row)
          blocks%vertices(:, k) = self%value(1:2)
-         blocks%edge_joint(k) = self%whole(tokens, 3, 0, 'joint material of '//vertex, messages)
+         blocks%edge_joint(k) = self%whole(3, 0, 'joint material of '//vertex)
       end do
-      if (self%at > self%n_rows .or. len(self%keyword(tokens)) > 0) return
-      call messages%add(severity%error, name//': more vertices than the '//to_string(n)//' announced', &
-                        tokens%origin(self%first(self%at)))
-      call self%skip_to_keyword(tokens)
+      if (self%at > self%n_rows .or. len(self%keyword()) > 0) return
+      call self%messages%add(severity%error, name//': more vertices than the '//to_string(n)//' announced', &
+                        self%tokens%origin(self%first(self%at)))
+      call self%skip_to_keyword()
    end subroutine read_vertices
 
    !> Read one section of points. Rows of measured points may end with the number of the input.
-   subroutine read_points(self, tokens, word, object, n, points, messages)
+   subroutine read_points(self, word, object, n, points)
       class(block_reader_type), intent(inout) :: self
-      type(token_list_type), intent(in) :: tokens
       character(len=*), intent(in) :: word, object
       integer, intent(in) :: n
       type(point_set_type), intent(inout) :: points
-      type(diagnostics_type), intent(inout) :: messages
       character(len=6), parameter :: names(4) = [character(len=6) :: 'x', 'y', 'block', 'number']
       character(len=:), allocatable :: name
       integer :: k
@@ -232,53 +225,48 @@ contains
       points%position = 0
       points%block = 0
       points%number = [(k, k=1, n)]
-      call self%begin_section(tokens, word, messages, ok)
+      call self%begin_section(word, ok)
       if (.not. ok) return
       do k = 1, n
          name = object//' '//to_string(k)
-         call self%read_row(tokens, '', names(1:3), name, messages, &
-                            optional_names=names(4:merge(4, 3, word == 'measured_points')))
+         call self%read_row('', names(1:3), name, optional_names=names(4:merge(4, 3, word == 'measured_points')))
          if (.not. self%row_ok) then
-            if (len(self%keyword(tokens)) > 0 .or. self%at > self%n_rows) return
+            if (len(self%keyword()) > 0 .or. self%at > self%n_rows) return
             cycle
          end if
          points%position(:, k) = self%value(1:2)
-         points%block(k) = self%whole(tokens, 3, 1, 'block of '//name, messages)
-         points%origin(k) = self%place(tokens, 0)
-         call self%read_number(tokens, name, k, points%number, messages)
+         points%block(k) = self%whole(3, 1, 'block of '//name)
+         points%origin(k) = self%place(0)
+         call self%read_number(name, k, points%number)
       end do
-      call self%end_section(tokens, word, messages)
+      call self%end_section(word)
    end subroutine read_points
 
    !> Read the number of point k at the end of the row, if there is one; numbers must increase.
-   subroutine read_number(self, tokens, name, k, number, messages)
+   subroutine read_number(self, name, k, number)
       class(block_reader_type), intent(inout) :: self
-      type(token_list_type), intent(in) :: tokens
       character(len=*), intent(in) :: name            !! of the point
       integer, intent(in) :: k
       integer, intent(inout) :: number(:)             !! of all points
-      type(diagnostics_type), intent(inout) :: messages
       integer :: before, n_before
       before = 0
       if (k > 1) before = number(k - 1)
       if (self%token(4) > 0) then
-         n_before = messages%n_errors
-         number(k) = self%whole(tokens, 4, 1, 'number of '//name, messages)
-         if (number(k) <= before .and. messages%n_errors == n_before) call self%fail(tokens, 4, &
-            'number of '//name//': numbers must increase, the point before has '//to_string(before), messages)
+         n_before = self%messages%n_errors
+         number(k) = self%whole(4, 1, 'number of '//name)
+         if (number(k) <= before .and. self%messages%n_errors == n_before) call self%fail(4, &
+            'number of '//name//': numbers must increase, the point before has '//to_string(before))
       else if (k <= before) then
-         call messages%add(severity%error, name//': needs a number above '//to_string(before)// &
-                           ', that of the point before', self%place(tokens, 0))
+         call self%messages%add(severity%error, name//': needs a number above '//to_string(before)// &
+                           ', that of the point before', self%place(0))
       end if
    end subroutine read_number
 
    !> Read the section of bolts.
-   subroutine read_bolts(self, tokens, n, n_blocks, bolts, messages)
+   subroutine read_bolts(self, n, n_blocks, bolts)
       class(block_reader_type), intent(inout) :: self
-      type(token_list_type), intent(in) :: tokens
       integer, intent(in) :: n, n_blocks
       type(bolt_set_type), intent(inout) :: bolts
-      type(diagnostics_type), intent(inout) :: messages
       character(len=10), parameter :: names(9) = [character(len=10) :: 'x1', 'y1', 'x2', 'y2', 'block 1', &
                                                   'block 2', 'stiffness', 'pretension', 'strength']
       character(len=:), allocatable :: name
@@ -287,56 +275,50 @@ contains
       bolts%n = n
       allocate (bolts%ends(4, n), bolts%blocks(2, n), bolts%stiffness(n), bolts%pretension(n), bolts%strength(n))
       bolts%blocks = 0
-      call self%begin_section(tokens, 'bolt_list', messages, ok)
+      call self%begin_section('bolt_list', ok)
       if (.not. ok) return
       do k = 1, n
          name = 'bolt '//to_string(k)
-         call self%read_row(tokens, '', names, name, messages)
+         call self%read_row('', names, name)
          if (.not. self%row_ok) then
-            if (len(self%keyword(tokens)) > 0 .or. self%at > self%n_rows) return
+            if (len(self%keyword()) > 0 .or. self%at > self%n_rows) return
             cycle
          end if
          bolts%ends(:, k) = self%value(1:4)
-         bolts%blocks(1, k) = self%whole(tokens, 5, 0, 'first block of '//name, messages)
-         bolts%blocks(2, k) = self%whole(tokens, 6, 0, 'second block of '//name, messages)
+         bolts%blocks(1, k) = self%whole(5, 0, 'first block of '//name)
+         bolts%blocks(2, k) = self%whole(6, 0, 'second block of '//name)
          bolts%stiffness(k) = self%value(7)
          bolts%pretension(k) = self%value(8)
          bolts%strength(k) = self%value(9)
          do side = 1, 2
-            if (bolts%blocks(side, k) > n_blocks) call self%fail(tokens, 4 + side, trim(names(4 + side))// &
-               ' of '//name//': must be between 0 and '//to_string(n_blocks), messages)
+            if (bolts%blocks(side, k) > n_blocks) call self%fail(4 + side, trim(names(4 + side))// &
+               ' of '//name//': must be between 0 and '//to_string(n_blocks))
          end do
-         if (.not. bolts%stiffness(k) > 0) call self%fail(tokens, 7, 'stiffness of '//name// &
-                                                          ': must be greater than 0', messages)
-         if (bolts%strength(k) < 0) call self%fail(tokens, 9, 'strength of '//name// &
-                                                   ': must not be negative (0: unlimited)', messages)
+         if (.not. bolts%stiffness(k) > 0) call self%fail(7, 'stiffness of '//name//': must be greater than 0')
+         if (bolts%strength(k) < 0) call self%fail(9, 'strength of '//name//': must not be negative (0: unlimited)')
       end do
-      call self%end_section(tokens, 'bolt_list', messages)
+      call self%end_section('bolt_list')
    end subroutine read_bolts
 
    !> Read the keyword of a section. At the end of a file that has errors already none is added.
-   subroutine begin_section(self, tokens, word, messages, ok)
+   subroutine begin_section(self, word, ok)
       class(block_reader_type), intent(inout) :: self
-      type(token_list_type), intent(in) :: tokens
       character(len=*), intent(in) :: word
-      type(diagnostics_type), intent(inout) :: messages
       logical, intent(out) :: ok                      !! its rows follow
       ok = .false.
-      if (self%at > self%n_rows .and. messages%n_errors > self%n_errors) return
-      call self%read_row(tokens, word, one_name(1:0), 'section '//word, messages)
+      if (self%at > self%n_rows .and. self%messages%n_errors > self%n_errors) return
+      call self%read_row(word, one_name(1:0), 'section '//word)
       ok = self%row_ok
    end subroutine begin_section
 
    !> Report rows of numbers that are left before the next section.
-   subroutine end_section(self, tokens, word, messages)
+   subroutine end_section(self, word)
       class(block_reader_type), intent(inout) :: self
-      type(token_list_type), intent(in) :: tokens
       character(len=*), intent(in) :: word
-      type(diagnostics_type), intent(inout) :: messages
-      if (self%at > self%n_rows .or. len(self%keyword(tokens)) > 0) return
-      call messages%add(severity%error, 'section '//word//' has more rows than announced', &
-                        tokens%origin(self%first(self%at)))
-      call self%skip_to_keyword(tokens)
+      if (self%at > self%n_rows .or. len(self%keyword()) > 0) return
+      call self%messages%add(severity%error, 'section '//word//' has more rows than announced', &
+                        self%tokens%origin(self%first(self%at)))
+      call self%skip_to_keyword()
    end subroutine end_section
 
 end module rockdda_io_block_file

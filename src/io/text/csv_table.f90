@@ -25,10 +25,10 @@ contains
       character(len=*), intent(in) :: path
       character(len=*), intent(in) :: columns(:)       !! lower case, at most 16
       real(wp), allocatable, intent(out) :: table(:, :) !! (columns, rows)
-      type(diagnostics_type), intent(inout) :: messages
+      type(diagnostics_type), intent(inout), target :: messages
       logical, intent(in), optional :: in_any_order    !! true: the first column may decrease
       type(source_type) :: source
-      type(token_list_type) :: tokens
+      type(token_list_type), target :: tokens
       type(row_reader_type) :: reader
       integer :: place(size(columns)), n, k
       logical :: ok, rising
@@ -41,9 +41,9 @@ contains
       if (ok) call settle_separators(source, size(columns), size(columns), messages, ok)
       if (.not. ok) return
       call tokenise(source, tokens)
-      call reader%start(tokens)
+      call reader%start(tokens, messages)
       place = [(k, k=1, size(columns))]
-      if (len(reader%keyword(tokens)) > 0) then
+      if (len(reader%keyword()) > 0) then
          if (.not. tokens%is_not_finite(1)) call read_header(ok)
          if (.not. ok) return
       end if
@@ -53,18 +53,18 @@ contains
       do while (reader%at <= reader%n_rows)
          if (messages%n_errors > most_errors) exit
          n = n + 1
-         call reader%read_row(tokens, '', columns, 'row '//to_string(n), messages)
+         call reader%read_row('', columns, 'row '//to_string(n))
          if (.not. reader%row_ok .and. reader%row < reader%at - 1) reader%row = reader%at - 1
-         if (len(reader%keyword(tokens)) > 0 .and. .not. reader%row_ok) reader%at = reader%at + 1
+         if (len(reader%keyword()) > 0 .and. .not. reader%row_ok) reader%at = reader%at + 1
          table(:, n) = reader%value(place)
          if (.not. reader%row_ok) cycle
          do k = 1, size(columns)
-            if (abs(reader%value(k)) > largest_value) call reader%fail(tokens, k, 'row '//to_string(n)// &
-               ': must not be larger than '//to_string(largest_value), messages)
+            if (abs(reader%value(k)) > largest_value) call reader%fail(k, 'row '//to_string(n)// &
+               ': must not be larger than '//to_string(largest_value))
          end do
          if (n == 1 .or. .not. rising) cycle
-         if (table(1, n) < table(1, n - 1)) call reader%fail(tokens, place(1), trim(columns(1))//' of row '// &
-            to_string(n)//': must not be smaller than in the row before', messages)
+         if (table(1, n) < table(1, n - 1)) call reader%fail(place(1), trim(columns(1))//' of row '// &
+            to_string(n)//': must not be smaller than in the row before')
       end do
       if (n == 0) call messages%add(severity%error, 'the table has no rows', tokens%end_origin())
 

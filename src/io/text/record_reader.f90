@@ -14,7 +14,7 @@ module rockdda_io_record_reader
    implicit none
    private
    public :: record_reader_type, smallest_length, largest_value
-   public :: append_in_order, comes_before, note_comment, report_break, report_decimal_comma, report_large_count
+   public :: append_in_order, comes_before, note_comment, report_decimal_comma, report_large_count
 
    !> Smallest length accepted: products of areas must not underflow.
    real(wp), parameter :: smallest_length = 1.0e-30_wp
@@ -36,6 +36,8 @@ module rockdda_io_record_reader
    end type record_type
 
    type :: record_reader_type
+      type(token_list_type), pointer :: tokens => null()
+      type(diagnostics_type) :: messages  !! of what was read
       integer :: at = 1               !! next token
       integer :: n_bad = 0            !! tokens that are not numbers in place of numbers
       integer :: n_missing = 0        !! numbers missing at the end of the file
@@ -58,251 +60,233 @@ module rockdda_io_record_reader
       procedure :: record_origin
       procedure :: too_many_errors
       procedure :: goes_on
+      procedure :: report_break
    end type record_reader_type
 
 contains
 
    !> Skip comment at the start of a record.
-   pure subroutine skip_comment(self, tokens)
+   pure subroutine skip_comment(self)
       class(record_reader_type), intent(inout) :: self
-      type(token_list_type), intent(in) :: tokens
       integer :: line
-      do while (self%at <= tokens%n)
-         if (tokens%kind(self%at) /= token_kind%text) return
-         line = tokens%line(self%at)
+      do while (self%at <= self%tokens%n)
+         if (self%tokens%kind(self%at) /= token_kind%text) return
+         line = self%tokens%line(self%at)
          if (line /= self%end_line) then
             if (self%strict .or. self%end_line == 0) return
-         else if (self%strict .and. tokens%is_not_finite(self%at)) then
+         else if (self%strict .and. self%tokens%is_not_finite(self%at)) then
             return
          end if
-         do while (self%at <= tokens%n)
-            if (tokens%line(self%at) /= line) exit
+         do while (self%at <= self%tokens%n)
+            if (self%tokens%line(self%at) /= line) exit
             self%at = self%at + 1
          end do
       end do
    end subroutine skip_comment
 
    !> Read the numbers of one record. Messages name them "<name> of <object> <number>".
-   subroutine read_record(self, tokens, names, object, number, messages)
+   subroutine read_record(self, names, object, number)
       class(record_reader_type), intent(inout) :: self
-      type(token_list_type), intent(in) :: tokens
       character(len=*), intent(in) :: names(:)     !! of the numbers, at most 16
       character(len=*), intent(in) :: object       !! object that the numbers belong to; empty: none
       integer, intent(in) :: number                !! of the object; 0: it has none
-      type(diagnostics_type), intent(inout) :: messages
       integer :: k, n
       n = size(names)
-      call report_lone_words(self, tokens, messages)
-      call self%skip_comment(tokens)
+      call report_lone_words(self)
+      call self%skip_comment()
       self%record = record_type(n=n, object=object, number=number)
       self%record%names(1:n) = names
-      if (self%at <= tokens%n) self%record%first_token = self%at
+      if (self%at <= self%tokens%n) self%record%first_token = self%at
       do k = 1, n
-         if (k > 1) call skip_stray_word(self, tokens, k, messages)
-         if (self%at > tokens%n) then
+         if (k > 1) call skip_stray_word(self, k)
+         if (self%at > self%tokens%n) then
             if (self%n_missing == 0) self%missing_name = full_name(self%record, k)
             self%n_missing = self%n_missing + n - k + 1
             return
          end if
-         if (tokens%kind(self%at) == token_kind%number) then
-            self%record%value(k) = tokens%value(self%at)
+         if (self%tokens%kind(self%at) == token_kind%number) then
+            self%record%value(k) = self%tokens%value(self%at)
             self%record%token(k) = self%at
          else
-            call report_bad_token(self, tokens, k, messages)
+            call report_bad_token(self, k)
          end if
          self%at = self%at + 1
       end do
-      self%end_line = tokens%line(self%at - 1)
-      if (self%broken_at == 0 .and. n > 1 .and. is_broken(self, tokens)) then
+      self%end_line = self%tokens%line(self%at - 1)
+      if (self%broken_at == 0 .and. n > 1 .and. is_broken(self)) then
          self%broken_at = self%record%first_token
          self%broken_name = full_name(self%record, 0)
       end if
    end subroutine read_record
 
    !> Warn of words that begin lines before the next record: these lines are taken as comment.
-   subroutine report_lone_words(self, tokens, messages)
-      class(record_reader_type), intent(in) :: self
-      type(token_list_type), intent(in) :: tokens
-      type(diagnostics_type), intent(inout) :: messages
+   subroutine report_lone_words(self)
+      class(record_reader_type), intent(inout) :: self
       integer :: i, line
       if (self%strict .or. self%end_line == 0) return   ! taken as mistyped numbers
       line = self%end_line
-      do i = self%at, tokens%n
-         if (tokens%line(i) == line) cycle
-         if (tokens%kind(i) /= token_kind%text) return
-         line = tokens%line(i)
-         call messages%add(severity%warning, "'"//tokens%text(i)//"' and the rest of its line are taken as "// &
-                           'comment; begin such a line with #', tokens%origin(i))
+      do i = self%at, self%tokens%n
+         if (self%tokens%line(i) == line) cycle
+         if (self%tokens%kind(i) /= token_kind%text) return
+         line = self%tokens%line(i)
+         call self%messages%add(severity%warning, "'"//self%tokens%text(i)// &
+                                "' and the rest of its line are taken as "//'comment; begin such a line with #', &
+                                self%tokens%origin(i))
       end do
    end subroutine report_lone_words
 
    !> Skip a stray word before number k: the rest of its line has all the numbers that the record still needs, so that
    !> the word is an error, but not in place of a number.
-   subroutine skip_stray_word(self, tokens, k, messages)
+   subroutine skip_stray_word(self, k)
       class(record_reader_type), intent(inout) :: self
-      type(token_list_type), intent(in) :: tokens
       integer, intent(in) :: k
-      type(diagnostics_type), intent(inout) :: messages
-      if (self%at >= tokens%n) return
-      if (tokens%kind(self%at) /= token_kind%text .or. tokens%line(self%at + 1) /= tokens%line(self%at)) return
-      if (tokens%numbers_left_on_line(self%at + 1) /= self%record%n - k + 1) return
-      call report_bad_token(self, tokens, k, messages)
+      if (self%at >= self%tokens%n) return
+      associate (line => self%tokens%line)
+         if (self%tokens%kind(self%at) /= token_kind%text .or. line(self%at + 1) /= line(self%at)) return
+      end associate
+      if (self%tokens%numbers_left_on_line(self%at + 1) /= self%record%n - k + 1) return
+      call report_bad_token(self, k)
       self%at = self%at + 1
    end subroutine skip_stray_word
 
    !> Report the next token, which is not a number, in place of number k.
-   subroutine report_bad_token(self, tokens, k, messages)
+   subroutine report_bad_token(self, k)
       class(record_reader_type), intent(inout) :: self
-      type(token_list_type), intent(in) :: tokens
       integer, intent(in) :: k
-      type(diagnostics_type), intent(inout) :: messages
       character(len=:), allocatable :: problem
       self%n_bad = self%n_bad + 1
-      problem = "expected a number, found '"//tokens%text(self%at)//"'"
-      if (tokens%kind(self%at) == token_kind%out_of_range) &
-         problem = "the number '"//tokens%text(self%at)//"' is out of range"
-      call messages%add(severity%error, full_name(self%record, k)//': '//problem, tokens%origin(self%at))
+      problem = "expected a number, found '"//self%tokens%text(self%at)//"'"
+      if (self%tokens%kind(self%at) == token_kind%out_of_range) &
+         problem = "the number '"//self%tokens%text(self%at)//"' is out of range"
+      call self%messages%add(severity%error, full_name(self%record, k)//': '//problem, self%tokens%origin(self%at))
    end subroutine report_bad_token
 
    !> Does the last record spread over lines that it does not fill: begin or end within a line of other numbers?
-   pure logical function is_broken(self, tokens)
+   pure logical function is_broken(self)
       class(record_reader_type), intent(in) :: self
-      type(token_list_type), intent(in) :: tokens
       integer :: first
       first = self%record%first_token
       is_broken = .false.
-      if (tokens%line(first) == self%end_line) return
-      if (first > 1) is_broken = tokens%line(first - 1) == tokens%line(first)
-      if (self%at > tokens%n) return
-      if (tokens%line(self%at) == self%end_line .and. tokens%kind(self%at) /= token_kind%text) is_broken = .true.
+      if (self%tokens%line(first) == self%end_line) return
+      if (first > 1) is_broken = self%tokens%line(first - 1) == self%tokens%line(first)
+      if (self%at > self%tokens%n) return
+      if (self%tokens%line(self%at) /= self%end_line) return
+      is_broken = is_broken .or. self%tokens%kind(self%at) /= token_kind%text
    end function is_broken
 
    !> Read a record of one whole number >= 0; -1 when there is none.
-   subroutine read_count(self, tokens, name, count, messages)
+   subroutine read_count(self, name, count)
       class(record_reader_type), intent(inout) :: self
-      type(token_list_type), intent(in) :: tokens
       character(len=*), intent(in) :: name
       integer, intent(out) :: count
-      type(diagnostics_type), intent(inout) :: messages
       count = -1
-      call self%read_record(tokens, [name], '', 0, messages)
+      call self%read_record([name], '', 0)
       if (self%record%token(1) == 0) return
       associate (value => self%record%value(1))
-         call self%require(tokens, abs(value) <= real(huge(1), wp), 1, 'must not be larger than '// &
-                           to_string(huge(1)), messages)
+         call self%require(abs(value) <= real(huge(1), wp), 1, 'must not be larger than '//to_string(huge(1)))
          if (abs(value) > real(huge(1), wp)) return
-         call self%require(tokens, is_whole(value), 1, 'expected a whole number', messages)
+         call self%require(is_whole(value), 1, 'expected a whole number')
          if (.not. is_whole(value)) return
-         call self%require(tokens, value >= 0, 1, 'must not be negative', messages)
+         call self%require(value >= 0, 1, 'must not be negative')
          if (value >= 0) count = nint(value)
       end associate
    end subroutine read_count
 
    !> Numbers from here to the end of the file, without comments.
-   pure integer function numbers_left(self, tokens)
+   integer function numbers_left(self)
       class(record_reader_type), intent(in) :: self
-      type(token_list_type), intent(in) :: tokens
       type(record_reader_type) :: ahead
       numbers_left = 0
+      ahead%tokens => self%tokens
       ahead%at = self%at
       ahead%end_line = self%end_line
       do
-         call ahead%skip_comment(tokens)
-         if (ahead%at > tokens%n) exit
+         call ahead%skip_comment()
+         if (ahead%at > self%tokens%n) exit
          numbers_left = numbers_left + 1
-         ahead%end_line = tokens%line(ahead%at)
+         ahead%end_line = self%tokens%line(ahead%at)
          ahead%at = ahead%at + 1
       end do
    end function numbers_left
 
    !> Does the file have exactly the numbers that were read?
-   pure logical function is_exact(self, tokens)
+   logical function is_exact(self)
       class(record_reader_type), intent(in) :: self
-      type(token_list_type), intent(in) :: tokens
       is_exact = self%n_missing == 0
-      if (is_exact) is_exact = self%numbers_left(tokens) == 0
+      if (is_exact) is_exact = self%numbers_left() == 0
    end function is_exact
 
    !> Report number `k` of the record unless `condition` holds: "<name> …: must be …, found '…'".
-   subroutine require(self, tokens, condition, k, rule, messages)
-      class(record_reader_type), intent(in) :: self
-      type(token_list_type), intent(in) :: tokens
+   subroutine require(self, condition, k, rule)
+      class(record_reader_type), intent(inout) :: self
       logical, intent(in) :: condition
       integer, intent(in) :: k                          !! place in the record
       character(len=*), intent(in) :: rule              !! "must be greater than 0"
-      type(diagnostics_type), intent(inout) :: messages
       if (condition .or. .not. self%check) return
       if (self%record%token(k) == 0) return
-      call messages%add(severity%error, full_name(self%record, k)//': '//rule//", found '"// &
-                        tokens%text(self%record%token(k))//"'", tokens%origin(self%record%token(k)))
+      call self%messages%add(severity%error, full_name(self%record, k)//': '//rule//", found '"// &
+                        self%tokens%text(self%record%token(k))//"'", self%tokens%origin(self%record%token(k)))
    end subroutine require
 
    !> Report each of the first n numbers of the record (default: all) beyond a limit on the absolute value.
-   subroutine require_size(self, tokens, limit, messages, n)
-      class(record_reader_type), intent(in) :: self
-      type(token_list_type), intent(in) :: tokens
+   subroutine require_size(self, limit, n)
+      class(record_reader_type), intent(inout) :: self
       real(wp), intent(in) :: limit
-      type(diagnostics_type), intent(inout) :: messages
       integer, intent(in), optional :: n
       integer :: k, last
       last = self%record%n
       if (present(n)) last = n
       do k = 1, last
-         if (abs(self%record%value(k)) > limit) call self%require(tokens, .false., k, 'must not be larger than '// &
-                                                                  to_string(limit), messages)
+         if (abs(self%record%value(k)) > limit) call self%require(.false., k, 'must not be larger than '// &
+                                                                  to_string(limit))
       end do
    end subroutine require_size
 
    !> Number `k` of the record as a material number >= 1; 1 when it is none (reported).
-   integer function to_whole(self, tokens, k, messages)
-      class(record_reader_type), intent(in) :: self
-      type(token_list_type), intent(in) :: tokens
+   integer function to_whole(self, k)
+      class(record_reader_type), intent(inout) :: self
       integer, intent(in) :: k
-      type(diagnostics_type), intent(inout) :: messages
       to_whole = 1
       if (.not. is_whole(self%record%value(k))) then
-         call self%require(tokens, .false., k, 'must be a whole number', messages)
+         call self%require(.false., k, 'must be a whole number')
       else if (self%record%value(k) < 1) then
-         call self%require(tokens, .false., k, 'must be at least 1', messages)
+         call self%require(.false., k, 'must be at least 1')
       else
          to_whole = nint(self%record%value(k))
       end if
    end function to_whole
 
    !> Where the record begins.
-   function record_origin(self, tokens) result(origin)
+   function record_origin(self) result(origin)
       class(record_reader_type), intent(in) :: self
-      type(token_list_type), intent(in) :: tokens
       type(origin_type) :: origin
-      if (self%record%first_token > 0) origin = tokens%origin(self%record%first_token)
+      if (self%record%first_token > 0) origin = self%tokens%origin(self%record%first_token)
    end function record_origin
 
    !> Are there so many errors that reading stops?
-   pure logical function too_many_errors(self, messages)
+   pure logical function too_many_errors(self)
       class(record_reader_type), intent(in) :: self
       type(diagnostics_type), intent(in) :: messages
-      too_many_errors = messages%n_errors >= most_errors .or. self%n_bad >= most_errors
+      too_many_errors = self%messages%n_errors >= most_errors .or. self%n_bad >= most_errors
    end function too_many_errors
 
    !> May the next record be read: no number is missing so far, and there are not too many errors?
-   pure logical function goes_on(self, messages)
+   pure logical function goes_on(self)
       class(record_reader_type), intent(in) :: self
       type(diagnostics_type), intent(in) :: messages
-      goes_on = self%n_missing == 0 .and. .not. self%too_many_errors(messages)
+      goes_on = self%n_missing == 0 .and. .not. self%too_many_errors()
    end function goes_on
 
    !> Point at the first record that does not fit the lines of the file, if there is one.
-   subroutine report_break(tokens, reader, level, messages)
-      type(token_list_type), intent(in) :: tokens
-      type(record_reader_type), intent(in) :: reader   !! after all records
-      integer, intent(in) :: level                     !! one of severity%...
-      type(diagnostics_type), intent(inout) :: messages
+   subroutine report_break(self, level)
+      class(record_reader_type), intent(inout) :: self   !! after all records
+      integer, intent(in) :: level                       !! one of severity%...
       character(len=:), allocatable :: place
-      if (reader%broken_at == 0) return
+      if (self%broken_at == 0) return
       place = 'from here on'
-      if (len(reader%broken_name) > 0) place = place//' ('//reader%broken_name//')'
-      call messages%add(level, place//' the numbers do not fit the lines of the file: one may be missing or '// &
-                        'too many', tokens%origin(reader%broken_at))
+      if (len(self%broken_name) > 0) place = place//' ('//self%broken_name//')'
+      call self%messages%add(level, place//' the numbers do not fit the lines of the file: one may be missing or '// &
+                             'too many', self%tokens%origin(self%broken_at))
    end subroutine report_break
 
    !> Point at the first text on a line of its own, in a file whose numbers do not add up.

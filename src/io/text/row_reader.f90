@@ -15,6 +15,8 @@ module rockdda_io_row_reader
    real(wp), parameter :: largest_value = 1.0e60_wp
 
    type :: row_reader_type
+      type(token_list_type), pointer :: tokens => null()
+      type(diagnostics_type), pointer :: messages => null()
       integer :: n_rows = 0
       integer, allocatable :: first(:)      !! (n_rows + 1) first token of each line that has tokens
       integer :: at = 1                     !! next row
@@ -36,10 +38,13 @@ module rockdda_io_row_reader
 contains
 
    !> Find the lines.
-   pure subroutine start(self, tokens)
+   subroutine start(self, tokens, messages)
       class(row_reader_type), intent(inout) :: self
-      type(token_list_type), intent(in) :: tokens
+      type(token_list_type), intent(in), target :: tokens
+      type(diagnostics_type), intent(inout), target :: messages
       integer :: i
+      self%tokens => tokens
+      self%messages => messages
       allocate (self%first(tokens%n + 1))
       self%n_rows = 0
       do i = 1, tokens%n
@@ -54,44 +59,41 @@ contains
    end subroutine start
 
    !> The word that begins the next row; empty when it begins with a number or there is none.
-   pure function keyword(self, tokens) result(word)
+   pure function keyword(self) result(word)
       class(row_reader_type), intent(in) :: self
-      type(token_list_type), intent(in) :: tokens
       character(len=:), allocatable :: word
       word = ''
       if (self%at > self%n_rows) return
-      if (tokens%kind(self%first(self%at)) == token_kind%text) word = tokens%text(self%first(self%at))
+      if (self%tokens%kind(self%first(self%at)) == token_kind%text) word = self%tokens%text(self%first(self%at))
    end function keyword
 
    !> Read a row: the keyword, if one is given, then exactly the numbers named. A row that begins with
    !> another word is not read; row_ok is false then.
-   subroutine read_row(self, tokens, word, names, object, messages, optional_names)
+   subroutine read_row(self, word, names, object, optional_names)
       class(row_reader_type), intent(inout) :: self
-      type(token_list_type), intent(in) :: tokens
       character(len=*), intent(in) :: word           !! empty: numbers alone
       character(len=*), intent(in) :: names(:)       !! of the numbers
       character(len=*), intent(in) :: object         !! description of the row, for messages
-      type(diagnostics_type), intent(inout) :: messages
       character(len=*), intent(in), optional :: optional_names(:)   !! of optional numbers at the end
       character(len=:), allocatable :: hint, name
       integer :: k, i, first, n, most
       self%row_ok = .false.
       self%value = 0
       self%token = 0
-      if (.not. begins_with(self, tokens, word, size(names), object, messages)) return
+      if (.not. begins_with(self, word, size(names), object)) return
       self%row = self%at
       self%at = self%at + 1
       first = self%first(self%row) + merge(1, 0, len(word) > 0)
       n = self%first(self%row + 1) - first
-      hint = decimal_comma(tokens, first, first + n - 1, in_a_row=.false.)
+      hint = decimal_comma(self%tokens, first, first + n - 1, in_a_row=.false.)
       most = size(names)
       ! a decimal comma adds a number, too
       if (present(optional_names) .and. len(hint) == 0) most = most + size(optional_names)
       self%row_ok = n >= size(names) .and. n <= most
       do k = 1, min(most, n)
          i = first + k - 1
-         if (tokens%kind(i) == token_kind%number) then
-            self%value(k) = tokens%value(i)
+         if (self%tokens%kind(i) == token_kind%number) then
+            self%value(k) = self%tokens%value(i)
             self%token(k) = i
             cycle
          end if
@@ -101,42 +103,41 @@ contains
             name = trim(optional_names(k - size(names)))
          end if
          self%row_ok = .false.
-         call messages%add(severity%error, name//' of '//object//": expected a number, found '"//tokens%text(i)//"'", &
-                           tokens%origin(i))
+         call self%messages%add(severity%error, name//' of '//object//": expected a number, found '"// &
+                                self%tokens%text(i)//"'", self%tokens%origin(i))
       end do
       if (n >= size(names) .and. n <= most) return
-      hint = decimal_comma(tokens, first, first + n - 1)
-      if (n < size(names)) hint = semicolon_hint(tokens, first, first + n - 1)
-      call messages%add(severity%error, object//': expected '//to_string(size(names))// &
-                        ' numbers on this line, found '//to_string(n)//hint, tokens%origin(first + min(most, n - 1)))
+      hint = decimal_comma(self%tokens, first, first + n - 1)
+      if (n < size(names)) hint = semicolon_hint(self%tokens, first, first + n - 1)
+      call self%messages%add(severity%error, object//': expected '//to_string(size(names))// &
+                             ' numbers on this line, found '//to_string(n)//hint, self%tokens%origin(first + min(most, &
+                             n - 1)))
    end subroutine read_row
 
    !> Does the next row begin with this word, or without a word with a number? If not, that is
    !> reported, once for each row.
-   logical function begins_with(self, tokens, word, n, object, messages)
+   logical function begins_with(self, word, n, object)
       class(row_reader_type), intent(inout) :: self
-      type(token_list_type), intent(in) :: tokens
       character(len=*), intent(in) :: word           !! empty: a number
       integer, intent(in) :: n                       !! numbers of the row
       character(len=*), intent(in) :: object
-      type(diagnostics_type), intent(inout) :: messages
       character(len=:), allocatable :: expected
       begins_with = .false.
       if (self%at > self%n_rows) then
-         call messages%add(severity%error, object//': the file ends here', tokens%end_origin())
+         call self%messages%add(severity%error, object//': the file ends here', self%tokens%end_origin())
          return
       end if
       associate (first => self%first(self%at))
-         begins_with = self%keyword(tokens) == word
+         begins_with = self%keyword() == word
          ! a word in the place of the first number is reported with the name of the number
          if (len(word) == 0 .and. .not. begins_with) &
-            begins_with = tokens%is_not_finite(first) .or. self%first(self%at + 1) - first == n
+            begins_with = self%tokens%is_not_finite(first) .or. self%first(self%at + 1) - first == n
          if (begins_with .or. self%unfit == self%at) return
          self%unfit = self%at
          expected = 'a number'
          if (len(word) > 0) expected = "'"//word//"'"
-         call messages%add(severity%error, object//': expected '//expected//", found '"//tokens%text(first)//"'", &
-                           tokens%origin(first))
+         call self%messages%add(severity%error, object//': expected '//expected//", found '"// &
+                                self%tokens%text(first)//"'", self%tokens%origin(first))
       end associate
    end function begins_with
 
@@ -173,56 +174,50 @@ contains
    end function semicolon_hint
 
    !> Skip rows of numbers.
-   pure subroutine skip_to_keyword(self, tokens)
+   pure subroutine skip_to_keyword(self)
       class(row_reader_type), intent(inout) :: self
-      type(token_list_type), intent(in) :: tokens
       do while (self%at <= self%n_rows)
-         if (tokens%kind(self%first(self%at)) == token_kind%text) exit
+         if (self%tokens%kind(self%first(self%at)) == token_kind%text) exit
          self%at = self%at + 1
       end do
    end subroutine skip_to_keyword
 
    !> Place of number k of the last row (of the row itself for k = 0).
-   pure function place(self, tokens, k) result(origin)
+   pure function place(self, k) result(origin)
       class(row_reader_type), intent(in) :: self
-      type(token_list_type), intent(in) :: tokens
       integer, intent(in) :: k
       type(origin_type) :: origin
       if (k > 0) then
-         if (self%token(k) > 0) origin = tokens%origin(self%token(k))
+         if (self%token(k) > 0) origin = self%tokens%origin(self%token(k))
       else if (self%row > 0) then
-         origin = tokens%origin(self%first(self%row))
+         origin = self%tokens%origin(self%first(self%row))
       end if
    end function place
 
    !> Number k of the row as a whole number of at least `least`; `least` when it is none (reported).
-   integer function whole(self, tokens, k, least, name, messages)
+   integer function whole(self, k, least, name)
       class(row_reader_type), intent(inout) :: self
-      type(token_list_type), intent(in) :: tokens
       integer, intent(in) :: k, least
       character(len=*), intent(in) :: name
-      type(diagnostics_type), intent(inout) :: messages
       whole = least
       if (self%token(k) == 0) return
       if (.not. is_whole(self%value(k))) then
-         call self%fail(tokens, k, name//': must be a whole number', messages)
+         call self%fail(k, name//': must be a whole number')
       else if (self%value(k) < least) then
-         call self%fail(tokens, k, name//': must be at least '//to_string(least), messages)
+         call self%fail(k, name//': must be at least '//to_string(least))
       else
          whole = nint(self%value(k))
       end if
    end function whole
 
    !> Report number k of the row.
-   subroutine fail(self, tokens, k, message, messages)
+   subroutine fail(self, k, message)
       class(row_reader_type), intent(inout) :: self
-      type(token_list_type), intent(in) :: tokens
       integer, intent(in) :: k
       character(len=*), intent(in) :: message
-      type(diagnostics_type), intent(inout) :: messages
       if (self%token(k) == 0) return
       self%row_ok = .false.
-      call messages%add(severity%error, message//", found '"//tokens%text(self%token(k))//"'", self%place(tokens, k))
+      call self%messages%add(severity%error, message//", found '"//self%tokens%text(self%token(k))//"'", self%place(k))
    end subroutine fail
 
    !> Take a token as a number of sensible size.

@@ -56,7 +56,7 @@ contains
 
    !> Read a block file of DDA for Windows.
    subroutine read_windows_blocks(tokens, blocks, block_token, edge_token, messages)
-      type(token_list_type), intent(in) :: tokens       !! fits_windows_blocks holds
+      type(token_list_type), intent(in), target :: tokens   !! fits_windows_blocks holds
       type(block_system_type), intent(inout) :: blocks
       integer, allocatable, intent(out) :: block_token(:) !! (n_blocks) token where each begins
       integer, allocatable, intent(out) :: edge_token(:)  !! (n_vertices) token where the row of each edge begins
@@ -64,36 +64,38 @@ contains
       type(record_reader_type) :: reader
       type(rows_type) :: rows
       integer, allocatable :: range(:, :)
-      integer :: n(6), i, n_errors
+      integer :: n(6), i
 
-      n_errors = messages%n_errors
+      reader%tokens => tokens
       do i = 1, 6
-         call reader%read_count(tokens, 'count', n(i), messages)
+         call reader%read_count('count', n(i))
       end do
       blocks%n_blocks = n(1)
       allocate (blocks%block_material(n(1)), block_token(n(1)), range(2, n(1)))
       do i = 1, n(1)
-         call reader%read_record(tokens, block_names, 'block', i, messages)
+         call reader%read_record(block_names, 'block', i)
          block_token(i) = reader%record%first_token
-         blocks%block_material(i) = reader%to_whole(tokens, 1, messages)
-         range(1, i) = reader%to_whole(tokens, 2, messages)
-         range(2, i) = reader%to_whole(tokens, 3, messages)
-         call reader%require(tokens, range(2, i) <= n(3) .and. range(2, i) >= range(1, i) + 2, 3, &
-                             'must be at least 2 more than the first and at most '//to_string(n(3)), messages)
+         blocks%block_material(i) = reader%to_whole(1)
+         range(1, i) = reader%to_whole(2)
+         range(2, i) = reader%to_whole(3)
+         call reader%require(range(2, i) <= n(3) .and. range(2, i) >= range(1, i) + 2, 3, &
+                             'must be at least 2 more than the first and at most '//to_string(n(3)))
       end do
       allocate (rows%position(2, n(3)), rows%joint(n(3)), rows%token(n(3)))
       do i = 1, n(3)
-         call reader%read_record(tokens, row_names, 'row', i, messages)
+         call reader%read_record(row_names, 'row', i)
          rows%token(i) = reader%record%first_token
          rows%position(:, i) = reader%record%value(2:3)
          rows%joint(i) = int(max(-1.0_wp, min(1.0e9_wp, reader%record%value(1))))
       end do
-      if (messages%n_errors > n_errors) return
-      call take_polygons(rows, range, blocks, edge_token)
-      call read_bolts(tokens, reader, n(2), blocks%n_blocks, blocks%bolts, messages)
-      call read_points(tokens, reader, n(4:6), blocks, messages)
-      call messages%add(severity%note, 'block file of DDA for Windows: six decimals only, no e0', &
-                        tokens%source%file_origin())
+      if (.not. reader%messages%has_errors()) then
+         call take_polygons(rows, range, blocks, edge_token)
+         call read_bolts(reader, n(2), blocks%n_blocks, blocks%bolts)
+         call read_points(reader, n(4:6), blocks)
+         call reader%messages%add(severity%note, 'block file of DDA for Windows: six decimals only, no e0', &
+                                  tokens%source%file_origin())
+      end if
+      call messages%append(reader%messages)
    end subroutine read_windows_blocks
 
    !> Take the rows of each block as its polygon, counter-clockwise.
@@ -127,64 +129,58 @@ contains
    end subroutine take_polygons
 
    !> Read bolts: t0 is taken as strength, f0 as pretension.
-   subroutine read_bolts(tokens, reader, n, n_blocks, bolts, messages)
-      type(token_list_type), intent(in) :: tokens
+   subroutine read_bolts(reader, n, n_blocks, bolts)
       type(record_reader_type), intent(inout) :: reader
       integer, intent(in) :: n, n_blocks
       type(bolt_set_type), intent(inout) :: bolts
-      type(diagnostics_type), intent(inout) :: messages
       integer :: k
       bolts%n = n
       allocate (bolts%ends(4, n), bolts%blocks(2, n), bolts%stiffness(n), bolts%pretension(n), bolts%strength(n))
       do k = 1, n
-         call reader%read_record(tokens, bolt_names, 'bolt', k, messages)
+         call reader%read_record(bolt_names, 'bolt', k)
          bolts%ends(:, k) = reader%record%value(1:4)
-         bolts%blocks(1, k) = reader%to_whole(tokens, 5, messages)
-         bolts%blocks(2, k) = reader%to_whole(tokens, 6, messages)
+         bolts%blocks(1, k) = reader%to_whole(5)
+         bolts%blocks(2, k) = reader%to_whole(6)
          bolts%stiffness(k) = reader%record%value(7)
          bolts%strength(k) = reader%record%value(8)
          bolts%pretension(k) = reader%record%value(9)
-         call reader%require(tokens, bolts%blocks(1, k) <= n_blocks, 5, 'must not be larger than '// &
-                             to_string(n_blocks), messages)
-         call reader%require(tokens, bolts%blocks(2, k) <= n_blocks, 6, 'must not be larger than '// &
-                             to_string(n_blocks), messages)
-         call reader%require(tokens, bolts%stiffness(k) > 0, 7, 'must be greater than 0', messages)
-         call reader%require(tokens, bolts%strength(k) >= 0, 8, 'must not be negative', messages)
+         call reader%require(bolts%blocks(1, k) <= n_blocks, 5, 'must not be larger than '//to_string(n_blocks))
+         call reader%require(bolts%blocks(2, k) <= n_blocks, 6, 'must not be larger than '//to_string(n_blocks))
+         call reader%require(bolts%stiffness(k) > 0, 7, 'must be greater than 0')
+         call reader%require(bolts%strength(k) >= 0, 8, 'must not be negative')
       end do
-      if (n > 0) call messages%add(severity%warning, 'bolts: t0 is read as strength, f0 as pretension', &
-                                   tokens%source%file_origin())
+      if (n > 0) call reader%messages%add(severity%warning, 'bolts: t0 is read as strength, f0 as pretension', &
+                                   reader%tokens%source%file_origin())
    end subroutine read_bolts
 
    !> Read points of all three kinds, distinguished by their type.
-   subroutine read_points(tokens, reader, counts, blocks, messages)
-      type(token_list_type), intent(in) :: tokens
+   subroutine read_points(reader, counts, blocks)
       type(record_reader_type), intent(inout) :: reader
       integer, intent(in) :: counts(3)                   !! fixed, loading, measured
       type(block_system_type), intent(inout) :: blocks
-      type(diagnostics_type), intent(inout) :: messages
-      integer :: k, kind, block, n_errors
-      n_errors = messages%n_errors
+      integer :: k, kind, block
       call allocate_points(blocks%fixed, counts(1))
       call allocate_points(blocks%loading, counts(2))
       call allocate_points(blocks%measured, counts(3))
       do k = 1, sum(counts)
-         call reader%read_record(tokens, point_names, 'point', k, messages)
-         block = reader%to_whole(tokens, 4, messages)
+         call reader%read_record(point_names, 'point', k)
+         block = reader%to_whole(4)
          kind = -1
          if (is_whole(reader%record%value(1))) kind = nint(reader%record%value(1))
          associate (position => reader%record%value(2:3))
             select case (kind)
-            case (0); call add_point(blocks%fixed, position, block, reader%record_origin(tokens))
-            case (2); call add_point(blocks%loading, position, block, reader%record_origin(tokens))
-            case (1); call add_point(blocks%measured, position, block, reader%record_origin(tokens))
+            case (0); call add_point(blocks%fixed, position, block, reader%record_origin())
+            case (2); call add_point(blocks%loading, position, block, reader%record_origin())
+            case (1); call add_point(blocks%measured, position, block, reader%record_origin())
             case default
-               call reader%require(tokens, .false., 1, 'must be 0 (fixed), 1 (measured) or 2 (loading)', messages)
+               call reader%require(.false., 1, 'must be 0 (fixed), 1 (measured) or 2 (loading)')
             end select
          end associate
       end do
-      if (messages%n_errors == n_errors .and. any([blocks%fixed%n, blocks%loading%n, blocks%measured%n] /= counts)) &
-         call messages%add(severity%error, 'the types of the points do not agree with the counts of fixed, '// &
-                           'loading and measured points', tokens%source%file_origin())
+      if (.not. reader%messages%has_errors() .and. any([blocks%fixed%n, blocks%loading%n, &
+         blocks%measured%n] /= counts)) call reader%messages%add(severity%error, &
+         'the types of the points do not agree with the counts of fixed, loading and measured points', &
+         reader%tokens%source%file_origin())
       blocks%fixed%n = min(blocks%fixed%n, counts(1))
       blocks%loading%n = min(blocks%loading%n, counts(2))
       blocks%measured%n = min(blocks%measured%n, counts(3))
