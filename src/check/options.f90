@@ -406,8 +406,7 @@ contains
       if (allocated(parameters%block_materials)) then
          do i = 1, size(parameters%block_materials)
             associate (m => parameters%block_materials(i))
-               call demand('finite', messages, 'block material '//to_string(i), [m%density, m%weight, &
-                           m%youngs_modulus, m%poisson_ratio, m%stress, m%stress_gradient, m%velocity], m%origin)
+               call demand('finite', messages, 'block material '//to_string(i), m%numbers(), m%origin)
                call demand_modulus(messages, 'block material '//to_string(i), m%youngs_modulus, m%origin)
             end associate
          end do

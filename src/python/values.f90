@@ -118,10 +118,7 @@ contains
       associate (a => session%input%analysis)
          numbers = [a%k01, a%displacement_ratio, a%dt_max, a%stiffness, a%sor_factor]
          do i = 1, n_blocks
-            associate (m => a%block_materials(i))
-               block_materials(:, i) = [m%density, m%weight, m%youngs_modulus, m%poisson_ratio, m%stress, &
-                                        m%stress_gradient, m%velocity]
-            end associate
+            block_materials(:, i) = a%block_materials(i)%numbers()
          end do
          do i = 1, n_joints
             associate (m => a%joint_materials(i))

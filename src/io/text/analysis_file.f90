@@ -496,15 +496,7 @@ contains
       integer, intent(in) :: number
       type(block_material_type), intent(inout) :: material
       call reader%read_record(block_names, 'block material', number)
-      associate (v => reader%record%value)
-         material%density = v(1)
-         material%weight = v(2)
-         material%youngs_modulus = v(3)
-         material%poisson_ratio = v(4)
-         material%stress = v(5:7)
-         material%stress_gradient = v(8:10)
-         material%velocity = v(11:13)
-      end associate
+      call material%set_numbers(reader%record%value(1:13))
       call reader%require(material%density > 0, 1, 'must be greater than 0')
       call reader%require(material%youngs_modulus > 0, 3, 'must be greater than 0')
       call reader%require(material%poisson_ratio > -1 .and. material%poisson_ratio < 0.5_wp, 4, &

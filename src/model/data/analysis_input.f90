@@ -36,6 +36,9 @@ module rockdda_model_analysis_input
       real(wp) :: stress(3) = 0          !! initial s11 s22 s12, tension positive
       real(wp) :: stress_gradient(3) = 0 !! d(stress)/dy: sigma0 = stress + gradient*y at the block centroid
       real(wp) :: velocity(3) = 0        !! initial vx vy vr [length/time, rad/time]
+   contains
+      procedure :: numbers
+      procedure :: set_numbers
    end type block_material_type
 
    !> One joint material: 3 numbers of the analysis file, and what options say of it. Parameters of laws are unset
@@ -90,6 +93,27 @@ module rockdda_model_analysis_input
    end type analysis_input_type
 
 contains
+
+   !> The numbers of a block material, in the order of an analysis file.
+   pure function numbers(self)
+      class(block_material_type), intent(in) :: self
+      real(wp) :: numbers(13)
+      numbers = [self%density, self%weight, self%youngs_modulus, self%poisson_ratio, self%stress, &
+                 self%stress_gradient, self%velocity]
+   end function numbers
+
+   !> Set all of them.
+   pure subroutine set_numbers(self, values)
+      class(block_material_type), intent(inout) :: self
+      real(wp), intent(in) :: values(13)
+      self%density = values(1)
+      self%weight = values(2)
+      self%youngs_modulus = values(3)
+      self%poisson_ratio = values(4)
+      self%stress = values(5:7)
+      self%stress_gradient = values(8:10)
+      self%velocity = values(11:13)
+   end subroutine set_numbers
 
    !> A block material of which nothing is given yet: of options, each of which changes only what it names.
    pure function unset_block_material() result(material)

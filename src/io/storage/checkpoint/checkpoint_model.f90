@@ -213,10 +213,7 @@ contains
       if (archive%saving) then
          allocate (blocks(13, size(parameters%block_materials)))
          do i = 1, size(blocks, 2)
-            associate (m => parameters%block_materials(i))
-               blocks(:, i) = [m%density, m%weight, m%youngs_modulus, m%poisson_ratio, m%stress, m%stress_gradient, &
-                               m%velocity]
-            end associate
+            blocks(:, i) = parameters%block_materials(i)%numbers()
          end do
       end if
       call archive%item('block_materials', blocks, [13, -1])
@@ -226,15 +223,7 @@ contains
                           'block_materials')
       allocate (parameters%block_materials(size(blocks, 2)))
       do i = 1, size(blocks, 2)
-         associate (m => parameters%block_materials(i))
-            m%density = blocks(1, i)
-            m%weight = blocks(2, i)
-            m%youngs_modulus = blocks(3, i)
-            m%poisson_ratio = blocks(4, i)
-            m%stress = blocks(5:7, i)
-            m%stress_gradient = blocks(8:10, i)
-            m%velocity = blocks(11:13, i)
-         end associate
+         call parameters%block_materials(i)%set_numbers(blocks(:, i))
       end do
    end subroutine exchange_materials
 
@@ -287,7 +276,7 @@ contains
          call archive%item('n_'//name, n)
          if (allocated(archive%error)) return
          if (n == 0) cycle
-         if (archive%has_item(name//'_'//to_string(n))) then
+         if (archive%length(name//'_'//to_string(n)) >= 0) then
             call table%want(name, n)
          else
             call archive%refuse('n_'//name, 'holds an impossible number')

@@ -4,7 +4,7 @@
 !>
 !> A component that is added to these types has to be added here; families of interactions have `exchange_state`.
 module rockdda_io_checkpoint_state
-   use rockdda_base_kinds, only : i8, wp
+   use rockdda_base_kinds, only : wp
    use rockdda_base_state_archive, only : positive
    use rockdda_contact_corners, only : corner_station
    use rockdda_contact_table, only : contact_table_type
@@ -75,39 +75,37 @@ contains
       integer, intent(in) :: n_joints          !! joint materials
       type(contact_table_type), intent(inout) :: contacts
       integer :: n, axis
-      integer(i8) :: rows
       character(len=*), parameter :: axes(2) = ['x', 'y']
       call archive%section('contacts')
       n = contacts%n
       call archive%item('n', n)
       if (.not. archive%saving) then
-         rows = archive%length('vertex')
-         call archive%demand(n >= 0 .and. n == rows, 'n')
+         call archive%demand(n >= 0 .and. n == archive%length('vertex'), 'n')
          if (allocated(archive%error)) return
          call contacts%resize(n)
       end if
-      call archive%part('block_a', n, contacts%block_a, 1, blocks%n_blocks)
-      call archive%part('vertex', n, contacts%vertex, 1, blocks%n_vertices())
-      call archive%part('block_b', n, contacts%block_b, 1, blocks%n_blocks)
-      call archive%part('edge', n, contacts%edge, 1, blocks%n_vertices())
-      call archive%part('partner', n, contacts%partner, 0, n)
-      call archive%part('joint', n, contacts%joint, 1, n_joints)
-      call archive%part('state', n, contacts%state, 0, 2)
-      call archive%part('shear', n, contacts%shear)
-      call archive%part('normal_force', n, contacts%normal_force)
-      call archive%part('shear_force', n, contacts%shear_force)
-      call archive%part('bonded', n, contacts%bonded)
-      call archive%part('total_slip', n, contacts%total_slip)
-      call archive%part('energy', n, contacts%energy)
-      call archive%part('slip_sign', n, contacts%slip_sign, -1, 1)
-      call archive%part('distance', n, contacts%distance)
-      call archive%part('length', n, contacts%length)
-      call archive%part('station', n, contacts%station, 0, corner_station)
-      call archive%part('offset', n, contacts%offset)
-      call archive%part('bond_end', n, contacts%bond_end)
-      call archive%part('k_n', n, contacts%k_n)
-      call archive%part('k_s', n, contacts%k_s)
-      call archive%part('tied', n, contacts%tied)
+      call archive%fixed('block_a', contacts%block_a(1:n), 1, blocks%n_blocks)
+      call archive%fixed('vertex', contacts%vertex(1:n), 1, blocks%n_vertices())
+      call archive%fixed('block_b', contacts%block_b(1:n), 1, blocks%n_blocks)
+      call archive%fixed('edge', contacts%edge(1:n), 1, blocks%n_vertices())
+      call archive%fixed('partner', contacts%partner(1:n), 0, n)
+      call archive%fixed('joint', contacts%joint(1:n), 1, n_joints)
+      call archive%fixed('state', contacts%state(1:n), 0, 2)
+      call archive%fixed('shear', contacts%shear(1:n))
+      call archive%fixed('normal_force', contacts%normal_force(1:n))
+      call archive%fixed('shear_force', contacts%shear_force(1:n))
+      call archive%fixed('bonded', contacts%bonded(1:n))
+      call archive%fixed('total_slip', contacts%total_slip(1:n))
+      call archive%fixed('energy', contacts%energy(1:n))
+      call archive%fixed('slip_sign', contacts%slip_sign(1:n), -1, 1)
+      call archive%fixed('distance', contacts%distance(1:n))
+      call archive%fixed('length', contacts%length(1:n))
+      call archive%fixed('station', contacts%station(1:n), 0, corner_station)
+      call archive%fixed('offset', contacts%offset(1:n))
+      call archive%fixed('bond_end', contacts%bond_end(1:n))
+      call archive%fixed('k_n', contacts%k_n(1:n))
+      call archive%fixed('k_s', contacts%k_s(1:n))
+      call archive%fixed('tied', contacts%tied(1:n))
       do axis = 1, 2
          call archive%fixed('normal_'//axes(axis), contacts%normal(axis, 1:n))
          call archive%fixed('point_'//axes(axis), contacts%point(axis, 1:n))
