@@ -33,10 +33,6 @@ module rockdda_base_state_archive
       procedure, private :: real_rows_item, logicals_item, fixed_reals, fixed_integers, fixed_bytes, fixed_logicals
    end type state_archive_type
 
-   interface bound
-      module procedure integer_bound, real_bound
-   end interface bound
-
    abstract interface
 
       !> Have the items so far been loaded, without a failure?
@@ -125,8 +121,8 @@ contains
          list = real(values, wp)
          shape = size(values)
       end if
-      call self%exchange(name, .false., present(n), shape, list, bound(-huge(1.0_wp), least), &
-                         bound(huge(1.0_wp), most))
+      call self%exchange(name, .false., present(n), shape, list, integer_bound(-huge(1.0_wp), least), &
+                         integer_bound(huge(1.0_wp), most))
       if (self%saving) return
       if (allocated(values)) deallocate (values)
       if (allocated(list)) values = nint(list)
@@ -143,8 +139,8 @@ contains
       shape = -1
       if (present(n)) shape = n
       if (self%saving .and. allocated(values)) shape = size(values)
-      call self%exchange(name, .true., present(n), shape, values, bound(-huge(1.0_wp), least), &
-                         bound(huge(1.0_wp), most))
+      call self%exchange(name, .true., present(n), shape, values, real_bound(-huge(1.0_wp), least), &
+                         real_bound(huge(1.0_wp), most))
    end subroutine reals_item
 
    !> Save or load a table of integers.
@@ -155,7 +151,8 @@ contains
       integer, intent(in), optional :: known(2), least, most
       real(wp), allocatable :: reals(:, :)
       if (self%saving .and. allocated(values)) reals = real(values, wp)
-      call exchange_rows(self, name, .false., reals, bound(-huge(1.0_wp), least), bound(huge(1.0_wp), most), known)
+      call exchange_rows(self, name, .false., reals, integer_bound(-huge(1.0_wp), least), integer_bound(huge(1.0_wp), &
+                         most), known)
       if (self%saving) return
       if (allocated(values)) deallocate (values)
       if (allocated(reals)) values = nint(reals)
@@ -169,7 +166,7 @@ contains
       integer, intent(in), optional :: known(2)   !! its shape; any number of columns where the second is negative
       real(wp), intent(in), optional :: largest   !! magnitude
       real(wp) :: most
-      most = bound(huge(1.0_wp), largest)
+      most = real_bound(huge(1.0_wp), largest)
       call exchange_rows(self, name, .true., values, -most, most, known)
    end subroutine real_rows_item
 
@@ -222,7 +219,8 @@ contains
       integer :: n(1)
       n = size(values)
       if (self%saving) list = real(values, wp)
-      call self%exchange(name, .false., .true., n, list, bound(-huge(1.0_wp), least), bound(huge(1.0_wp), most))
+      call self%exchange(name, .false., .true., n, list, integer_bound(-huge(1.0_wp), least), &
+                         integer_bound(huge(1.0_wp), most))
       if (self%has_loaded()) values = nint(list)
    end subroutine fixed_integers
 
@@ -236,7 +234,8 @@ contains
       integer :: n(1)
       n = size(values)
       if (self%saving) list = values
-      call self%exchange(name, .true., .true., n, list, bound(-huge(1.0_wp), least), bound(huge(1.0_wp), most))
+      call self%exchange(name, .true., .true., n, list, real_bound(-huge(1.0_wp), least), real_bound(huge(1.0_wp), &
+                         most))
       if (self%has_loaded()) values = list
    end subroutine fixed_reals
 
