@@ -13,17 +13,20 @@ module rockdda_python_api
    use rockdda_base_kinds, only : wp
    use rockdda_base_error, only : error_code, make_error
    use rockdda_base_version, only : version, build_description
+   use rockdda_model_quake_options, only : form_of
    use rockdda_model_state, only : n_energies, energy_names
    use rockdda_io_block_writer, only : write_block_file
    use rockdda_io_legacy_writer, only : write_geometry_file
    use rockdda_io_option_documents, only : options_schema
    use rockdda_io_recognise, only : file_kind
+   use rockdda_io_record_file, only : read_record
+   use rockdda_io_separators, only : settle_separators
+   use rockdda_io_source, only : read_source
    use rockdda_run_labelled_text, only : labelled_text
    use rockdda_run_find_files, only : find_files, recognise_file
    use rockdda_run_model_input, only : read_model
    use rockdda_run_read_files, only : read_blocks
    use rockdda_python_networks, only : draw_network_of_file, draw_network_of_text
-   use rockdda_python_tables, only : read_motion_of_file, read_plain_table
    use rockdda_python_session, only : session_type, new_session, get_session, drop_session, messages_text
    implicit none
    private
@@ -165,7 +168,8 @@ contains
       type(session_type), pointer :: session
       !f2py threadsafe
       call get_session(handle, session)
-      call read_motion_of_file(session, path, form, column, has_scale /= 0)
+      call read_record(path, form_of(form, path), column, has_scale /= 0, session%motion, session%motion_unit, &
+                       session%messages)
       status = session%status()
    end subroutine read_motion
 
@@ -189,9 +193,11 @@ contains
       integer(c_int), intent(in) :: least, multiple             !! numbers of a row
       integer(c_int), intent(out) :: status
       type(session_type), pointer :: session
+      logical :: ok
       !f2py threadsafe
       call get_session(handle, session)
-      call read_plain_table(session, path, int(least), int(multiple))
+      call read_source(path, session%table, session%messages, ok)
+      if (ok) call settle_separators(session%table, int(least), int(multiple), session%messages, ok)
       status = session%status()
    end subroutine plain_table
 

@@ -266,14 +266,12 @@ contains
    !> Are there so many errors that reading stops?
    pure logical function too_many_errors(self)
       class(record_reader_type), intent(in) :: self
-      type(diagnostics_type), intent(in) :: messages
       too_many_errors = self%messages%n_errors >= most_errors .or. self%n_bad >= most_errors
    end function too_many_errors
 
    !> May the next record be read: no number is missing so far, and there are not too many errors?
    pure logical function goes_on(self)
       class(record_reader_type), intent(in) :: self
-      type(diagnostics_type), intent(in) :: messages
       goes_on = self%n_missing == 0 .and. .not. self%too_many_errors()
    end function goes_on
 

@@ -1,15 +1,32 @@
 ! SPDX-License-Identifier: MIT
-!> Functions of the HDF5 C library that its Fortran interface (1.10) lacks: the reason of the last failure, opening
-!> files without a lock, what an object is, writing a chunk as it is. Used by the other modules of that name only.
+!> What the Fortran interface of the HDF5 library (1.10) lacks: the reason of the last failure, opening files without a
+!> lock, what an object is, writing a chunk as it is, and the structure of a file.
+!>
+!> Permitted are groups, and plain datasets and attributes of numbers and texts in the file. External storage, links
+!> other than hard ones, virtual datasets, unknown filters, groups that contain each other and sizes that the file
+!> cannot contain are refused before anything is read or written: hdf5_structure_shim.c. Used by
+!> rockdda_io_hdf5_adapter.
 module rockdda_io_hdf5_extras
    use, intrinsic :: iso_c_binding, only : c_ptr, c_null_char, c_char, c_int, c_int32_t, c_int64_t, c_size_t, &
       c_funptr, c_funloc, c_loc, c_f_pointer, c_associated, c_bool
    use rockdda_base_kinds, only : i8
    implicit none
    private
-   public :: get_reason, disable_file_locking, is_valid, write_chunk
+   public :: get_reason, set_file_locking, is_valid, write_chunk, structure_problem, kind_of_values, value_kind
 
-   integer, parameter :: longest = 600
+   type :: value_kind_enum
+      integer :: other = 0
+      integer :: integers = 1     !! of 32 bits
+      integer :: reals = 2        !! of 64 bits
+      integer :: text = 3         !! one text of variable length
+      integer :: texts = 4        !! of one length
+      integer :: singles = 5      !! reals of 32 bits
+   end type value_kind_enum
+   !> What `kind_of_values` returns.
+   type(value_kind_enum), parameter :: value_kind = value_kind_enum()
+
+   !> Bytes of a reason, and of the message about a structure, at most.
+   integer, parameter :: longest = 600, longest_message = 1200
    !> Both filters of a table left out: shuffle and compression.
    integer(c_int32_t), parameter :: all_filters = 3
 
@@ -36,18 +53,18 @@ module rockdda_io_hdf5_extras
       end function c_walk
 
       !> Lock files when they are opened, or do not.
-      integer(c_int) function c_set_file_locking(access, use_locking, ignore_when_disabled) &
+      integer(c_int) function set_file_locking(access, use_locking, ignore_when_disabled) &
          bind(C, name='H5Pset_file_locking')
          import :: c_int, c_int64_t, c_bool
          integer(c_int64_t), value :: access
          logical(c_bool), value :: use_locking, ignore_when_disabled
-      end function c_set_file_locking
+      end function set_file_locking
 
-      !> Is this an object that the library knows?
-      integer(c_int) function c_is_valid(object) bind(C, name='H5Iis_valid')
+      !> Above 0 for an object of the library, such as a type or a file that is open. Needs no library that was started.
+      integer(c_int) function is_valid(object) bind(C, name='H5Iis_valid')
          import :: c_int, c_int64_t
          integer(c_int64_t), value :: object
-      end function c_is_valid
+      end function is_valid
 
       !> Write the bytes of a chunk as they are.
       integer(c_int) function c_write_chunk(dataset, transfer, filters_left_out, offset, n_bytes, values) &
@@ -59,22 +76,34 @@ module rockdda_io_hdf5_extras
          integer(c_size_t), value :: n_bytes
          type(c_ptr), value :: values
       end function c_write_chunk
+
+      !> Check the structure of a file: 0, or a message.
+      integer(c_int) function c_check(file, message, room) bind(C, name='rockdda_structure_check')
+         import :: c_char, c_int, c_int64_t
+         integer(c_int64_t), value :: file
+         character(kind=c_char), intent(inout) :: message(*)
+         integer(c_int), value :: room
+      end function c_check
+
+      !> The values of an open dataset: one of value_kind%...
+      integer(c_int) function kind_of_values(dataset) bind(C, name='rockdda_structure_kind')
+         import :: c_int, c_int64_t
+         integer(c_int64_t), value :: dataset
+      end function kind_of_values
    end interface
 
 contains
 
-   !> Set access properties with which files are not locked.
-   subroutine disable_file_locking(access, status)
-      integer(i8), intent(in) :: access     !! property list
-      integer, intent(out) :: status        !! < 0: failed
-      status = int(c_set_file_locking(int(access, c_int64_t), .false._c_bool, .true._c_bool))
-   end subroutine disable_file_locking
-
-   !> Is this an object of the library, such as a type or a file that is open? Needs no library that has been started.
-   logical function is_valid(object)
-      integer(i8), intent(in) :: object
-      is_valid = c_is_valid(int(object, c_int64_t)) > 0
-   end function is_valid
+   !> The first problem of the structure of an open file; '' without one.
+   function structure_problem(file) result(problem)
+      integer(i8), intent(in) :: file       !! of the library
+      character(len=:), allocatable :: problem
+      character(kind=c_char, len=longest_message) :: message
+      message = c_null_char
+      problem = ''
+      if (c_check(int(file, c_int64_t), message, int(longest_message, c_int)) == 0) return
+      problem = message(1:index(message, c_null_char) - 1)
+   end function structure_problem
 
    !> Write the bytes of a chunk with all filters left out; the file's byte order is that of this machine.
    integer function write_chunk(dataset, skip, rank, n_bytes, values, first)

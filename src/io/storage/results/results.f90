@@ -17,11 +17,11 @@ module rockdda_io_results
    use rockdda_io_hdf5_driver, only : undo_path, check_undo, roll_back, digest_length
    use rockdda_io_posix, only : get_path_kind, path_kind, remove_file
    use rockdda_io_output_lock, only : output_lock_type, part_path
-   use rockdda_io_results_check, only : check_results, cut_tables, total_of_model
+   use rockdda_io_results_check, only : check_results, cut_tables
    use rockdda_io_results_header, only : results_header_type, results_rows_type, results_format_version, n_tables, &
       n_totals
    use rockdda_io_results_model, only : write_run
-   use rockdda_io_results_tables, only : tables, per, n_sizes, kind_of_row, row_shape, write_units
+   use rockdda_io_results_tables, only : tables, per, n_sizes, kind_of_row, row_shape, write_units, total_of_model
    use rockdda_io_series, only : series_type
    implicit none
    private
@@ -355,7 +355,7 @@ contains
       class(results_type), intent(in) :: self
       character(len=digest_length), intent(in) :: digest
       type(error_type), allocatable, intent(out) :: error
-      if (.not. self%failed) call self%file%keep_undo(undo_path(self%file%path), digest, error)
+      if (.not. self%failed) call self%file%keep_undo(digest, error)
    end subroutine keep_undo
 
    !> Is it time to flush: has the interval passed since the last time, or do the waiting rows take much memory?

@@ -8,19 +8,18 @@ module rockdda_io_results_check
    use rockdda_base_error, only : error_type, error_code, make_error
    use rockdda_base_strings, only : to_string
    use rockdda_model_state, only : step_record_type, energy_names, n_energies
-   use rockdda_io_digest, only : digest_length, fold
+   use rockdda_io_digest, only : digest_length
    use rockdda_io_guard, only : run_in_child, end_child, explain, guard
    use rockdda_io_hdf5_adapter, only : hdf5_file_type
    use rockdda_io_output_lock, only : output_lock_type
    use rockdda_io_posix, only : get_file_size
-   use rockdda_io_results_water, only : add_water_total
    use rockdda_io_results_header, only : results_header_type, results_rows_type, results_format_version, &
       n_tables, n_totals
-   use rockdda_io_results_tables, only : tables
+   use rockdda_io_results_tables, only : tables, total_of_model
    use rockdda_io_series, only : series_type
    implicit none
    private
-   public :: check_results, cut_tables, total_of_model
+   public :: check_results, cut_tables
 
    !> Limit of the processor time [s]: a constant and a share per byte, of the uncompressed tables or of the file. Usual
    !> are some tens of milliseconds and at most a tenth of that share, fifty times as much under valgrind.
@@ -258,53 +257,6 @@ contains
       end do
       if (allocated(error)) call mark_as_damaged(file%path, error)
    end subroutine check_content
-
-   !> Compute the checksum of the model in a results file.
-   subroutine total_of_model(file, total, error)
-      type(hdf5_file_type), intent(in) :: file
-      integer(i8), intent(out) :: total
-      type(error_type), allocatable, intent(out) :: error
-      character(len=*), parameter :: whole(4) = [character(len=20) :: 'model/vertex_offset', 'model/edge_joint', &
-                                                 'model/block_material', 'model/bolt_blocks']
-      character(len=*), parameter :: real(8) = [character(len=22) :: 'model/vertices', 'model/block_area', &
-         'model/block_centroid', 'model/fixed_points', 'model/loading_points', 'model/measured_points', &
-         'model/bolt_ends', 'model/bolt_properties']
-      integer, allocatable :: integers(:)
-      real(wp), allocatable :: reals(:)
-      integer :: i
-      total = 0
-      do i = 1, size(whole)
-         if (allocated(error)) return
-         call file%read(trim(whole(i)), integers, error)
-         if (.not. allocated(error)) total = fold(total, integers)
-      end do
-      do i = 1, size(real)
-         if (allocated(error)) return
-         call file%read(trim(real(i)), reals, error)
-         if (.not. allocated(error)) total = fold(total, reals)
-         if (.not. allocated(error) .and. index(real(i), '_points') > 0) then
-            call file%get_attribute(trim(real(i)), 'block', integers, error)
-            if (.not. allocated(error)) total = fold(total, integers)
-         end if
-      end do
-      if (allocated(error)) return
-      if (file%exists('model/parent')) then     ! only where blocks were cut into cells
-         call file%read('model/parent', integers, error)
-         if (allocated(error)) return
-         total = fold(total, integers)
-      end if
-      if (file%exists('model/boundary_edges')) then   ! only where there are boundaries
-         call file%read('model/boundary_edges', integers, error)
-         if (allocated(error)) return
-         total = fold(total, integers)
-      end if
-      call add_water_total(file, total, error)
-      if (allocated(error)) return
-      ! older files do not have numbers
-      if (.not. file%has_attribute('model/measured_points', 'number')) return
-      call file%get_attribute('model/measured_points', 'number', integers, error)
-      if (.not. allocated(error)) total = fold(total, integers)
-   end subroutine total_of_model
 
    !> Report readable values that are wrong.
    subroutine not_as_written(path, what, error)

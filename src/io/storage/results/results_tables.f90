@@ -6,14 +6,16 @@
 !> 'stress'; columns of several dimensions have ', ' between them. The Python package has the same dimensions for files
 !> without them (postprocess/rockdda/units.py).
 module rockdda_io_results_tables
+   use rockdda_base_kinds, only : wp, i8
    use rockdda_base_error, only : error_type
    use rockdda_model_state, only : n_energies
    use rockdda_model_units, only : unit_system_type, unit_system
+   use rockdda_io_digest, only : fold
    use rockdda_io_hdf5_adapter, only : hdf5_file_type
    use rockdda_io_results_header, only : n_tables
    implicit none
    private
-   public :: table_type, tables, per, n_sizes, kind_of_row, row_shape, write_units
+   public :: table_type, tables, per, n_sizes, kind_of_row, row_shape, write_units, total_of_model
 
    !> Sizes of the model of which a row has one entry each.
    type :: per_enum
@@ -121,30 +123,44 @@ module rockdda_io_results_tables
    !> All tables, in the order of the file.
    type(table_type), parameter :: tables(n_tables) = [history, frames, contacts]
 
-   !> Other datasets with units.
+   !> A dataset that is written once. All of the model but those of linings are part of its checksum, in this order.
    type :: dataset_type
       character(len=30) :: name
-      character(len=30) :: dimensions = ''
+      logical :: is_real = .true.            !! else integers
+      character(len=30) :: dimensions = ''   !! as of tables
+      logical :: only_some = .false.         !! not all files have it
    end type dataset_type
 
    type(dataset_type), parameter :: datasets(*) = [ &
-      dataset_type('model/vertices', 'length'), &
-      dataset_type('model/block_area', 'length^2'), &
-      dataset_type('model/block_centroid', 'length'), &
-      dataset_type('model/fixed_points', 'length'), &
-      dataset_type('model/loading_points', 'length'), &
-      dataset_type('model/measured_points', 'length'), &
-      dataset_type('model/bolt_ends', 'length'), &
-      dataset_type('model/bolt_properties', 'force/length, force, force'), &
-      dataset_type('model/liner_section', 'length, stress, stress, , '), &
-      dataset_type('model/water_ends'), &
-      dataset_type('model/water_unit_weight', 'force/length^2'), &
-      dataset_type('model/water_table', 'length'), &
-      dataset_type('model/water_level_time', 'time'), &
-      dataset_type('model/water_level_rise', 'length'), &
-      dataset_type('model/water_points', 'length'), &
-      dataset_type('model/water_pressure', 'stress'), &
-      dataset_type('search/displacement', 'length')]
+      dataset_type('model/vertex_offset', integers), &
+      dataset_type('model/edge_joint', integers), &
+      dataset_type('model/block_material', integers), &
+      dataset_type('model/bolt_blocks', integers), &
+      dataset_type('model/vertices', reals, 'length'), &
+      dataset_type('model/block_area', reals, 'length^2'), &
+      dataset_type('model/block_centroid', reals, 'length'), &
+      dataset_type('model/fixed_points', reals, 'length'), &
+      dataset_type('model/loading_points', reals, 'length'), &
+      dataset_type('model/measured_points', reals, 'length'), &
+      dataset_type('model/bolt_ends', reals, 'length'), &
+      dataset_type('model/bolt_properties', reals, 'force/length, force, force'), &
+      dataset_type('model/parent', integers, '', .true.), &             ! where blocks were cut into cells
+      dataset_type('model/boundary_edges', integers, '', .true.), &
+      dataset_type('model/water_edges', integers, '', .true.), &
+      dataset_type('model/water_table_group', integers, '', .true.), &
+      dataset_type('model/water_level_group', integers, '', .true.), &
+      dataset_type('model/water_points_group', integers, '', .true.), &
+      dataset_type('model/water_ends', reals, '', .true.), &
+      dataset_type('model/water_unit_weight', reals, 'force/length^2', .true.), &
+      dataset_type('model/water_table', reals, 'length', .true.), &
+      dataset_type('model/water_level_time', reals, 'time', .true.), &
+      dataset_type('model/water_level_rise', reals, 'length', .true.), &
+      dataset_type('model/water_points', reals, 'length', .true.), &
+      dataset_type('model/water_pressure', reals, 'stress', .true.), &
+      dataset_type('model/liner_section', reals, 'length, stress, stress, , '), &
+      dataset_type('search/displacement', reals, 'length')]
+   !> Datasets in the checksum of the model: the first ones.
+   integer, parameter :: n_summed = size(datasets) - 2
 
 contains
 
@@ -160,6 +176,45 @@ contains
       end do
    end function row_shape
 
+   !> Compute the checksum of the model in a results file.
+   subroutine total_of_model(file, total, error)
+      type(hdf5_file_type), intent(in) :: file
+      integer(i8), intent(out) :: total
+      type(error_type), allocatable, intent(out) :: error
+      character(len=:), allocatable :: name
+      integer, allocatable :: integers(:)
+      real(wp), allocatable :: reals(:)
+      integer :: i
+      total = 0
+      do i = 1, n_summed
+         name = trim(datasets(i)%name)
+         if (datasets(i)%only_some) then
+            if (.not. file%exists(name)) cycle
+         end if
+         if (datasets(i)%is_real) then
+            call file%read(name, reals, error)
+            if (.not. allocated(error)) total = fold(total, reals)
+         else
+            call file%read(name, integers, error)
+            if (.not. allocated(error)) total = fold(total, integers)
+         end if
+         if (.not. allocated(error) .and. index(datasets(i)%name, '_points ') > 0 .and. .not. datasets(i)%only_some) call add_attribute(name, 'block')
+         if (allocated(error)) return
+      end do
+      ! older files do not have numbers
+      if (file%has_attribute('model/measured_points', 'number')) call add_attribute('model/measured_points', 'number')
+
+   contains
+
+      !> Add an attribute.
+      subroutine add_attribute(object, attribute)
+         character(len=*), intent(in) :: object, attribute
+         call file%get_attribute(object, attribute, integers, error)
+         if (.not. allocated(error)) total = fold(total, integers)
+      end subroutine add_attribute
+
+   end subroutine total_of_model
+
    !> Write the units of all datasets that the file has, in a group or in all of them.
    subroutine write_units(file, name, error, group)
       type(hdf5_file_type), intent(in) :: file
@@ -168,7 +223,8 @@ contains
       character(len=*), intent(in), optional :: group
       integer :: i
       do i = 1, size(datasets)
-         if (.not. allocated(error)) call write_unit(trim(datasets(i)%name), trim(datasets(i)%dimensions))
+         if (datasets(i)%is_real .and. .not. allocated(error)) &
+            call write_unit(trim(datasets(i)%name), trim(datasets(i)%dimensions))
       end do
       do i = 1, n_tables
          if (tables(i)%is_real .and. .not. allocated(error)) &

@@ -12,6 +12,7 @@
 !> The library's work for a chunk hardly depends on its size; that of the last one is room that may stay empty. Chunks
 !> are therefore larger where many rows are expected.
 module rockdda_io_series
+   use, intrinsic :: iso_c_binding, only : c_ptr, c_loc
    use, intrinsic :: iso_fortran_env, only : sp => real32
    use rockdda_base_kinds, only : wp, i8
    use rockdda_base_error, only : error_type
@@ -317,37 +318,32 @@ contains
 
    !> Write the rows in memory from `done` on as chunks that are not compressed.
    subroutine write_plain(self, file, first, done, n_rows, error)
-      class(series_type), intent(inout) :: self
+      class(series_type), intent(inout), target :: self
       type(hdf5_file_type), intent(in) :: file
       integer(i8), intent(in) :: first          !! rows in the file before those in memory
       integer, intent(in) :: done, n_rows       !! in memory
       type(error_type), allocatable, intent(out) :: error
+      real(sp), allocatable, target :: singles(:)
+      integer, allocatable, target :: integers(:)
+      type(c_ptr) :: place
       integer :: a, b, n_chunks
       n_chunks = (n_rows - done + self%per_chunk - 1)/self%per_chunk
-      a = self%row_size*done
-      b = a + self%row_size*self%per_chunk*n_chunks
+      a = self%row_size*done + 1
+      b = a - 1 + self%row_size*self%per_chunk*n_chunks
       call self%make_room(b)
       self%values(self%row_size*n_rows + 1:b) = 0
-      call write_chunks(self, file, first + done, first + n_rows, self%row_size*self%per_chunk, n_chunks, &
-                        self%values(a + 1), error)
-   end subroutine write_plain
-
-   !> Write values that fill whole chunks.
-   subroutine write_chunks(self, file, first, n_rows, n_entries, n_chunks, values, error)
-      class(series_type), intent(in) :: self
-      type(hdf5_file_type), intent(in) :: file
-      integer(i8), intent(in) :: first, n_rows        !! rows in the file before and after
-      integer, intent(in) :: n_entries, n_chunks      !! of a chunk; chunks
-      real(wp), intent(in) :: values(n_entries, n_chunks)
-      type(error_type), allocatable, intent(out) :: error
       if (self%is_single) then
-         call file%write_plain_chunks(self%name, first, n_rows, self%per_chunk, real(values, sp), error)
+         singles = real(self%values(a:b), sp)
+         place = c_loc(singles)
       else if (self%is_real) then
-         call file%write_plain_chunks(self%name, first, n_rows, self%per_chunk, values, error)
+         place = c_loc(self%values(a))
       else
-         call file%write_plain_chunks(self%name, first, n_rows, self%per_chunk, int(values), error)
+         integers = int(self%values(a:b))
+         place = c_loc(integers)
       end if
-   end subroutine write_chunks
+      call file%write_plain_chunks(self%name, first + done, first + n_rows, self%per_chunk, n_chunks, &
+                                   int(self%value_bytes(), i8)*self%row_size*self%per_chunk, place, error)
+   end subroutine write_plain
 
    !> Keep the rows of the incomplete chunk in memory and remove those before.
    subroutine keep_last(self, n_rows, done)
