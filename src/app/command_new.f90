@@ -2,6 +2,7 @@
 !> rockdda new: a labelled model to begin with, with comments; the list of these models.
 module rockdda_app_command_new
    use rockdda_base_diagnostics, only : diagnostics_type
+   use rockdda_base_strings, only : replaced
    use rockdda_base_error, only : error_type, error_code, make_error
    use rockdda_io_posix, only : get_path_kind, path_kind
    use rockdda_base_suggest, only : did_you_mean
@@ -9,9 +10,8 @@ module rockdda_app_command_new
    use rockdda_run_output_choice, only : require_folder
    use rockdda_app_arguments, only : command_line_type
    use rockdda_app_json, only : json_type
-   use rockdda_app_model_list, only : kinds_text, list_of_models
-   use rockdda_app_command_options, only : model_kinds
-   use rockdda_app_new_model_files, only : model_text, model_line
+   use rockdda_app_command_options, only : model_kinds, model_line, list_of_models, joined
+   use rockdda_app_texts, only : text_of
    use rockdda_app_process, only : print_line
    use rockdda_app_report, only : begin_json, end_json, report_failure
    implicit none
@@ -37,8 +37,9 @@ contains
          return
       end if
       call choose_path(line, path, error)
-      if (.not. allocated(error)) call write_model(path, model_text(line%files(1)%text, 'nml'), &
-                                                   model_text(line%files(1)%text, 'dc'), error)
+      if (.not. allocated(error)) call write_file(path//'.dc', text_of(line%files(1)%text//'.dc'), error)
+      if (.not. allocated(error)) &
+         call write_file(path//'.nml', replaced(text_of(line%files(1)%text//'.nml'), '@NAME@', name_of(path)), error)
       if (allocated(error)) then
          call report_failure(line, messages, error, exit_code)
          return
@@ -89,13 +90,13 @@ contains
       path = ''
       if (size(line%files) /= 2) then
          call make_error(error, error_code%input, &
-                         "'rockdda new' needs the kind of a model ("//kinds_text()//") and a name; "// &
+                         "'rockdda new' needs the kind of a model ("//joined(model_kinds, ', ')//") and a name; "// &
                          "see 'rockdda new --list'")
          return
       end if
       path = trim(line%files(2)%text)
       if (.not. any(model_kinds == line%files(1)%text)) then
-         call make_error(error, error_code%input, "'"//line%files(1)%text//"' is none of "//kinds_text()// &
+         call make_error(error, error_code%input, "'"//line%files(1)%text//"' is none of "//joined(model_kinds, ', ')// &
                          did_you_mean(line%files(1)%text, model_kinds))
          return
       end if
@@ -115,15 +116,6 @@ contains
       end do
    end subroutine choose_path
 
-   !> Write both files, the geometry first.
-   subroutine write_model(path, model, geometry, error)
-      character(len=*), intent(in) :: path              !! without ending
-      character(len=*), intent(in) :: model, geometry   !! texts of the files
-      type(error_type), allocatable, intent(out) :: error
-      call write_file(path//'.dc', geometry, error)
-      if (.not. allocated(error)) call write_file(path//'.nml', with_name(model, name_of(path)), error)
-   end subroutine write_model
-
    !> Write a text whose last character is a line end.
    subroutine write_file(path, text, error)
       character(len=*), intent(in) :: path, text
@@ -141,22 +133,5 @@ contains
       character(len=:), allocatable :: name
       name = path(index(path, '/', back=.true.) + 1:)
    end function name_of
-
-   !> A text with a name in all its places.
-   pure function with_name(text, name) result(filled)
-      character(len=*), intent(in) :: text, name
-      character(len=:), allocatable :: filled
-      character(len=*), parameter :: place = '@NAME@'
-      integer :: first, found
-      filled = ''
-      first = 1
-      do
-         found = index(text(first:), place)
-         if (found == 0) exit
-         filled = filled//text(first:first + found - 2)//name
-         first = first + found - 1 + len(place)
-      end do
-      filled = filled//text(first:)
-   end function with_name
 
 end module rockdda_app_command_new

@@ -1,9 +1,11 @@
 ! SPDX-License-Identifier: MIT
 !> Table of the commands and of the options on the command line.
 module rockdda_app_command_options
+   use rockdda_app_texts, only : text_of
    implicit none
    private
-   public :: command_names, model_kinds, shells, option_kind, options, find_option, is_option_of, options_of
+   public :: command_names, model_kinds, shells, option_kind, options, find_option, is_option_of, options_of, joined, &
+      model_line, list_of_models
 
    !> The commands, in the order of the help.
    character(len=*), parameter :: command_names(8) = [character(len=6) :: 'new', 'lines', 'cut', 'run', 'resume', &
@@ -94,5 +96,35 @@ contains
          if (is_option_of(k, command)) names = names//trim(options(k)%name)//' '
       end do
    end function options_of
+
+   !> Names with a separator between them.
+   pure function joined(names, between) result(text)
+      character(len=*), intent(in) :: names(:), between
+      character(len=:), allocatable :: text
+      integer :: i
+      text = trim(names(1))
+      do i = 2, size(names)
+         text = text//between//trim(names(i))
+      end do
+   end function joined
+
+   !> What a kind of model is: the first sentence of its file.
+   pure function model_line(kind) result(text)
+      character(len=*), intent(in) :: kind
+      character(len=:), allocatable :: text
+      text = text_of(trim(kind)//'.nml')
+      text = text(3:index(text, '. Units:') - 1)
+   end function model_line
+
+   !> A line for each kind of model.
+   pure function list_of_models() result(text)
+      character(len=:), allocatable :: text
+      integer :: i
+      text = ''
+      do i = 1, size(model_kinds)
+         if (i > 1) text = text//new_line('a')
+         text = text//'  '//model_kinds(i)//'  '//model_line(model_kinds(i))
+      end do
+   end function list_of_models
 
 end module rockdda_app_command_options

@@ -5,7 +5,8 @@ module rockdda_base_strings
    use rockdda_base_kinds, only : wp, i8
    implicit none
    private
-   public :: is_given, to_string, to_exact_string, counted, lower_case, printable, utf8_length, as_utf8, first_line
+   public :: is_given, to_string, to_exact_string, counted, lower_case, printable, utf8_length, as_utf8, first_line, &
+      replaced
 
    !> Text of a number for messages.
    interface to_string
@@ -15,6 +16,22 @@ module rockdda_base_strings
    end interface to_string
 
 contains
+
+   !> A text with another one in each place of an old one.
+   pure function replaced(text, old, new) result(filled)
+      character(len=*), intent(in) :: text, old, new
+      character(len=:), allocatable :: filled
+      integer :: first, found
+      filled = ''
+      first = 1
+      do
+         found = index(text(first:), old)
+         if (found == 0) exit
+         filled = filled//text(first:first + found - 2)//new
+         first = first + found - 1 + len(old)
+      end do
+      filled = filled//text(first:)
+   end function replaced
 
    !> Does a text hold something?
    pure logical function is_given(text)

@@ -2,7 +2,7 @@
 !> Units that records of ground motion name: in the header of a column, or in that of a file of PEER.
 module rockdda_io_acceleration_units
    use rockdda_base_kinds, only : wp
-   use rockdda_base_strings, only : lower_case
+   use rockdda_base_strings, only : lower_case, replaced
    implicit none
    private
    public :: acceleration_unit, time_unit, is_of_other_quantity, known_units
@@ -51,27 +51,15 @@ contains
       character(len=:), allocatable :: word
       character(len=*), parameter :: square_utf_8 = char(194)//char(178), square_latin_1 = char(178)
       word = lower_case(text)
-      call replace(word, square_utf_8, '2')
-      call replace(word, square_latin_1, '2')
-      call replace(word, 'sec', 's')
-      call replace(word, ' ', '')
-      call replace(word, achar(9), '')
-      call replace(word, '*', '')
-      call replace(word, '^', '')
-      call replace(word, '.', '')
-      call replace(word, ',', '')
+      word = replaced(word, square_utf_8, '2')
+      word = replaced(word, square_latin_1, '2')
+      word = replaced(word, 'sec', 's')
+      word = replaced(word, ' ', '')
+      word = replaced(word, achar(9), '')
+      word = replaced(word, '*', '')
+      word = replaced(word, '^', '')
+      word = replaced(word, '.', '')
+      word = replaced(word, ',', '')
    end function plain
-
-   !> Replace each occurrence of a text by a shorter one.
-   pure subroutine replace(word, old, new)
-      character(len=:), allocatable, intent(inout) :: word
-      character(len=*), intent(in) :: old, new
-      integer :: i
-      do
-         i = index(word, old)
-         if (i == 0) return
-         word = word(:i - 1)//new//word(i + len(old):)
-      end do
-   end subroutine replace
 
 end module rockdda_io_acceleration_units

@@ -198,7 +198,8 @@ contains
             call file%read(name, integers, error)
             if (.not. allocated(error)) total = fold(total, integers)
          end if
-         if (.not. allocated(error) .and. index(datasets(i)%name, '_points ') > 0 .and. .not. datasets(i)%only_some) call add_attribute(name, 'block')
+         if (allocated(error)) return
+         if (index(datasets(i)%name, '_points ') > 0 .and. .not. datasets(i)%only_some) call add_attribute(name, 'block')
          if (allocated(error)) return
       end do
       ! older files do not have numbers
