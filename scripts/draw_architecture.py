@@ -93,10 +93,10 @@ FACES = {
     "io/options": "namelist_file option_documents options_writer statistics_file",
     "io/storage/file": "digest hdf5_adapter hdf5_driver",
     "io/storage/results": "results results_header results_info results_tables",
-    "io/storage/checkpoint": "archive checkpoint checkpoint_info checkpoint_model checkpoint_state",
-    "io": "file_content model_folder recognise",
+    "io/storage/checkpoint": "archive checkpoint checkpoint_model checkpoint_state",
+    "io": "file_content recognise",
     "run": "checkpointing find_files hdf5_lock input labelled_text model_input model_run outcome output_choice parts "
-    "read_files request step_loop stop_request supports thread_choice",
+    "read_files step_loop stop_request supports thread_choice",
     "run/search": "factor_search mechanism search_options search_results support_uses trial",
 }
 # The figure begins here and shows calls of procedures in these folders.

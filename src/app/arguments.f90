@@ -9,7 +9,7 @@ module rockdda_app_arguments
    use rockdda_model_options, only : unset_integer, dda_windows, old_dda_windows, most_threads
    use rockdda_base_numbers, only : parse_number, number_status, is_whole
    use rockdda_base_suggest, only : did_you_mean
-   use rockdda_run_request, only : run_request_type
+   use rockdda_run_input, only : run_request_type
    use rockdda_run_search_options, only : search_options_type, search_names
    use rockdda_app_command_options, only : command_names, option_kind, options, find_option, is_option_of, shells
    use rockdda_app_process, only : argument_type, add_argument

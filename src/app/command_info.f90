@@ -10,7 +10,7 @@ module rockdda_app_command_info
    use rockdda_app_arguments, only : command_line_type
    use rockdda_app_facts, only : facts_type
    use rockdda_app_file_facts, only : describe_file
-   use rockdda_app_file_list, only : list_files
+   use rockdda_app_conversion, only : list_files
    use rockdda_app_json, only : json_type
    use rockdda_app_process, only : argument_type, print_line
    use rockdda_app_report, only : show_messages, begin_json, end_json, report_failure

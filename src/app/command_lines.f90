@@ -11,7 +11,7 @@ module rockdda_app_command_lines
    use rockdda_lines_joint_sets, only : is_endless
    use rockdda_model_geometry_input, only : geometry_input_type
    use rockdda_model_options, only : is_set
-   use rockdda_io_legacy_writer, only : write_geometry_file
+   use rockdda_io_block_writer, only : write_geometry_file
    use rockdda_io_recognise, only : file_kind
    use rockdda_io_statistics_file, only : read_statistics_file
    use rockdda_app_arguments, only : command_line_type

@@ -9,8 +9,7 @@ module rockdda_app_file_facts
    use rockdda_model_options, only : dda_windows
    use rockdda_model_units, only : unit_system
    use rockdda_geometry_polygons, only : polygon_area
-   use rockdda_io_checkpoint, only : results_path
-   use rockdda_io_checkpoint_info, only : checkpoint_info_type, read_checkpoint_info
+   use rockdda_io_checkpoint, only : results_path, checkpoint_info_type, read_checkpoint_info
    use rockdda_io_file_content, only : file_content_type
    use rockdda_io_namelist_file, only : given_group_type, list_given_options
    use rockdda_io_results_info, only : results_info_type, read_results_info

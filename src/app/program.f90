@@ -12,8 +12,7 @@ module rockdda_app_program
    use rockdda_app_command_info, only : run_info
    use rockdda_app_command_lines, only : run_lines
    use rockdda_app_command_new, only : run_new
-   use rockdda_app_command_resume, only : run_resume
-   use rockdda_app_command_run, only : run_run
+   use rockdda_app_command_run, only : run_run, run_resume
    use rockdda_app_process, only : argument_type, promise_json, print_line
    use rockdda_app_report, only : report_failure, begin_json, end_json
    use rockdda_app_json, only : json_type

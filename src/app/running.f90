@@ -1,25 +1,33 @@
 ! SPDX-License-Identifier: MIT
 !> Loop over steps and end of a run, used by `run` and `resume`.
+!>
+!> Summary of `rockdda run` and `rockdda resume`.
 module rockdda_app_running
    use rockdda_base_kinds, only : wp
    use rockdda_base_error, only : error_type, error_code
-   use rockdda_base_diagnostics, only : diagnostics_type
-   use rockdda_base_strings, only : to_string
+   use rockdda_base_diagnostics, only : diagnostics_type, severity
+   use rockdda_base_strings, only : to_string, counted
    use rockdda_model_stage_options, only : stage_name
    use rockdda_io_posix, only : get_path_kind, path_kind
    use rockdda_run_model_run, only : run_type
-   use rockdda_run_outcome, only : stage_share
+   use rockdda_run_outcome, only : stage_share, done_share, last_stage, share_after_strikes
    use rockdda_run_step_loop, only : step_observer_type, advance_run
    use rockdda_app_arguments, only : command_line_type
    use rockdda_app_json, only : json_type
-   use rockdda_app_process, only : print_error, set_writing, set_last_words
+   use rockdda_app_process, only : print_error, set_writing, set_last_words, is_terminal, print_line
    use rockdda_app_progress, only : progress_type
-   use rockdda_app_report, only : show_error, begin_json, finish_json
-   use rockdda_app_run_summary, only : print_summary
+   use rockdda_app_report, only : show_error, begin_json, finish_json, end_json
    use rockdda_app_stop_request, only : stop_request_type
+   use rockdda_model_state, only : energy_names, n_energies
+   use rockdda_model_units, only : unit_system_type, unit_system
+   use rockdda_stepping_control, only : cut_names, n_cut_reasons
+   use rockdda_io_timestamp, only : wall_seconds
+   use rockdda_run_supports, only : lining_summary_type, bolt_summary_type, summarise_linings, summarise_bolts, &
+      supports_text
+   use rockdda_app_file_facts, only : displacements_text, put_displacements
    implicit none
    private
-   public :: step_until_done, end_run, prepare_sudden_end
+   public :: step_until_done, end_run, prepare_sudden_end, print_summary
 
    !> Signals, progress and warnings of a run in a terminal.
    type, extends(step_observer_type) :: terminal_observer_type
@@ -158,5 +166,184 @@ contains
       call print_summary(line, run, messages, error, exit_code, ok)
       if (.not. ok .and. exit_code == 0) exit_code = error_code%output
    end subroutine end_run
+
+   !> Print the summary on standard output.
+   subroutine print_summary(line, run, messages, error, exit_code, ok)
+      type(command_line_type), intent(in) :: line
+      type(run_type), intent(in) :: run
+      type(diagnostics_type), intent(in) :: messages
+      type(error_type), allocatable, intent(in) :: error
+      integer, intent(in) :: exit_code
+      logical, intent(out) :: ok
+      type(json_type) :: json
+      type(diagnostics_type) :: all_messages
+      character(len=:), allocatable :: status, moved
+      integer :: i, n_steps, n_frames
+      real(wp) :: time
+      logical :: found
+      type(unit_system_type) :: system
+      system = unit_system(run%sim%parameters%units)
+      call run%find_kept_part(n_steps, n_frames, time, found)
+      status = 'done'
+      if (exit_code == error_code%stopped) status = 'stopped'
+      if (allocated(error)) status = 'error'
+      if (.not. line%json) then
+         call print_line(status//': '//counted(run%sim%state%step, 'step')//' to time '// &
+                  system%shown(run%sim%state%time, 'time', 10)//kept_text(run, n_steps, time)//', '// &
+                  counted(run%sim%blocks%n_blocks - run%sim%blocks%n_segments, 'block')//', contacts '// &
+                  to_string(run%sim%record%contacts(1))//' open '//to_string(run%sim%record%contacts(2))// &
+                  ' sliding '//to_string(run%sim%record%contacts(3))//' locked'//new_line('a')// &
+                  'results: '//results_text(run%output, n_frames, found)//', log: '//run%log_file// &
+                  warnings_text(run%warnings, run%log_file, line%quiet), ok)
+         if (ok .and. found .and. .not. line%quiet) then
+            moved = displacements_text(run%output)
+            if (len(moved) > 0) call print_line(moved, ok)
+            moved = supports_text(run%sim, '  ')
+            if (ok .and. len(moved) > 0) call print_line('supports at the end'//new_line('a')//moved, ok)
+         end if
+         return
+      end if
+      call begin_json(json, line, status, exit_code)
+      call json%put('exit_reason', run%reason)
+      call json%put('output', run%output)
+      call json%put('checkpoint', run%checkpoint_file)
+      call json%put('log', run%log_file)
+      call json%put('title', run%sim%parameters%title)
+      call json%put('units', trim(run%sim%parameters%units))
+      call json%put('solver', run%sim%parameters%solver_method)
+      call json%put('blocks', run%sim%blocks%n_blocks - run%sim%blocks%n_segments)
+      call json%put('first_step', run%first_step)
+      call json%put('steps', n_steps)
+      call json%put('time', time)
+      call json%put('planned_time', run%sim%planned_time())
+      call json%put('done_share', done_share(run%sim))
+      call json%put('unbalanced', run%sim%record%unbalanced)
+      call json%put('time_error', run%sim%record%time_error)
+      call json%put('struck_blocks', run%sim%control%strikes%count_struck())
+      call json%put('motion_after_strikes', share_after_strikes(run%sim))
+      call json%put('asleep_blocks', count(run%sim%state%asleep))
+      call json%put('stage', last_stage(run%sim))
+      call json%open('{', 'cuts')
+      do i = 1, n_cut_reasons
+         call json%put(trim(cut_names(i)), run%sim%control%cuts(i))
+      end do
+      call json%close('}')
+      call json%put('short_steps', run%sim%control%short_steps)
+      call json%put('frames', n_frames)
+      call json%open('{', 'contacts')
+      call json%put('open', run%sim%record%contacts(1))
+      call json%put('sliding', run%sim%record%contacts(2))
+      call json%put('locked', run%sim%record%contacts(3))
+      call json%close('}')
+      call json%open('{', 'energy')
+      do i = 1, n_energies
+         call json%put(trim(energy_names(i)), run%sim%record%energy(i))
+      end do
+      call json%close('}')
+      call json%open('{', 'energy_given')
+      associate (given => run%sim%ledger%given)
+         call json%put('discarded', given%given(1))
+         call json%put('geometry', given%given(2))
+         call json%put('compared_with', given%scale)
+      end associate
+      call json%close('}')
+      if (found) call put_displacements(run%output, json)
+      call put_supports(run, json)
+      call json%put('wall_seconds', wall_seconds() - run%start)
+      all_messages = messages
+      do i = 1, run%warnings%n
+         call all_messages%add(severity%warning, run%warnings%items(i)%message)
+      end do
+      call end_json(json, all_messages, error, ok)
+   end subroutine print_summary
+
+   !> Put what linings and bolts bear at the end.
+   subroutine put_supports(run, json)
+      type(run_type), intent(in) :: run
+      type(json_type), intent(inout) :: json
+      character(len=1), parameter :: names(3) = ['N', 'M', 'Q']
+      type(lining_summary_type), allocatable :: linings(:)
+      type(bolt_summary_type), allocatable :: bolts(:)
+      integer :: i, k
+      call summarise_linings(run%sim, linings)
+      call summarise_bolts(run%sim, bolts)
+      if (size(linings) > 0) then
+         call json%open('[', 'linings')
+         do k = 1, size(linings)
+            associate (liner => linings(k))
+               call json%open('{', '')
+               call json%put('name', liner%name)
+               do i = 1, 3
+                  call json%put(names(i), [liner%least(i), liner%most(i)])
+               end do
+               call json%put('nodes', liner%n)
+               call json%put('cracked', liner%n_cracked)
+               call json%put('crushed', liner%n_crushed)
+               call json%put('slip', liner%slip)
+               call json%put('opening', liner%opening)
+               call json%close('}')
+            end associate
+         end do
+         call json%close(']')
+      end if
+      if (size(bolts) == 0) return
+      call json%open('[', 'bolts')
+      do k = 1, size(bolts)
+         associate (group => bolts(k))
+            call json%open('{', '')
+            call json%put('name', group%name)
+            call json%put('bolts', group%n)
+            call json%put('force', group%force)
+            call json%put('use', group%use)
+            call json%put('slipping', group%n_slipping)
+            call json%put('yielding', group%n_yielding)
+            call json%put('ruptured', group%n_ruptured)
+            call json%close('}')
+         end associate
+      end do
+      call json%close(']')
+   end subroutine put_supports
+
+   !> Of the steps computed, those in the results, where these are fewer.
+   pure function kept_text(run, n_steps, time) result(text)
+      type(run_type), intent(in) :: run
+      integer, intent(in) :: n_steps
+      real(wp), intent(in) :: time
+      character(len=:), allocatable :: text
+      type(unit_system_type) :: system
+      text = ''
+      system = unit_system(run%sim%parameters%units)
+      if (n_steps >= run%sim%state%step) return
+      text = ' (the results hold '//to_string(n_steps)//', to '//system%shown(time, 'time', 10)//')'
+   end function kept_text
+
+   !> The output file and its frames.
+   pure function results_text(path, n_frames, found) result(text)
+      character(len=*), intent(in) :: path
+      integer, intent(in) :: n_frames
+      logical, intent(in) :: found
+      character(len=:), allocatable :: text
+      text = path//' ('//to_string(n_frames)//' frames)'
+      if (.not. found) text = 'none ('//path//' was removed or replaced)'
+   end function results_text
+
+   !> The warnings of the run, each after a line end; with quiet none. On a terminal they stand above already: then
+   !> their number.
+   function warnings_text(warnings, log_file, quiet) result(text)
+      type(diagnostics_type), intent(in) :: warnings
+      character(len=*), intent(in) :: log_file
+      logical, intent(in) :: quiet
+      character(len=:), allocatable :: text
+      integer :: i
+      text = ''
+      if (quiet .or. warnings%n == 0) return
+      if (is_terminal()) then
+         text = new_line('a')//counted(warnings%n, 'warning')//' above, and in '//log_file
+         return
+      end if
+      do i = 1, warnings%n
+         text = text//new_line('a')//'warning: '//warnings%items(i)%message
+      end do
+   end function warnings_text
 
 end module rockdda_app_running

@@ -23,9 +23,8 @@ module rockdda_check_options
    use rockdda_interaction_water, only : water_family_type
    use rockdda_interaction_boundary_edges, only : find_outer_edges, edges_along
    use rockdda_interaction_line_loads, only : find_carriers
-   use rockdda_check_tables, only : warn_of_tables
+   use rockdda_check_tables, only : warn_of_tables, check_motion
    use rockdda_check_boundaries, only : check_boundaries
-   use rockdda_check_base_motion, only : check_motion
    implicit none
    private
    public :: check_start, check_options, check_joints, check_parameters

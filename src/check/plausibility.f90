@@ -14,11 +14,10 @@ module rockdda_check_plausibility
    use rockdda_model_blocks, only : block_system_type
    use rockdda_model_in_situ, only : initial_stress_type, find_initial_stress
    use rockdda_model_options, only : run_options_type, is_set
-   use rockdda_check_base_motion, only : warn_of_harmonics
-   use rockdda_check_unlikely, only : check_ground
+   use rockdda_check_tables, only : warn_of_harmonics
+   use rockdda_check_unlikely, only : check_ground, check_units
    use rockdda_model_parameters, only : parameters_type
    use rockdda_model_stage_options, only : has_base_motion
-   use rockdda_check_units, only : check_units
    implicit none
    private
    public :: check_plausibility

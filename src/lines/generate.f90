@@ -11,10 +11,10 @@ module rockdda_lines_generate
    use rockdda_base_strings, only : to_string
    use rockdda_geometry_polygons, only : point_in_polygon, distance_to_outline, polygon_area
    use rockdda_geometry_segments, only : segments_cross
-   use rockdda_lines_clipping, only : rock_type, clip_segment
    use rockdda_lines_joint_sets, only : direction_of, line_positions, line_traces, is_endless
    use rockdda_lines_report, only : lines_report_type, set_report_type, sample_type, fill_report
-   use rockdda_lines_outlines, only : opening_outline, inner_point, crosses_itself, counter_clockwise
+   use rockdda_lines_outlines, only : opening_outline, inner_point, crosses_itself, counter_clockwise, rock_type, &
+      clip_segment
    use rockdda_lines_statistics, only : statistics_type, joint_set_type
    use rockdda_model_geometry_input, only : geometry_input_type
    implicit none

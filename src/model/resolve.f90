@@ -1,32 +1,41 @@
 ! SPDX-License-Identifier: MIT
 !> Makes the numbers of a run from the analysis file, the options and the model's size. Options win over the analysis
 !> file, which wins over the defaults of the table of options.
+!>
+!> The formulation of contacts that a run takes, and options that have no effect in it.
+!>
+!> The word of the user prevails, also over a preset: `preset` with formulation = 'length' has contacts by length with
+!> the closing rule and the tolerances of the preset. Ties exist by length only: tie = .true. makes all contacts of the
+!> run those by length; a preset without a word for the formulation contradicts it.
+!>
+!> Materials and tables of points: those of the analysis file with what the options say about them; the end of the run.
 module rockdda_model_resolve
    use rockdda_base_kinds, only : wp, pi
    use rockdda_base_diagnostics, only : diagnostics_type, origin_type, severity
    use rockdda_base_strings, only : to_string
    use rockdda_model_blocks, only : block_system_type
-   use rockdda_model_analysis_input, only : analysis_input_type, dialect
+   use rockdda_model_analysis_input, only : analysis_input_type, dialect, joint_material_type
    use rockdda_model_automatic_numbers, only : choose_numbers
-   use rockdda_model_formulation, only : choose_formulation, report_unused
    use rockdda_model_kinks, only : report_tips
-   use rockdda_model_given_materials, only : put_materials_together, put_tables_together
    use rockdda_model_contact_numbers, only : automatic_over_e, preset_over_e, far_over_e, mean_edge, advised_ratio, &
       stiffness_advice, springs_of_joint
-   use rockdda_model_option_defaults, only : fill_defaults, transfer_options
-   use rockdda_model_option_rows, only : option_rows_type
+   use rockdda_model_option_rows, only : option_rows_type, fill_defaults, transfer_options
    use rockdda_model_option_table, only : describe_options
    use rockdda_model_options, only : run_options_type, dda_windows, old_dda_windows, is_set
    use rockdda_model_parameters, only : parameters_type
    use rockdda_model_quake_options, only : settle_quakes
    use rockdda_model_stage_options, only : has_end, is_plain, is_given, has_base_motion, first_dynamic_stage, &
-      stage_name, least_extent
+      stage_name, least_extent, seeks_equilibrium, stage_k01
+   use rockdda_model_joint_options, only : take_joint_options
+   use rockdda_model_material_options, only : take_block_options, take_point_tables
    implicit none
    private
-   public :: resolve_parameters, length_scale, units_of
+   public :: resolve_parameters, length_scale, units_of, put_materials_together
 
    !> Ratio of critical damping: with 0.1 stiff joints still feed their vibration by friction, with 1 blocks slip less.
    real(wp), parameter :: damps_sliding = 0.5_wp
+
+   character(len=*), parameter :: by_length = 'length'
 
 contains
 
@@ -345,5 +354,125 @@ contains
       end do
       mean_diameter = mean_diameter/max(1, blocks%n_blocks)
    end function mean_diameter
+
+   !> Settle the formulation: `settings` holds the options with their defaults.
+   subroutine choose_formulation(options, has_preset, settings, messages)
+      type(run_options_type), intent(in) :: options        !! as given
+      logical, intent(in) :: has_preset
+      type(run_options_type), intent(inout) :: settings
+      type(diagnostics_type), intent(inout) :: messages
+      type(joint_material_type) :: tied
+      character(len=:), allocatable :: what
+      logical :: is_given, has_tie
+      is_given = .false.
+      if (allocated(options%formulation)) is_given = len_trim(options%formulation) > 0
+      if (settings%formulation == by_length) then
+         if (has_preset .and. is_given) call messages%add(severity%note, "formulation 'length' is given: of the "// &
+            "preset '"//options%preset//"' the closing rule, tolerances and defaults hold, its contacts do not", &
+            options%formulation_origin)
+         return
+      end if
+      call find_tie(settings, tied, has_tie)
+      if (.not. has_tie) return
+      what = 'joint material '//to_string(tied%number)//": tie = .true. needs formulation 'length'"
+      if (has_preset) then
+         call messages%add(severity%error, what//", and the preset '"//options%preset//"' has 'vertex': leave out "// &
+                           "the tie or the preset, or give &contact formulation = 'length'", tied%origin)
+      else if (is_given) then
+         call messages%add(severity%warning, what//", which all contacts of the run take in place of 'vertex'", &
+                           tied%origin)
+      else
+         call messages%add(severity%note, what//', which all contacts of the run take', tied%origin)
+      end if
+      settings%formulation = by_length
+   end subroutine choose_formulation
+
+   !> A group by which a material is tied, and that no later group takes back.
+   subroutine find_tie(settings, tied, has_tie)
+      type(run_options_type), intent(in) :: settings
+      type(joint_material_type), intent(out) :: tied
+      logical, intent(out) :: has_tie
+      type(joint_material_type), allocatable :: groups(:)
+      integer :: i, k
+      allocate (groups(0))
+      if (allocated(settings%joint_materials)) groups = [groups, settings%joint_materials]
+      if (allocated(settings%joint_laws)) groups = [groups, settings%joint_laws]
+      has_tie = .false.
+      do i = 1, size(groups)
+         if (.not. (groups(i)%tie_given .and. groups(i)%tie)) cycle
+         if (any([(groups(k)%tie_given .and. groups(k)%number == groups(i)%number .and. .not. groups(k)%tie, &
+                   k=i + 1, size(groups))])) cycle
+         tied = groups(i)
+         has_tie = .true.
+         return
+      end do
+   end subroutine find_tie
+
+   !> Warn of numbers that have no effect with contacts of vertices on edges, where they were read.
+   subroutine report_unused(options, messages)
+      type(run_options_type), intent(in) :: options        !! as given
+      type(diagnostics_type), intent(inout) :: messages
+      type(option_rows_type) :: table
+      type(run_options_type) :: given
+      type(parameters_type) :: none
+      integer :: i
+      given = options
+      call describe_options(table, given, none)
+      do i = 1, table%n
+         associate (row => table%rows(i))
+            if (row%by_length .and. (is_set(row%given%number) .or. is_set(row%given%whole))) &
+               call messages%add(severity%warning, row%name//" has no effect with formulation 'vertex': there a "// &
+               'contact is one vertex, with a sharp corner, on an edge, and has the stiffness g0', row%origin)
+         end associate
+      end do
+   end subroutine report_unused
+
+   !> Materials of the analysis file and the options; without an analysis file also the end of the run.
+   subroutine put_materials_together(analysis, options, parameters, messages)
+      type(analysis_input_type), intent(in) :: analysis
+      type(run_options_type), intent(in) :: options             !! with all lists
+      type(parameters_type), intent(inout) :: parameters
+      type(diagnostics_type), intent(inout) :: messages
+      if (allocated(analysis%block_materials)) then
+         parameters%block_materials = analysis%block_materials
+         parameters%joint_materials = analysis%joint_materials
+      else
+         if (allocated(parameters%block_materials)) deallocate (parameters%block_materials, parameters%joint_materials)
+         allocate (parameters%block_materials(0), parameters%joint_materials(0))
+         call find_extent(options, parameters, messages)
+      end if
+      parameters%given_gravity = parameters%gravity
+      call take_block_options(options%block_materials, options%labelled, parameters%gravity, &
+                              parameters%block_materials, messages)
+      call take_joint_options(options%joint_materials, options%joint_laws, options%labelled, &
+                              parameters%joint_materials, messages)
+   end subroutine put_materials_together
+
+   !> Tables of fixed points and of loading points.
+   subroutine put_tables_together(options, parameters, messages)
+      type(run_options_type), intent(in) :: options             !! with all lists
+      type(parameters_type), intent(inout) :: parameters
+      type(diagnostics_type), intent(inout) :: messages
+      call take_point_tables('fixed point', options%fixed_points, parameters%fixed_tables, messages)
+      call take_point_tables('loading point', options%loading_points, parameters%loading_tables, messages)
+   end subroutine put_tables_together
+
+   !> Where a run without an analysis file ends: its number of steps, its end time, or the end of its last stage.
+   subroutine find_extent(options, parameters, messages)
+      type(run_options_type), intent(in) :: options
+      type(parameters_type), intent(inout) :: parameters
+      type(diagnostics_type), intent(inout) :: messages
+      if (.not. is_set(options%steps)) parameters%n_steps = huge(1)
+      if (allocated(options%stages)) then
+         if (size(options%stages) > 0) then
+            associate (last => options%stages(size(options%stages)))
+               if (has_end(last)) return
+            end associate
+         end if
+      end if
+      if (is_set(options%steps) .or. is_set(options%t_end)) return
+      call messages%add(severity%error, 'the run has no end: give &run steps or t_end, or an end to the last &stage', &
+                        options%model_origin)
+   end subroutine find_extent
 
 end module rockdda_model_resolve

@@ -15,8 +15,7 @@ module rockdda_python_api
    use rockdda_base_version, only : version, build_description
    use rockdda_model_quake_options, only : form_of
    use rockdda_model_state, only : n_energies, energy_names
-   use rockdda_io_block_writer, only : write_block_file
-   use rockdda_io_legacy_writer, only : write_geometry_file
+   use rockdda_io_block_writer, only : write_block_file, write_geometry_file
    use rockdda_io_option_documents, only : options_schema
    use rockdda_io_recognise, only : file_kind
    use rockdda_io_record_file, only : read_record

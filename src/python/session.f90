@@ -15,8 +15,7 @@ module rockdda_python_session
    use rockdda_model_options, only : is_set
    use rockdda_io_source, only : source_type
    use rockdda_io_timestamp, only : wall_seconds
-   use rockdda_run_input, only : model_input_type
-   use rockdda_run_request, only : run_request_type
+   use rockdda_run_input, only : model_input_type, run_request_type
    use rockdda_run_model_run, only : run_type
    use rockdda_run_step_loop, only : step_observer_type, advance_run
    use rockdda_run_stop_request, only : deadline_type

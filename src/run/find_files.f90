@@ -4,10 +4,9 @@ module rockdda_run_find_files
    use rockdda_base_error, only : error_type, error_code, make_error
    use rockdda_base_diagnostics, only : diagnostics_type, origin_type, severity
    use rockdda_io_checkpoint, only : checkpoint_path
-   use rockdda_io_model_folder, only : find_model_files
    use rockdda_io_namelist_parser, only : beside
    use rockdda_io_posix, only : get_path_kind, path_kind
-   use rockdda_io_recognise, only : recognise, file_kind, kind_name, ddaml_advice
+   use rockdda_io_recognise, only : recognise, file_kind, kind_name, ddaml_advice, find_model_files
    use rockdda_io_source, only : file_text_problem
    use rockdda_run_input, only : model_input_type
    implicit none

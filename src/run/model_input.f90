@@ -1,24 +1,26 @@
 ! SPDX-License-Identifier: MIT
 !> Read the files of a run, or texts in memory, into a model and the parameters of its run.
+!>
+!> Materials that files describe, and whether they are those of the model.
 module rockdda_run_model_input
    use rockdda_base_error, only : error_type
    use rockdda_base_diagnostics, only : diagnostics_type, severity
    use rockdda_model_options, only : run_options_type
-   use rockdda_model_resolve, only : resolve_parameters
+   use rockdda_model_resolve, only : resolve_parameters, put_materials_together
    use rockdda_model_in_situ, only : check_in_situ
    use rockdda_check_plausibility, only : check_plausibility
    use rockdda_linear_factory, only : default_solver
-   use rockdda_run_described_materials, only : check_materials, check_laws
    use rockdda_run_find_files, only : find_named_files
-   use rockdda_run_input, only : model_input_type, run_name
-   use rockdda_run_loads, only : place_loads, check_load_names
-   use rockdda_run_parts, only : make_parts
+   use rockdda_run_input, only : model_input_type, run_name, run_request_type, apply_request
+   use rockdda_run_parts, only : make_parts, check_stage_water, place_loads, check_load_names, find_described
    use rockdda_run_read_files, only : read_config, read_blocks, read_analysis
-   use rockdda_run_request, only : run_request_type, apply_request
    use rockdda_run_cells, only : check_names
-   use rockdda_run_water_names, only : check_stage_water
-   use rockdda_check_options, only : check_options
+   use rockdda_check_options, only : check_options, check_joints
    use rockdda_check_boundaries, only : check_boundaries
+   use rockdda_model_parameters, only : parameters_type
+   use rockdda_check_materials, only : check_geometry_materials, check_block_materials
+   use rockdda_check_material_use, only : check_lines_described, check_blocks_described
+   use rockdda_io_recognise, only : file_kind
    implicit none
    private
    public :: model_input_type, run_request_type, read_model
@@ -105,5 +107,37 @@ contains
       call check_stage_water(options, messages)
       call check_load_names(options, messages)
    end subroutine check_without_model
+
+   !> Check that the materials of the model are described.
+   subroutine check_materials(input, messages)
+      type(model_input_type), intent(in) :: input
+      type(diagnostics_type), intent(inout) :: messages
+      logical, allocatable :: blocks(:), joints(:)      !! described, by number
+      logical :: has_lines, by_options
+      call find_described(input, blocks, joints)
+      has_lines = input%model_kind == file_kind%geometry .and. allocated(input%geometry%line_joint)
+      ! all of them in the options, none in an analysis file
+      by_options = input%labelled
+      if (allocated(input%analysis%block_materials)) by_options = by_options .and. &
+                                                                  size(input%analysis%block_materials) == 0
+      if (by_options .and. has_lines) then
+         call check_lines_described(input%geometry, input%blocks, blocks, joints, input%model_file, messages)
+      else if (by_options .and. input%has_blocks) then
+         call check_blocks_described(input%blocks, blocks, joints, input%model_file, messages)
+      else if (has_lines) then
+         call check_geometry_materials(input%geometry, size(blocks), size(joints), messages)
+      else if (input%has_blocks) then
+         call check_block_materials(input%blocks, size(blocks), size(joints), input%model_file, messages)
+      end if
+   end subroutine check_materials
+
+   !> What the next attempt would report of a labelled file with errors: materials, laws of joints, end of the run.
+   subroutine check_laws(input, messages)
+      type(model_input_type), intent(in) :: input
+      type(diagnostics_type), intent(inout) :: messages
+      type(parameters_type) :: parameters
+      call put_materials_together(input%analysis, input%options, parameters, messages)
+      call check_joints(parameters%joint_materials, messages)
+   end subroutine check_laws
 
 end module rockdda_run_model_input

@@ -2,13 +2,11 @@
 !> Choose the output of a new run without overwriting other files.
 module rockdda_run_output_choice
    use rockdda_base_error, only : error_type, error_code, make_error
-   use rockdda_io_checkpoint, only : checkpoint_path, results_path
-   use rockdda_io_checkpoint_info, only : checkpoint_info_type, read_checkpoint_info
+   use rockdda_io_checkpoint, only : checkpoint_path, results_path, checkpoint_info_type, read_checkpoint_info
    use rockdda_io_log, only : log_path
    use rockdda_io_output_lock, only : is_same_file
    use rockdda_io_posix, only : get_path_kind, path_kind
-   use rockdda_run_input, only : model_input_type, run_name
-   use rockdda_run_request, only : run_request_type
+   use rockdda_run_input, only : model_input_type, run_name, run_request_type
    use rockdda_run_hdf5_lock, only : lock_hdf5, unlock_hdf5
    implicit none
    private

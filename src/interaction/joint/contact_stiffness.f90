@@ -3,7 +3,7 @@
 module rockdda_interaction_contact_stiffness
    use rockdda_base_kinds, only : wp
    use rockdda_model_analysis_input, only : joint_material_type
-   use rockdda_model_automatic_stiffness, only : stiffening_type, all_stiffenings, stiffness_between
+   use rockdda_model_automatic_numbers, only : stiffening_type, all_stiffenings, stiffness_between
    use rockdda_model_blocks, only : block_system_type
    use rockdda_model_parameters, only : parameters_type
    implicit none

@@ -9,9 +9,8 @@ module rockdda_io_option_documents
    use rockdda_model_option_rows, only : option_rows_type
    use rockdda_model_option_table, only : all_options
    use rockdda_model_options, only : dda_windows, is_set
-   use rockdda_io_name_hints, only : other_words
+   use rockdda_io_name_hints, only : other_words, other_words_for
    use rockdda_base_suggest, only : did_you_mean
-   use rockdda_io_synonyms, only : other_words_for
    implicit none
    private
    public :: options_markdown, options_schema, group_help, groups_help, named_option_help, group_names, group_suggestion

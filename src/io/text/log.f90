@@ -14,8 +14,7 @@ module rockdda_io_log
    use rockdda_model_state, only : step_record_type, n_energies, energy_names
    use rockdda_model_analysis_input, only : time_table_type
    use rockdda_model_option, only : option_type, option_value_type, option_kind, choice, n_choices
-   use rockdda_model_option_defaults, only : fill_defaults
-   use rockdda_model_option_rows, only : option_rows_type
+   use rockdda_model_option_rows, only : option_rows_type, fill_defaults
    use rockdda_model_option_table, only : describe_parameters
    use rockdda_model_units, only : unit_system_type, unit_system
    use rockdda_io_file_sink, only : file_sink_type

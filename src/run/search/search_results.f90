@@ -10,8 +10,7 @@ module rockdda_run_search_results
    use rockdda_io_timestamp, only : wall_seconds
    use rockdda_run_factor_search, only : factor_search_type
    use rockdda_run_hdf5_lock, only : lock_hdf5, unlock_hdf5
-   use rockdda_run_input, only : model_input_type
-   use rockdda_run_request, only : run_request_type
+   use rockdda_run_input, only : model_input_type, run_request_type
    use rockdda_run_model_run, only : run_type
    use rockdda_run_search_group, only : write_search
    use rockdda_run_trial, only : trial_type, search_observer_type, begin_trial, compute_trial

@@ -8,6 +8,8 @@
 !>     call checkpoint%begin_saving(path, facts, error)            call checkpoint%begin_loading(path, facts, error)
 !>     … the exchange_… procedures on checkpoint%archive …         … the same procedures …
 !>     call checkpoint%end_saving(error)                           call checkpoint%end_loading(error)
+!>
+!> Summary of a checkpoint.
 module rockdda_io_checkpoint
    use, intrinsic :: iso_c_binding, only : c_char, c_int, c_null_char
    use rockdda_base_kinds, only : wp, i8
@@ -21,9 +23,11 @@ module rockdda_io_checkpoint
    use rockdda_io_output_lock, only : errno_text, part_path
    use rockdda_io_posix, only : get_file_size, get_path_kind, is_readable, path_kind, remove_file
    use rockdda_io_results_header, only : results_header_type, results_rows_type
+   use rockdda_io_guard, only : run_in_child, end_child, explain, begin_reading, end_reading, guard
    implicit none
    private
-   public :: checkpoint_type, checkpoint_facts_type, checkpoint_path, results_path, is_checkpoint
+   public :: checkpoint_type, checkpoint_facts_type, checkpoint_path, results_path, is_checkpoint, &
+      checkpoint_info_type, read_checkpoint_info
 
    integer, parameter :: checkpoint_format_version = 39
    !> Attribute `format` of the file.
@@ -79,6 +83,21 @@ module rockdda_io_checkpoint
          character(kind=c_char), intent(in) :: from(*), to(*)
       end function c_replace
    end interface
+
+   type :: checkpoint_info_type
+      type(checkpoint_facts_type) :: facts
+      character(len=2*digest_length) :: digest = ''
+      character(len=2*digest_length) :: input_digests(3) = ''   !! geometry, analysis, config
+      integer :: step = 0
+      real(wp) :: time = 0
+      integer :: n_steps = 0                       !! where the run is to end, huge: no limit
+      real(wp) :: t_end = huge(1.0_wp)
+      integer :: n_blocks = 0, n_contacts = 0
+      character(len=:), allocatable :: solver
+   end type checkpoint_info_type
+
+   !> Processor time to read a summary: this many seconds, and one for this many bytes, of which a digest is computed.
+   real(wp), parameter :: least_seconds = 0.5_wp, slowest_reading = 1.0e7_wp
 
 contains
 
@@ -337,5 +356,53 @@ contains
       if (.not. allocated(error)) call archive%file%set_attribute('input/config', 'sha256', &
          hexadecimal(digest_of_text(facts%header%config)), error)
    end subroutine put_digests
+
+   !> Read the summary, after all tests of the file. An error (code input) when it is none or damaged. It is tried in a
+   !> child first: HDF5 does not survive every file.
+   subroutine read_checkpoint_info(path, info, error)
+      character(len=*), intent(in) :: path
+      type(checkpoint_info_type), intent(out) :: info
+      type(error_type), allocatable, intent(out) :: error
+      integer :: outcome
+      call run_in_child(least_seconds + real(max(0_i8, get_file_size(path)), wp)/slowest_reading, outcome, error)
+      if (outcome == guard%in_child) then
+         call read_all(path, info, error)
+         call end_child(error)
+      end if
+      call explain(outcome, path, 'the checkpoint', error)
+      if (allocated(error)) return
+      call begin_reading(path)
+      call read_all(path, info, error)
+      call end_reading()
+   end subroutine read_checkpoint_info
+
+   !> Read digest, facts, and some numbers of model and state.
+   subroutine read_all(path, info, error)
+      character(len=*), intent(in) :: path
+      type(checkpoint_info_type), intent(inout) :: info
+      type(error_type), allocatable, intent(out) :: error
+      type(checkpoint_type) :: checkpoint
+      call checkpoint%begin_loading(path, info%facts, error)
+      if (allocated(error)) return
+      associate (archive => checkpoint%archive)
+         call archive%section('state')
+         call archive%item('step', info%step)
+         call archive%item('time', info%time)
+         call archive%section('parameters')
+         call archive%item('steps', info%n_steps)
+         call archive%item('t_end', info%t_end)
+         call archive%item('method', info%solver, required=.true.)
+         call archive%section('model')
+         call archive%item('n_blocks', info%n_blocks)
+         call archive%section('contacts')
+         call archive%item('n', info%n_contacts)
+      end associate
+      call checkpoint%end_loading(error)
+      if (allocated(error)) return
+      info%digest = hexadecimal(checkpoint%digest)
+      info%input_digests(1) = hexadecimal(digest_of_text(info%facts%header%geometry))
+      info%input_digests(2) = hexadecimal(digest_of_text(info%facts%header%analysis))
+      info%input_digests(3) = hexadecimal(digest_of_text(info%facts%header%config))
+   end subroutine read_all
 
 end module rockdda_io_checkpoint
