@@ -123,10 +123,9 @@ contains
       type(source_type), intent(in) :: source
       integer :: kind
       type(namelist_type) :: namelist
-      type(diagnostics_type) :: ignored
       type(option_rows_type) :: known, known_statistics
       integer :: i, n_options, n_statistics
-      call parse_namelist(source, namelist, ignored)
+      call parse_namelist(source, namelist)
       known = all_options()
       known_statistics = all_statistics()
       n_options = 0

@@ -6,6 +6,8 @@ module rockdda_io_namelist_file
    use rockdda_base_strings, only : to_string
    use rockdda_base_diagnostics, only : diagnostics_type, severity, at_word
    use rockdda_model_analysis_input, only : joint_material_type
+   use rockdda_model_joint_options, only : describe_joint
+   use rockdda_model_option_rows, only : option_rows_type, has_value
    use rockdda_model_material_names, only : number_of_material
    use rockdda_model_options, only : run_options_type, stage_type, change_type, base_motion_type, is_set
    use rockdda_io_namelist_parser, only : namelist_type, parse_namelist
@@ -50,11 +52,10 @@ contains
       type(run_options_type), intent(out) :: options
       type(diagnostics_type), intent(inout) :: messages
       type(namelist_type), target :: namelist
-      type(diagnostics_type) :: found
       character(len=:), allocatable :: problem
       integer :: i
-      call parse_namelist(source, namelist, found)
-      call read_options(namelist, options, found)
+      call parse_namelist(source, namelist)
+      call read_options(namelist, options)
       options%labelled = any([(namelist%groups(i)%name == 'model', i=1, namelist%n)])
       do i = namelist%n, 1, -1
          if (namelist%groups(i)%name == 'model') options%model_origin = namelist%origin(namelist%groups(i)%place)
@@ -62,24 +63,25 @@ contains
       do i = 1, size(options%joint_laws)
          if (.not. allocated(options%joint_laws(i)%word)) cycle
          options%joint_laws(i)%number = number_of_material(options%joint_laws(i)%word, options%joint_materials)
-         if (options%joint_laws(i)%number == 0) call found%add(severity%error, &
+         if (options%joint_laws(i)%number == 0) call namelist%messages%add(severity%error, &
             "&joint_law: there is no joint material '"//options%joint_laws(i)%word//"'"// &
             did_you_mean(options%joint_laws(i)%word, joint_names(options%joint_materials)), &
             at_word(options%joint_laws(i)%origin, options%joint_laws(i)%word))
       end do
       do i = 1, size(options%bolts)
          problem = bolt_problem(options%bolts(i))
-         if (len(problem) > 0) call found%add(severity%error, '&bolt: '//problem, options%bolts(i)%origin)
+         if (len(problem) > 0) call namelist%messages%add(severity%error, '&bolt: '//problem, options%bolts(i)%origin)
       end do
       do i = 1, size(options%liners)
          problem = liner_problem(options%liners(i))
          ! what was given, but could not be read, is not missing
-         if (found%has_error_about(problem(:max(0, index(problem, ' ') - 1)), options%liners(i)%origin)) cycle
-         if (len(problem) > 0) call found%add(severity%error, '&liner: '//problem, options%liners(i)%origin)
+         if (namelist%messages%has_error_about(problem(:max(0, index(problem, ' ') - 1)), &
+             options%liners(i)%origin)) cycle
+         if (len(problem) > 0) call namelist%messages%add(severity%error, '&liner: '//problem, options%liners(i)%origin)
       end do
-      call check_stages(options%stages, options%changes, found)
-      call check_base_stage(options%stages, options%base, found)
-      call append_in_order(messages, found)
+      call check_stages(options%stages, options%changes, namelist%messages)
+      call check_base_stage(options%stages, options%base, namelist%messages)
+      call append_in_order(messages, namelist%messages)
    end subroutine read_options_source
 
    !> Names of joint materials.
@@ -103,7 +105,7 @@ contains
       integer :: i, k
       logical :: ok
       call read_source(path, source, ignored, ok)
-      if (ok) call parse_namelist(source, namelist, ignored)
+      if (ok) call parse_namelist(source, namelist)
       allocate (groups(namelist%n))
       do i = 1, namelist%n
          associate (given => namelist%groups(i))
@@ -286,17 +288,13 @@ contains
 
    contains
 
-      !> Is a value of a joint material given?
-      pure logical function joint_given()
-         associate (m => change%joint)
-            joint_given = is_given(m%law) .or. allocated(m%parameters) .or. m%brittle_given .or. m%tie_given .or. &
-                          is_set(m%friction_angle) .or. is_set(m%cohesion) .or. is_set(m%tension) .or. &
-                          is_set(m%normal_stiffness) .or. is_set(m%shear_stiffness) .or. &
-                          is_set(m%residual_friction) .or. is_set(m%residual_cohesion) .or. &
-                          is_set(m%residual_tension) .or. is_set(m%slip_length) .or. is_set(m%slip_rate) .or. &
-                          is_set(m%jrc) .or. is_set(m%jcs) .or. is_set(m%dilation) .or. is_set(m%dilation_slip) .or. &
-                          is_set(m%damping_ratio) .or. is_set(m%restitution) .or. is_set(m%maximum_closure)
-         end associate
+      !> Is a value of a joint material given, beside a name?
+      logical function joint_given()
+         type(option_rows_type) :: table
+         type(joint_material_type) :: joint
+         joint = change%joint
+         call describe_joint(table, joint)
+         joint_given = any([(has_value(table%rows(i)) .and. table%rows(i)%name /= 'name', i=1, table%n)])
       end function joint_given
 
       !> An error about the change.

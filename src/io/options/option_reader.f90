@@ -33,7 +33,6 @@ module rockdda_io_option_reader
 
    type :: option_reader_type
       type(namelist_type), pointer :: namelist => null()
-      type(diagnostics_type) :: messages
       integer, allocatable :: members(:)      !! groups of the present name
       integer, allocatable :: element(:)      !! those whose entries count now
       logical, allocatable :: known_group(:)
@@ -59,15 +58,14 @@ module rockdda_io_option_reader
 contains
 
    !> Read the options of a parsed file.
-   subroutine read_options(namelist, options, messages)
-      type(namelist_type), intent(in), target :: namelist
+   subroutine read_options(namelist, options)
+      type(namelist_type), intent(inout), target :: namelist
       type(run_options_type), intent(inout) :: options      !! without elements in its lists
-      type(diagnostics_type), intent(inout) :: messages
       type(option_rows_type) :: table
       type(parameters_type) :: no_parameters
       call want_groups(table, namelist)
       call describe_options(table, options, no_parameters)
-      call read_table(namelist, table, all_options, messages, geometry_words)
+      call read_table(namelist, table, all_options, geometry_words)
       call describe_options(table, options, no_parameters)
    end subroutine read_options
 
@@ -82,11 +80,10 @@ contains
    end subroutine want_groups
 
    !> Read the rows of a table that is described; described again it gives the values to the variables.
-   subroutine read_table(namelist, table, known, messages, elsewhere)
-      type(namelist_type), intent(in), target :: namelist
+   subroutine read_table(namelist, table, known, elsewhere)
+      type(namelist_type), intent(inout), target :: namelist
       type(option_rows_type), intent(inout) :: table
       procedure(known_table) :: known
-      type(diagnostics_type), intent(inout) :: messages
       character(len=*), intent(in), optional :: elsewhere(:)   !! groups that stand in the geometry file
       type(option_reader_type) :: reader
       integer :: i
@@ -97,13 +94,12 @@ contains
       end do
       call report_unknown(reader, known, elsewhere)
       call table%give_back()
-      call messages%append(reader%messages)
    end subroutine read_table
 
    !> Begin with a parsed file.
    subroutine start(self, namelist)
       type(option_reader_type), intent(inout) :: self
-      type(namelist_type), intent(in), target :: namelist
+      type(namelist_type), intent(inout), target :: namelist
       integer :: i
       self%namelist => namelist
       self%group = ''
@@ -129,16 +125,16 @@ contains
       do i = 1, self%namelist%n
          associate (group => self%namelist%groups(i))
             if (.not. self%known_group(i)) then
-               call self%messages%add(severity%error, 'unknown group &'//group%name// &
-                                      group_hint(group%name, table%group_names(), elsewhere), &
-                                      self%namelist%origin(group%place))
+               call self%namelist%messages%add(severity%error, 'unknown group &'//group%name//group_hint(group%name, &
+                                               table%group_names(), elsewhere), self%namelist%origin(group%place))
                cycle
             end if
             do k = 1, group%n
                if (self%known_entry(self%offset(i) + k)) cycle
-               call self%messages%add(severity%error, "unknown name '"//group%entries(k)%name//"' in &"//group%name// &
-                                      name_hint(group%entries(k)%name, group%name, table%group_of_names(), &
-                                                table%names()), self%namelist%origin(group%entries(k)%place))
+               call self%namelist%messages%add(severity%error, "unknown name '"//group%entries(k)%name//"' in &"// &
+                                               group%name//name_hint(group%entries(k)%name, group%name, &
+                                               table%group_of_names(), table%names()), &
+                                               self%namelist%origin(group%entries(k)%place))
             end do
          end associate
       end do
@@ -199,15 +195,16 @@ contains
          associate (group => self%namelist%groups(self%element(i)))
             do k = cursor%entry + 1, group%n
                if (group%entries(k)%name /= row%name) cycle
-               if (cursor%entry > 0 .and. .not. row%adds_up) call self%messages%add(severity%warning, row%name// &
-                  ': given again in the same group, the last one counts', self%namelist%origin(group%entries(k)%place))
+               if (cursor%entry > 0 .and. .not. row%adds_up) call self%namelist%messages%add(severity%warning, &
+                  row%name//': given again in the same group, the last one counts', &
+                  self%namelist%origin(group%entries(k)%place))
                self%known_entry(self%offset(self%element(i)) + k) = .true.
                cursor = cursor_type(i, k, .false.)
                entry => self%namelist%groups(self%element(i))%entries(k)
                return
             end do
-            if (row%required .and. cursor%first) call self%messages%add(severity%error, '&'//group%name//": '"// &
-               row%name//"' is missing", self%namelist%origin(group%place))
+            if (row%required .and. cursor%first) call self%namelist%messages%add(severity%error, '&'// &
+               group%name//": '"//row%name//"' is missing", self%namelist%origin(group%place))
          end associate
          cursor%entry = 0
       end do
@@ -229,45 +226,44 @@ contains
          select case (row%kind)
          case (option_kind%number)
             number = unset_real
-            call get_real(self%namelist, entry, number, self%messages)
+            call get_real(self%namelist, entry, number)
             if (.not. is_set(number)) return
             call demand_bounds(self, row, entry, number)
             call demand_possible(self, row, entry, [number])
             given%number = number
          case (option_kind%whole)
             whole = unset_integer
-            call get_integer(self%namelist, entry, least, whole, self%messages)
+            call get_integer(self%namelist, entry, least, whole)
             if (.not. is_set(whole)) return
             call demand_bounds(self, row, entry, real(whole, wp))
             given%whole = whole
          case (option_kind%logical)
-            call get_logical(self%namelist, entry, given%flag, self%messages)
+            call get_logical(self%namelist, entry, given%flag)
             given%is_given = .true.
          case (option_kind%text)
             if (row%is_file) then
-               call get_file(self%namelist, entry, given%text, path, self%messages)
+               call get_file(self%namelist, entry, given%text, path)
                if (allocated(path)) given%text = path
                return
             end if
-            call get_text(self%namelist, entry, given%text, self%messages, row%or_number, &
-                          row%or_number .and. len(row%unit) > 0)
+            call get_text(self%namelist, entry, given%text, row%or_number, row%or_number .and. len(row%unit) > 0)
             if (row%not_blank .and. allocated(given%text)) &
-               call demand(self%namelist, entry, len_trim(given%text) > 0, 'must not be empty', self%messages)
+               call demand(self%namelist, entry, len_trim(given%text) > 0, 'must not be empty')
          case (option_kind%choice)
-            call get_choice(self%namelist, entry, words_of(row), given%text, self%messages, row%old_choice, row%remark)
+            call get_choice(self%namelist, entry, words_of(row), given%text, row%old_choice, row%remark)
             if (self%group == 'model' .and. row%name == 'units' .and. allocated(given%text)) &
                self%known%system = unit_system(given%text)
          case (option_kind%numbers)
-            call get_reals(self%namelist, entry, size(given%numbers), .false., values, self%messages)
+            call get_reals(self%namelist, entry, size(given%numbers), .false., values)
             if (.not. allocated(values)) return
             call demand_rule(self, row, entry, reshape(values, [size(values), 1]))
             call demand_possible(self, row, entry, values)
             call move_alloc(values, given%numbers)
          case (option_kind%list)
             call get_reals(self%namelist, entry, merge(2, 1, row%rule == list_rule%pair), &
-                           row%rule /= list_rule%pair, given%numbers, self%messages)
+                           row%rule /= list_rule%pair, given%numbers)
          case (option_kind%wholes)
-            call get_integers(self%namelist, entry, least, given%wholes, self%messages)
+            call get_integers(self%namelist, entry, least, given%wholes)
          case (option_kind%rows)
             call read_rows(self, row, entry, given%rows)
          case (option_kind%file)
@@ -298,10 +294,10 @@ contains
       integer :: m
       m = size(columns_of(row))
       if (row%rule == list_rule%or_constant .and. entry%n == m - 1) then
-         call get_reals(self%namelist, entry, m - 1, .false., values, self%messages)
+         call get_reals(self%namelist, entry, m - 1, .false., values)
          if (allocated(values)) values = [0.0_wp, values]
       else
-         call get_reals(self%namelist, entry, m, .true., values, self%messages)
+         call get_reals(self%namelist, entry, m, .true., values)
       end if
       if (.not. allocated(values)) return
       new = reshape(values, [m, size(values)/m])
@@ -319,9 +315,9 @@ contains
       character(len=:), allocatable, intent(inout) :: name  !! of the file
       real(wp), allocatable, intent(inout) :: rows(:, :)
       character(len=:), allocatable :: file, path
-      call get_file(self%namelist, entry, file, path, self%messages)
+      call get_file(self%namelist, entry, file, path)
       if (allocated(file)) name = file
-      if (allocated(path)) call read_csv_table(path, columns_of(row), rows, self%messages, &
+      if (allocated(path)) call read_csv_table(path, columns_of(row), rows, &
                                                in_any_order=row%rule == list_rule%any_order)
    end subroutine read_rows_of_file
 
@@ -334,12 +330,11 @@ contains
       character(len=:), allocatable :: file, path
       character(len=:), allocatable :: form, column
       logical :: has_scale
-      call get_file(self%namelist, entry, file, path, self%messages)
+      call get_file(self%namelist, entry, file, path)
       call find_format(table, i, form, column, has_scale)
       associate (given => table%rows(i)%given)
          if (allocated(file)) given%text = file
-         if (allocated(path)) call read_record(path, form_of(form, file), column, has_scale, given%rows, given%number, &
-                                               self%messages)
+         if (allocated(path)) call read_record(path, form_of(form, file), column, has_scale, given%rows, given%number)
       end associate
    end subroutine read_record_file
 
@@ -349,7 +344,7 @@ contains
       type(option_type), intent(in) :: row
       type(entry_type), intent(in) :: entry
       real(wp), intent(in) :: value
-      if (.not. in_bounds(row, value)) call demand(self%namelist, entry, .false., bounds_text(row), self%messages)
+      if (.not. in_bounds(row, value)) call demand(self%namelist, entry, .false., bounds_text(row))
    end subroutine demand_bounds
 
    !> Report a value that cannot be in the units of the file. Of several numbers with one unit the largest is judged.
@@ -375,9 +370,8 @@ contains
          end associate
       end if
       call self%known%problem_of(judged_as, row%name, row%unit, values(k), scaled, problem, unlikely)
-      if (len(problem) > 0) call self%messages%add(merge(severity%warning, severity%error, unlikely), &
-                                                   entry%name//': '//problem, &
-                                                   self%namelist%origin(entry%values(min(k, entry%n))%place))
+      if (len(problem) > 0) call self%namelist%messages%add(merge(severity%warning, severity%error, unlikely), &
+         entry%name//': '//problem, self%namelist%origin(entry%values(min(k, entry%n))%place))
    end subroutine demand_possible
 
    !> "must be at least 0 and less than 90 degrees", and a remark.
@@ -409,21 +403,19 @@ contains
       n = size(values, 2)
       select case (row%rule)
       case (list_rule%two_points)
-         call demand(self%namelist, entry, any(abs(values(1:2, 1) - values(3:4, 1)) > 0), 'the two ends must differ', &
-                     self%messages)
+         call demand(self%namelist, entry, any(abs(values(1:2, 1) - values(3:4, 1)) > 0), 'the two ends must differ')
       case (list_rule%box)
          call demand(self%namelist, entry, all(values(1:2, 1) < values(3:4, 1)), 'must be xmin, ymin, xmax, ymax '// &
-                     'with xmin < xmax and ymin < ymax', self%messages)
+                     'with xmin < xmax and ymin < ymax')
       case (list_rule%rising, list_rule%or_constant)
          do i = 2, n
             if (values(1, i) >= values(1, i - 1)) cycle
-            call demand(self%namelist, entry, .false., 'the times must not decrease', self%messages, &
-                        place=(i - 1)*size(values, 1) + 1)
+            call demand(self%namelist, entry, .false., 'the times must not decrease', place=(i - 1)*size(values, 1) + 1)
             exit
          end do
       case (list_rule%frequency)
          do i = 1, n
-            call demand(self%namelist, entry, values(3, i) >= 0, 'the frequency must not be negative', self%messages, &
+            call demand(self%namelist, entry, values(3, i) >= 0, 'the frequency must not be negative', &
                         place=(i - 1)*size(values, 1) + 3)
          end do
       end select

@@ -17,47 +17,42 @@ module rockdda_io_option_values
 contains
 
    !> Get one number; `value` is unchanged when there is none.
-   subroutine get_real(namelist, entry, value, messages)
-      type(namelist_type), intent(in) :: namelist
+   subroutine get_real(namelist, entry, value)
+      type(namelist_type), intent(inout) :: namelist
       type(entry_type), intent(in) :: entry
       real(wp), intent(inout) :: value
-      type(diagnostics_type), intent(inout) :: messages
-      if (.not. is_single(namelist, entry, 'one number', messages)) return
-      if (is_number(namelist, entry, 1, messages)) value = entry%values(1)%number
+      if (.not. is_single(namelist, entry, 'one number')) return
+      if (is_number(namelist, entry, 1)) value = entry%values(1)%number
    end subroutine get_real
 
    !> Get one whole number of at least `least`.
-   subroutine get_integer(namelist, entry, least, value, messages)
-      type(namelist_type), intent(in) :: namelist
+   subroutine get_integer(namelist, entry, least, value)
+      type(namelist_type), intent(inout) :: namelist
       type(entry_type), intent(in) :: entry
       integer, intent(in) :: least
       integer, intent(inout) :: value
-      type(diagnostics_type), intent(inout) :: messages
-      if (.not. is_single(namelist, entry, 'one whole number', messages)) return
-      if (is_whole_number(namelist, entry, 1, least, messages)) value = nint(entry%values(1)%number)
+      if (.not. is_single(namelist, entry, 'one whole number')) return
+      if (is_whole_number(namelist, entry, 1, least)) value = nint(entry%values(1)%number)
    end subroutine get_integer
 
    !> Get .true. or .false.
-   subroutine get_logical(namelist, entry, value, messages)
-      type(namelist_type), intent(in) :: namelist
+   subroutine get_logical(namelist, entry, value)
+      type(namelist_type), intent(inout) :: namelist
       type(entry_type), intent(in) :: entry
       logical, intent(inout) :: value
-      type(diagnostics_type), intent(inout) :: messages
-      if (.not. is_single(namelist, entry, 'one value', messages)) return
+      if (.not. is_single(namelist, entry, 'one value')) return
       if (entry%values(1)%kind == value_kind%logical) then
          value = entry%values(1)%flag
       else
-         call messages%add(severity%error, entry%name//": expected .true. or .false., found '"// &
-                           entry%values(1)%text//"'", namelist%origin(entry%values(1)%place))
+         call namelist%fail(entry, 1, "expected .true. or .false., found '"//entry%values(1)%text//"'")
       end if
    end subroutine get_logical
 
    !> Get a text in quotes.
-   subroutine get_text(namelist, entry, value, messages, or_number, or_real)
-      type(namelist_type), intent(in) :: namelist
+   subroutine get_text(namelist, entry, value, or_number, or_real)
+      type(namelist_type), intent(inout) :: namelist
       type(entry_type), intent(in) :: entry
       character(len=:), allocatable, intent(inout) :: value
-      type(diagnostics_type), intent(inout) :: messages
       logical, intent(in), optional :: or_number     !! a whole number of at least 1 without quotes is taken, too
       logical, intent(in), optional :: or_real       !! any number without quotes is
       logical :: takes_number, takes_real
@@ -65,50 +60,47 @@ contains
       if (present(or_number)) takes_number = or_number
       takes_real = .false.
       if (present(or_real)) takes_real = or_real
-      if (.not. is_single(namelist, entry, 'one text', messages)) return
+      if (.not. is_single(namelist, entry, 'one text')) return
       if (entry%values(1)%kind == value_kind%text) then
          value = entry%values(1)%text
       else if (takes_real .and. entry%values(1)%kind == value_kind%number) then
          value = entry%values(1)%text
       else if (takes_number) then
-         if (is_whole_number(namelist, entry, 1, 1, messages)) value = to_string(nint(entry%values(1)%number))
+         if (is_whole_number(namelist, entry, 1, 1)) value = to_string(nint(entry%values(1)%number))
       else
-         call messages%add(severity%error, entry%name//": expected text in quotes, found '"// &
-                           entry%values(1)%text//"'", namelist%origin(entry%values(1)%place))
+         call namelist%fail(entry, 1, "expected text in quotes, found '"//entry%values(1)%text//"'")
       end if
    end subroutine get_text
 
    !> Get the path of a file that can be read, beside the file of the options; not allocated when there is none.
-   subroutine get_file(namelist, entry, name, path, messages)
-      type(namelist_type), intent(in) :: namelist
+   subroutine get_file(namelist, entry, name, path)
+      type(namelist_type), intent(inout) :: namelist
       type(entry_type), intent(in) :: entry
       character(len=:), allocatable, intent(out) :: name   !! as the entry has it; not allocated: it has none
       character(len=:), allocatable, intent(out) :: path
-      type(diagnostics_type), intent(inout) :: messages
       character(len=:), allocatable :: problem
-      call get_text(namelist, entry, name, messages)
+      call get_text(namelist, entry, name)
       if (.not. allocated(name)) return
-      call demand(namelist, entry, len_trim(name) > 0, 'must name a file', messages)
+      call demand(namelist, entry, len_trim(name) > 0, 'must name a file')
       if (len_trim(name) == 0) return
       path = beside(namelist%source%file, trim(name))
       problem = file_text_problem(path)
       if (len(problem) == 0) return
-      call messages%add(severity%error, entry%name//': '//path//': '//problem, namelist%origin(entry%values(1)%place))
+      call namelist%fail(entry, 1, path//': '//problem)
       deallocate (path)
    end subroutine get_file
 
    !> Get a text in quotes that is one of several words (lower case).
-   subroutine get_choice(namelist, entry, choices, value, messages, old_word, remark)
-      type(namelist_type), intent(in) :: namelist
+   subroutine get_choice(namelist, entry, choices, value, old_word, remark)
+      type(namelist_type), intent(inout) :: namelist
       type(entry_type), intent(in) :: entry
       character(len=*), intent(in) :: choices(:)
       character(len=:), allocatable, intent(inout) :: value
-      type(diagnostics_type), intent(inout) :: messages
       character(len=*), intent(in), optional :: old_word   !! former spelling of the first word
       character(len=*), intent(in), optional :: remark     !! to the message
       character(len=:), allocatable :: word, list
       integer :: i
-      call get_text(namelist, entry, word, messages)
+      call get_text(namelist, entry, word)
       if (.not. allocated(word)) return
       word = lower_case(trim(word))
       if (present(old_word)) then
@@ -127,37 +119,35 @@ contains
       if (present(remark)) then
          if (len(remark) > 0) list = list//' ('//remark//')'
       end if
-      call messages%add(severity%error, entry%name//': must be '//list//", found '"//word//"'"// &
-                        did_you_mean(word, choices), namelist%origin(entry%values(1)%place))
+      call namelist%fail(entry, 1, 'must be '//list//", found '"//word//"'"//did_you_mean(word, choices))
       ! what else depends on it is judged as if it stood there
       if (size(choices) == 1) value = trim(choices(1))
    end subroutine get_choice
 
    !> Get a list of numbers: exactly `n`, or a multiple of n when `multiple` holds.
-   subroutine get_reals(namelist, entry, n, multiple, values, messages)
-      type(namelist_type), intent(in) :: namelist
+   subroutine get_reals(namelist, entry, n, multiple, values)
+      type(namelist_type), intent(inout) :: namelist
       type(entry_type), intent(in) :: entry
       integer, intent(in) :: n
       logical, intent(in) :: multiple
       real(wp), allocatable, intent(out) :: values(:)   !! unallocated when the list is wrong
-      type(diagnostics_type), intent(inout) :: messages
       integer :: i
       logical :: ok
       if (entry%n == 0) return
       ok = .true.
       do i = 1, entry%n
-         if (.not. is_number(namelist, entry, i, messages)) ok = .false.
+         if (.not. is_number(namelist, entry, i)) ok = .false.
       end do
       if (multiple .and. modulo(entry%n, n) /= 0) then
-         call messages%add(severity%error, entry%name//': expected a multiple of '//to_string(n)//' numbers, found '// &
-                           to_string(entry%n)//decimal_comma(namelist, entry), namelist%origin(entry%place))
+         call namelist%fail(entry, 0, 'expected a multiple of '//to_string(n)//' numbers, found '// &
+                            to_string(entry%n)//decimal_comma(namelist, entry))
          ok = .false.
       else if (.not. multiple .and. entry%n /= n) then
-         call messages%add(severity%error, entry%name//': expected '//to_string(n)//' numbers, found '// &
-                           to_string(entry%n)//decimal_comma(namelist, entry), namelist%origin(entry%place))
+         call namelist%fail(entry, 0, 'expected '//to_string(n)//' numbers, found '//to_string(entry%n)// &
+                            decimal_comma(namelist, entry))
          ok = .false.
       end if
-      if (ok) call refuse_decimal_commas(namelist, entry, n, messages, ok)
+      if (ok) call refuse_decimal_commas(namelist, entry, n, ok)
       if (.not. ok) return
       allocate (values(entry%n))
       do i = 1, entry%n
@@ -168,11 +158,10 @@ contains
    !> Report a list whose commas are decimal signs though its count fits: digits behind a comma that begin with a
    !> needless 0, as in 0,05; or blanks that part the list in rows of n numbers only when commas are decimal signs, as
    !> in 0,5,0 1,5,0 for the points 0.5 0 and 1.5 0. A list without such blanks is read as it stands.
-   subroutine refuse_decimal_commas(namelist, entry, n, messages, ok)
-      type(namelist_type), intent(in) :: namelist
+   subroutine refuse_decimal_commas(namelist, entry, n, ok)
+      type(namelist_type), intent(inout) :: namelist
       type(entry_type), intent(in) :: entry
       integer, intent(in) :: n                 !! numbers of a row
-      type(diagnostics_type), intent(inout) :: messages
       logical, intent(inout) :: ok
       character(len=*), parameter :: digits = '0123456789'
       integer :: i, length, pairs, first, at
@@ -226,26 +215,24 @@ contains
          character(len=:), allocatable :: a, b
          a = entry%values(k)%text
          b = entry%values(k + 1)%text
-         call messages%add(severity%error, entry%name//": '"//a//','//b// &
-                           "' looks like a number with a decimal comma: write "//a//'.'//b//', or '//a//', '//b// &
-                           ' for two numbers', namelist%origin(entry%values(k)%place))
+         call namelist%fail(entry, k, "'"//a//','//b//"' looks like a number with a decimal comma: write "//a//'.'// &
+                            b//', or '//a//', '//b//' for two numbers')
          ok = .false.
       end subroutine report
 
    end subroutine refuse_decimal_commas
 
    !> Get a list of whole numbers of at least `least`, of any length.
-   subroutine get_integers(namelist, entry, least, values, messages)
-      type(namelist_type), intent(in) :: namelist
+   subroutine get_integers(namelist, entry, least, values)
+      type(namelist_type), intent(inout) :: namelist
       type(entry_type), intent(in) :: entry
       integer, intent(in) :: least
       integer, allocatable, intent(out) :: values(:)    !! unallocated when the list is wrong
-      type(diagnostics_type), intent(inout) :: messages
       integer :: i
       logical :: ok
       ok = .true.
       do i = 1, entry%n
-         if (.not. is_whole_number(namelist, entry, i, least, messages)) ok = .false.
+         if (.not. is_whole_number(namelist, entry, i, least)) ok = .false.
       end do
       if (.not. ok) return
       allocate (values(entry%n))
@@ -255,12 +242,11 @@ contains
    end subroutine get_integers
 
    !> Report a value of the entry (default: the first) unless a condition holds: "<name>: must be …, found '…'".
-   subroutine demand(namelist, entry, condition, rule, messages, place)
-      type(namelist_type), intent(in) :: namelist
+   subroutine demand(namelist, entry, condition, rule, place)
+      type(namelist_type), intent(inout) :: namelist
       type(entry_type), intent(in) :: entry
       logical, intent(in) :: condition
       character(len=*), intent(in) :: rule
-      type(diagnostics_type), intent(inout) :: messages
       integer, intent(in), optional :: place
       integer :: k
       if (condition .or. entry%n < 1) return
@@ -268,8 +254,7 @@ contains
       if (present(place)) k = place
       associate (value => entry%values(k))
          if (value%kind /= value_kind%number .and. value%kind /= value_kind%text) return
-         call messages%add(severity%error, entry%name//': '//rule//", found '"//value%text//"'", &
-                           namelist%origin(value%place))
+         call namelist%fail(entry, k, rule//", found '"//value%text//"'")
       end associate
    end subroutine demand
 
@@ -284,18 +269,16 @@ contains
    end function index_of
 
    !> Has the entry one value? (No value at all was reported by the parser.)
-   logical function is_single(namelist, entry, what, messages)
-      type(namelist_type), intent(in) :: namelist
+   logical function is_single(namelist, entry, what)
+      type(namelist_type), intent(inout) :: namelist
       type(entry_type), intent(in) :: entry
       character(len=*), intent(in) :: what
-      type(diagnostics_type), intent(inout) :: messages
       character(len=:), allocatable :: hint
       is_single = entry%n == 1
       if (entry%n < 2) return
       hint = decimal_comma(namelist, entry)
       if (what == 'one text') hint = '; a list of names is one text, with the commas inside the quotes'
-      call messages%add(severity%error, entry%name//': expected '//what//', found '//to_string(entry%n)//' values'// &
-                        hint, namelist%origin(entry%values(2)%place))
+      call namelist%fail(entry, 2, 'expected '//what//', found '//to_string(entry%n)//' values'//hint)
    end function is_single
 
    !> A hint at the first pair of values that reads as one number with a decimal comma, or nothing. `0,5` may be one,
@@ -329,19 +312,18 @@ contains
    end function decimal_comma
 
    !> Is value i a number of sensible size?
-   logical function is_number(namelist, entry, i, messages)
-      type(namelist_type), intent(in) :: namelist
+   logical function is_number(namelist, entry, i)
+      type(namelist_type), intent(inout) :: namelist
       type(entry_type), intent(in) :: entry
       integer, intent(in) :: i
-      type(diagnostics_type), intent(inout) :: messages
       is_number = entry%values(i)%kind == value_kind%number
       if (.not. is_number) then
-         call messages%add(severity%error, entry%name//": expected a number, found '"//entry%values(i)%text//"'"// &
-                           dash_hint(entry%values(i)%text), namelist%origin(entry%values(i)%place))
+         call namelist%fail(entry, i, "expected a number, found '"//entry%values(i)%text//"'"// &
+                            dash_hint(entry%values(i)%text))
       else if (abs(entry%values(i)%number) > largest_value) then
          is_number = .false.
-         call messages%add(severity%error, entry%name//': must not be larger than '//to_string(largest_value)// &
-                           ", found '"//entry%values(i)%text//"'", namelist%origin(entry%values(i)%place))
+         call namelist%fail(entry, i, 'must not be larger than '//to_string(largest_value)//", found '"// &
+                            entry%values(i)%text//"'")
       end if
    end function is_number
 
@@ -355,21 +337,18 @@ contains
    end function dash_hint
 
    !> Is value i a whole number of at least `least`?
-   logical function is_whole_number(namelist, entry, i, least, messages)
-      type(namelist_type), intent(in) :: namelist
+   logical function is_whole_number(namelist, entry, i, least)
+      type(namelist_type), intent(inout) :: namelist
       type(entry_type), intent(in) :: entry
       integer, intent(in) :: i, least
-      type(diagnostics_type), intent(inout) :: messages
-      is_whole_number = is_number(namelist, entry, i, messages)
+      is_whole_number = is_number(namelist, entry, i)
       if (.not. is_whole_number) return
       if (.not. is_whole(entry%values(i)%number)) then
          is_whole_number = .false.
-         call messages%add(severity%error, entry%name//": expected a whole number, found '"// &
-                           entry%values(i)%text//"'", namelist%origin(entry%values(i)%place))
+         call namelist%fail(entry, i, "expected a whole number, found '"//entry%values(i)%text//"'")
       else if (entry%values(i)%number < least) then
          is_whole_number = .false.
-         call messages%add(severity%error, entry%name//': must be at least '//to_string(least)//", found '"// &
-                           entry%values(i)%text//"'", namelist%origin(entry%values(i)%place))
+         call namelist%fail(entry, i, 'must be at least '//to_string(least)//", found '"//entry%values(i)%text//"'")
       end if
    end function is_whole_number
 

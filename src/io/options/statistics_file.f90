@@ -45,41 +45,40 @@ contains
       type(source_type), intent(in) :: source
       type(statistics_type), intent(out) :: statistics
       type(diagnostics_type), intent(inout) :: messages
-      type(diagnostics_type) :: found
-      type(namelist_type) :: namelist
+      type(namelist_type), target :: namelist
       type(option_rows_type) :: table
       integer :: i, n_read, section, boundary
-      call parse_namelist(source, namelist, found)
+      call parse_namelist(source, namelist)
       call want_groups(table, namelist)
       call describe_statistics(table, statistics)
-      call read_table(namelist, table, all_statistics, found)
+      call read_table(namelist, table, all_statistics)
       call describe_statistics(table, statistics)
-      n_read = found%n
+      n_read = namelist%messages%n
 
       call expect_once('section', section)
       call expect_once('boundary', boundary)
       if (boundary == 0) then
-         call found%add(severity%error, '&boundary is missing', source%origin(source%n_lines, 1))
+         call namelist%messages%add(severity%error, '&boundary is missing', source%origin(source%n_lines, 1))
       else
          statistics%region%origin = namelist%origin(namelist%groups(boundary)%place)
-         if (is_sound(statistics%region%origin)) call settle_boundary(statistics%region, found)
+         if (is_sound(statistics%region%origin)) call settle_boundary(statistics%region, namelist%messages)
       end if
       do i = 1, size(statistics%sets)
          if (.not. is_sound(statistics%sets(i)%origin)) cycle
-         call settle_set(statistics%sets(i), found)
-         call settle_direction(statistics%sets(i), statistics%azimuth, found)
+         call settle_set(statistics%sets(i), namelist%messages)
+         call settle_direction(statistics%sets(i), statistics%azimuth, namelist%messages)
       end do
       do i = 1, size(statistics%openings)
          if (is_sound(statistics%openings(i)%origin)) &
-            call settle_opening(statistics%openings(i), options_beside(source%file), found)
+            call settle_opening(statistics%openings(i), options_beside(source%file), namelist%messages)
       end do
-      call settle_points('fixed', pack_sound(statistics%fixed_groups), statistics%fixed, found)
-      call settle_points('loading', pack_sound(statistics%loading_groups), statistics%loading, found)
-      call settle_points('measured', pack_sound(statistics%measured_groups), statistics%measured, found)
+      call settle_points('fixed', pack_sound(statistics%fixed_groups), statistics%fixed, namelist%messages)
+      call settle_points('loading', pack_sound(statistics%loading_groups), statistics%loading, namelist%messages)
+      call settle_points('measured', pack_sound(statistics%measured_groups), statistics%measured, namelist%messages)
       statistics%loading = statistics%loading(1:2, :)
       statistics%measured = statistics%measured(1:2, :)
-      call check_bands(statistics, found)
-      call append_in_order(messages, found)
+      call check_bands(statistics, namelist%messages)
+      call append_in_order(messages, namelist%messages)
 
    contains
 
@@ -91,7 +90,7 @@ contains
          first = 0
          do k = 1, namelist%n
             if (namelist%groups(k)%name /= name) cycle
-            if (first > 0) call found%add(severity%error, '&'//name//': given more than once', &
+            if (first > 0) call namelist%messages%add(severity%error, '&'//name//': given more than once', &
                                           namelist%origin(namelist%groups(k)%place))
             if (first == 0) first = k
          end do
@@ -103,8 +102,8 @@ contains
          integer :: k
          is_sound = .true.
          do k = 1, n_read
-            if (found%items(k)%severity == severity%error) &
-               is_sound = is_sound .and. group_at(found%items(k)%origin) /= group_at(place)
+            if (namelist%messages%items(k)%severity == severity%error) &
+               is_sound = is_sound .and. group_at(namelist%messages%items(k)%origin) /= group_at(place)
          end do
       end function is_sound
 
@@ -431,21 +430,20 @@ contains
       type(opening_type), intent(inout) :: opening
       type(diagnostics_type), intent(inout) :: messages
       type(source_type) :: source
-      type(namelist_type) :: namelist
-      type(diagnostics_type) :: reported_there   !! faults of the options file are reported where it is read
+      type(namelist_type) :: namelist            !! its faults are reported where it is read
       character(len=:), allocatable :: name, known
       integer :: i, found, n_found
       logical :: ok
       call read_source(path, source, messages, ok)
       if (.not. ok) return
-      call parse_namelist(source, namelist, reported_there)
+      call parse_namelist(source, namelist)
       known = ''
       n_found = 0
       found = 0
       do i = 1, namelist%n
          associate (group => namelist%groups(i))
             if (group%name /= 'region' .or. find_entry(group, 'name') == 0) cycle
-            call get_text(namelist, group%entries(find_entry(group, 'name')), name, reported_there)
+            call get_text(namelist, group%entries(find_entry(group, 'name')), name)
             if (.not. allocated(name)) cycle
             if (len(known) > 0) known = known//', '
             known = known//"'"//trim(adjustl(name))//"'"
@@ -479,24 +477,24 @@ contains
 
    !> Set the shape to the polygon, box or circle of a region.
    subroutine set_outline(namelist, group, opening, ok)
-      type(namelist_type), intent(in) :: namelist
+      type(namelist_type), intent(inout) :: namelist
       type(group_type), intent(in) :: group
       type(opening_type), intent(inout) :: opening
       logical, intent(out) :: ok
-      type(diagnostics_type) :: reported_there
       real(wp), allocatable :: box(:), circle(:), polygon(:)
-      integer :: i
+      integer :: i, before
+      before = namelist%messages%n_errors
       ok = .true.
       do i = 1, group%n
          select case (group%entries(i)%name)
          case ('name')
-         case ('box'); call get_reals(namelist, group%entries(i), 4, .false., box, reported_there)
-         case ('circle'); call get_reals(namelist, group%entries(i), 3, .false., circle, reported_there)
-         case ('polygon'); call get_reals(namelist, group%entries(i), 2, .true., polygon, reported_there)
+         case ('box'); call get_reals(namelist, group%entries(i), 4, .false., box)
+         case ('circle'); call get_reals(namelist, group%entries(i), 3, .false., circle)
+         case ('polygon'); call get_reals(namelist, group%entries(i), 2, .true., polygon)
          case default; ok = .false.
          end select
       end do
-      ok = ok .and. .not. reported_there%has_errors() .and. &
+      ok = ok .and. namelist%messages%n_errors == before .and. &
            count([allocated(box), allocated(circle), allocated(polygon)]) == 1
       if (.not. ok) return
       opening%center = 0

@@ -48,8 +48,10 @@ module rockdda_io_namelist_parser
       type(source_type) :: source
       integer :: n = 0
       type(group_type), allocatable :: groups(:)
+      type(diagnostics_type) :: messages      !! about what was read so far
    contains
       procedure :: origin => origin_of_place
+      procedure :: fail
    end type namelist_type
 
    character(len=*), parameter :: letters = 'abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ'
@@ -64,11 +66,10 @@ module rockdda_io_namelist_parser
 
 contains
 
-   !> Parse a source; problems are added to `messages`, valid entries are kept.
-   subroutine parse_namelist(source, namelist, messages)
+   !> Parse a source; valid entries are kept.
+   subroutine parse_namelist(source, namelist)
       type(source_type), intent(in) :: source
-      type(namelist_type), intent(out) :: namelist
-      type(diagnostics_type), intent(inout) :: messages
+      type(namelist_type), intent(out) :: namelist     !! with its problems
       integer :: at
       namelist%source = source
       allocate (namelist%groups(8))
@@ -77,20 +78,19 @@ contains
          call skip_blanks(source%text, at)
          if (at > len(source%text)) exit
          if (source%text(at:at) == '&' .or. source%text(at:at) == '$') then
-            call parse_group(namelist, at, messages)
+            call parse_group(namelist, at)
          else
-            call messages%add(severity%error, "expected a group such as &run, found '"//word_at(source%text, at)//"'", &
-                              namelist%origin(at))
+            call namelist%messages%add(severity%error, "expected a group such as &run, found '"//word_at(source%text, &
+                                       at)//"'", namelist%origin(at))
             at = next_group(source%text, at)
          end if
       end do
    end subroutine parse_namelist
 
    !> Parse a group from its & to its end.
-   subroutine parse_group(namelist, at, messages)
+   subroutine parse_group(namelist, at)
       type(namelist_type), intent(inout) :: namelist
       integer, intent(inout) :: at
-      type(diagnostics_type), intent(inout) :: messages
       type(group_type) :: group
       character(len=:), allocatable :: word
       logical :: closed
@@ -121,25 +121,24 @@ contains
                closed = word == 'end'
                exit
             else if (name_end(text, at) < at .or. scan(text(at:at), letters) == 0) then
-               call messages%add(severity%error, "expected a name or '/', found '"//word_at(text, at)//"'", &
+               call namelist%messages%add(severity%error, "expected a name or '/', found '"//word_at(text, at)//"'", &
                                  namelist%origin(at))
                at = at + len(word_at(text, at))
             else
-               call parse_entry(namelist, group, at, messages)
+               call parse_entry(namelist, group, at)
             end if
          end do
       end associate
-      if (.not. closed) call messages%add(severity%error, "group &"//group%name//" is not closed by '/'", &
+      if (.not. closed) call namelist%messages%add(severity%error, "group &"//group%name//" is not closed by '/'", &
                                           namelist%origin(group%place))
       call add_group(namelist, group)
    end subroutine parse_group
 
    !> Parse one `name = values`.
-   subroutine parse_entry(namelist, group, at, messages)
-      type(namelist_type), intent(in) :: namelist
+   subroutine parse_entry(namelist, group, at)
+      type(namelist_type), intent(inout) :: namelist
       type(group_type), intent(inout) :: group
       integer, intent(inout) :: at
-      type(diagnostics_type), intent(inout) :: messages
       type(entry_type) :: entry
       type(entry_type), allocatable :: larger(:)
       integer :: last
@@ -150,12 +149,13 @@ contains
       at = last + 1
       call skip_blanks(namelist%source%text, at)
       if (.not. is_at(namelist%source%text, at, '=')) then
-         call messages%add(severity%error, "expected '=' after '"//entry%name//"'", namelist%origin(entry%place))
+         call namelist%messages%add(severity%error, "expected '=' after '"//entry%name//"'", &
+                                    namelist%origin(entry%place))
          return
       end if
       at = at + 1
-      call parse_values(namelist, entry, at, messages)
-      if (entry%n == 0) call messages%add(severity%error, entry%name//': expected a value', &
+      call parse_values(namelist, entry, at)
+      if (entry%n == 0) call namelist%messages%add(severity%error, entry%name//': expected a value', &
                                           namelist%origin(entry%place))
       if (group%n == size(group%entries)) then
          allocate (larger(2*group%n))
@@ -167,11 +167,10 @@ contains
    end subroutine parse_entry
 
    !> Parse the values behind '=', up to the next name, group or end.
-   subroutine parse_values(namelist, entry, at, messages)
-      type(namelist_type), intent(in) :: namelist
+   subroutine parse_values(namelist, entry, at)
+      type(namelist_type), intent(inout) :: namelist
       type(entry_type), intent(inout) :: entry
       integer, intent(inout) :: at
-      type(diagnostics_type), intent(inout) :: messages
       type(value_type) :: value
       integer :: start, last, after, repeat_count, i
       logical :: comma, ok, too_many
@@ -183,7 +182,7 @@ contains
             call skip_blanks(text, at)
             if (at > len(text)) exit
             if (text(at:at) == ',') then
-               if (comma .or. entry%n == 0) call messages%add(severity%error, entry%name// &
+               if (comma .or. entry%n == 0) call namelist%messages%add(severity%error, entry%name// &
                   ': expected a value before the comma', namelist%origin(at))
                comma = .true.
                at = at + 1
@@ -208,12 +207,12 @@ contains
                if (at > len(text)) exit
             end if
             if (scan(text(at:at), '''"') > 0) then
-               call parse_text(namelist, entry%name, at, value, messages)
+               call parse_text(namelist, entry%name, at, value)
             else
                last = value_end(text, at)
                if (last < at) then
-                  call messages%add(severity%error, entry%name//": expected a value, found '"//word_at(text, at)//"'", &
-                                    namelist%origin(at))
+                  call namelist%messages%add(severity%error, entry%name//": expected a value, found '"//word_at(text, &
+                                             at)//"'", namelist%origin(at))
                   at = at + 1
                   cycle
                end if
@@ -223,7 +222,7 @@ contains
             value%place = start
             comma = .false.
             if (repeat_count > most_values - entry%n) then
-               if (.not. too_many) call messages%add(severity%error, entry%name//': more than '// &
+               if (.not. too_many) call namelist%messages%add(severity%error, entry%name//': more than '// &
                   to_string(most_values)//' values', namelist%origin(start))
                too_many = .true.
                if (entry%n == 0) call add_values(entry, value, 1)
@@ -235,12 +234,11 @@ contains
    end subroutine parse_values
 
    !> Parse text in quotes; a doubled quote stands for itself.
-   subroutine parse_text(namelist, name, at, value, messages)
-      type(namelist_type), intent(in) :: namelist
+   subroutine parse_text(namelist, name, at, value)
+      type(namelist_type), intent(inout) :: namelist
       character(len=*), intent(in) :: name
       integer, intent(inout) :: at
       type(value_type), intent(out) :: value
-      type(diagnostics_type), intent(inout) :: messages
       character(len=1) :: quote
       integer :: start
       start = at
@@ -260,7 +258,7 @@ contains
             at = at + 1
          end do
       end associate
-      call messages%add(severity%error, name//': the text has no closing quote', namelist%origin(start))
+      call namelist%messages%add(severity%error, name//': the text has no closing quote', namelist%origin(start))
    end subroutine parse_text
 
    !> Find the kind of an unquoted value: number, logical or word.
@@ -432,6 +430,18 @@ contains
       end do
       origin = self%source%origin(low, place - self%source%line_start(low) + 1)
    end function origin_of_place
+
+   !> An error about value k of an entry, or about all of it (k = 0): "<name>: …".
+   subroutine fail(self, entry, k, text)
+      class(namelist_type), intent(inout) :: self
+      type(entry_type), intent(in) :: entry
+      integer, intent(in) :: k
+      character(len=*), intent(in) :: text
+      integer :: place
+      place = entry%place
+      if (k > 0) place = entry%values(k)%place
+      call self%messages%add(severity%error, entry%name//': '//text, self%origin(place))
+   end subroutine fail
 
    !> Place of the last entry of this name in the group, 0 when there is none.
    pure integer function find_entry(group, name)

@@ -21,7 +21,7 @@ module rockdda_model_option_rows
       index_of_choice
    implicit none
    private
-   public :: option_rows_type, option_group_type, fill_defaults, transfer_options
+   public :: option_rows_type, option_group_type, has_value, fill_defaults, transfer_options
 
    type :: option_group_type
       character(len=name_length) :: name = ''
