@@ -84,7 +84,7 @@ FACES = {
     "interaction/boundary": "boundaries boundary_edges quiet_boundaries supports",
     "interaction/water": "water water_at_start",
     "interaction": "families",
-    "check": "bolts boundaries linings material_names material_use materials options plausibility tables",
+    "check": "bolts boundaries linings material_names material_use options plausibility tables",
     "stepping/control": "control method reach stage_watch trend",
     "stepping/energy": "ledger",
     "stepping/step": "motion sleep step trial_step",

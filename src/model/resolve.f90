@@ -25,7 +25,7 @@ module rockdda_model_resolve
    use rockdda_model_parameters, only : parameters_type
    use rockdda_model_quake_options, only : settle_quakes
    use rockdda_model_stage_options, only : has_end, is_plain, is_given, has_base_motion, first_dynamic_stage, &
-      stage_name, least_extent, seeks_equilibrium, stage_k01
+      stage_name, least_extent
    use rockdda_model_joint_options, only : take_joint_options
    use rockdda_model_material_options, only : take_block_options, take_point_tables
    implicit none

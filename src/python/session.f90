@@ -8,7 +8,7 @@ module rockdda_python_session
    use, intrinsic :: iso_c_binding, only : c_int64_t, c_intptr_t, c_ptr, c_loc, c_f_pointer
    use rockdda_base_kinds, only : wp
    use rockdda_base_error, only : error_type, error_code
-   use rockdda_base_diagnostics, only : diagnostics_type, diagnostic_type, severity
+   use rockdda_base_diagnostics, only : diagnostics_type, severity
    use rockdda_base_strings, only : to_string
    use rockdda_contact_view, only : contact_view_type
    use rockdda_lines_report, only : lines_report_type

@@ -18,7 +18,6 @@ module rockdda_run_model_input
    use rockdda_check_options, only : check_options, check_joints
    use rockdda_check_boundaries, only : check_boundaries
    use rockdda_model_parameters, only : parameters_type
-   use rockdda_check_materials, only : check_geometry_materials, check_block_materials
    use rockdda_check_material_use, only : check_lines_described, check_blocks_described
    use rockdda_io_recognise, only : file_kind
    implicit none
@@ -113,21 +112,16 @@ contains
       type(model_input_type), intent(in) :: input
       type(diagnostics_type), intent(inout) :: messages
       logical, allocatable :: blocks(:), joints(:)      !! described, by number
-      logical :: has_lines, by_options
+      logical :: in_analysis
       call find_described(input, blocks, joints)
-      has_lines = input%model_kind == file_kind%geometry .and. allocated(input%geometry%line_joint)
-      ! all of them in the options, none in an analysis file
-      by_options = input%labelled
-      if (allocated(input%analysis%block_materials)) by_options = by_options .and. &
-                                                                  size(input%analysis%block_materials) == 0
-      if (by_options .and. has_lines) then
-         call check_lines_described(input%geometry, input%blocks, blocks, joints, input%model_file, messages)
-      else if (by_options .and. input%has_blocks) then
-         call check_blocks_described(input%blocks, blocks, joints, input%model_file, messages)
-      else if (has_lines) then
-         call check_geometry_materials(input%geometry, size(blocks), size(joints), messages)
+      in_analysis = .not. input%labelled
+      if (allocated(input%analysis%block_materials)) in_analysis = in_analysis .or. &
+                                                                   size(input%analysis%block_materials) > 0
+      if (input%model_kind == file_kind%geometry .and. allocated(input%geometry%line_joint)) then
+         call check_lines_described(input%geometry, input%blocks, blocks, joints, in_analysis, input%model_file, &
+                                    messages)
       else if (input%has_blocks) then
-         call check_block_materials(input%blocks, size(blocks), size(joints), input%model_file, messages)
+         call check_blocks_described(input%blocks, blocks, joints, in_analysis, input%model_file, messages)
       end if
    end subroutine check_materials
 

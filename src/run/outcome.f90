@@ -5,8 +5,7 @@ module rockdda_run_outcome
    use rockdda_base_strings, only : counted, is_given, to_string
    use rockdda_model_options, only : is_set
    use rockdda_model_parameters, only : parameters_type
-   use rockdda_model_boundary_options, only : is_quiet
-   use rockdda_model_stage_options, only : stage_name, stage_k01, has_base_motion, seeks_equilibrium
+   use rockdda_model_stage_options, only : stage_name, has_base_motion, seeks_equilibrium
    use rockdda_stepping_control, only : step_control_type, n_cut_reasons
    use rockdda_check_tables, only : unreached_tables_text
    use rockdda_stepping_simulation, only : simulation_type

@@ -3,7 +3,7 @@
 others are found: offsets of vertices and contacts, blocks of points. The rows of history and frames are checked when
 they are read.
 
-The program has the same rules and words (src/io/storage/results/results_shape.f90).
+The program has the same rules and words (src/io/storage/results/results_info.f90).
 """
 
 from __future__ import annotations

@@ -4,7 +4,7 @@
 module rockdda_io_option_reader
    use rockdda_base_kinds, only : wp
    use rockdda_base_strings, only : to_string
-   use rockdda_base_diagnostics, only : diagnostics_type, severity
+   use rockdda_base_diagnostics, only : severity
    use rockdda_model_option, only : option_type, option_kind, list_rule, choice, columns_of, in_bounds, n_choices, &
                                     name_length
    use rockdda_model_option_rows, only : option_rows_type

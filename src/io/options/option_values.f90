@@ -3,7 +3,6 @@
 module rockdda_io_option_values
    use rockdda_base_kinds, only : wp
    use rockdda_base_strings, only : lower_case, to_string
-   use rockdda_base_diagnostics, only : diagnostics_type, severity
    use rockdda_io_namelist_parser, only : namelist_type, entry_type, value_kind, beside
    use rockdda_base_numbers, only : is_whole
    use rockdda_io_record_reader, only : largest_value

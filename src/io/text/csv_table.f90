@@ -7,7 +7,7 @@ module rockdda_io_csv_table
    use rockdda_io_row_reader, only : row_reader_type
    use rockdda_io_separators, only : settle_separators
    use rockdda_io_source, only : source_type, read_source
-   use rockdda_io_tokens, only : token_list_type, token_kind, tokenise
+   use rockdda_io_tokens, only : token_list_type, tokenise
    implicit none
    private
    public :: read_csv_table

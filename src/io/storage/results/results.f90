@@ -12,7 +12,7 @@ module rockdda_io_results
    use rockdda_contact_view, only : contact_view_type
    use rockdda_model_blocks, only : block_system_type
    use rockdda_model_state, only : block_state_type, bolt_nodes_type, liner_nodes_type, step_record_type, &
-      n_energies, energy_names
+      energy_names
    use rockdda_io_hdf5_adapter, only : hdf5_file_type
    use rockdda_io_hdf5_driver, only : undo_path, check_undo, roll_back, digest_length
    use rockdda_io_posix, only : get_path_kind, path_kind, remove_file
