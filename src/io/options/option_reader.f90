@@ -317,7 +317,7 @@ contains
       character(len=:), allocatable :: file, path
       call get_file(self%namelist, entry, file, path)
       if (allocated(file)) name = file
-      if (allocated(path)) call read_csv_table(path, columns_of(row), rows, &
+      if (allocated(path)) call read_csv_table(path, columns_of(row), rows, self%namelist%messages, &
                                                in_any_order=row%rule == list_rule%any_order)
    end subroutine read_rows_of_file
 
@@ -334,7 +334,8 @@ contains
       call find_format(table, i, form, column, has_scale)
       associate (given => table%rows(i)%given)
          if (allocated(file)) given%text = file
-         if (allocated(path)) call read_record(path, form_of(form, file), column, has_scale, given%rows, given%number)
+         if (allocated(path)) call read_record(path, form_of(form, file), column, has_scale, given%rows, given%number, &
+                                               self%namelist%messages)
       end associate
    end subroutine read_record_file
 
