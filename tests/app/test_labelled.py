@@ -116,7 +116,7 @@ class LabelledFile(ProgramTest):
             "slope.nml:2:54: error: density: must be greater than 0, found '-1'",
             "slope.nml:5:24: error: &joint_law: there is no joint material 'beddingg'; did you mean 'bedding'?",
             "slope.nml:8:17: error: gravity: must not be negative (it acts in -y), found '-9.81'",
-            "block.dc:9:1: error: joint material 1, used by line 1 (and by 6 more), is not described: "
+            "block.dc:9:9: error: joint material 1, used by line 1 (and by 6 more), is not described: "
             "add &joint_material number = 1, ... /",
             "block.dc: error: block material 1, used by block 1 and all others without a material line, is not "
             "described: add &block_material number = 1, ... /",

@@ -239,7 +239,9 @@ class OptionsTable(ProgramTest):
             if path.name in TABLE or path.name.startswith("statistics"):
                 continue
             for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1):
-                code = line if line.lstrip()[:1] != "!" else ""
+                # a checkpoint that is refused names what is wrong in it
+                refused = "archive%demand(" in line or "archive%refuse(" in line
+                code = line if line.lstrip()[:1] != "!" and not refused else ""
                 found += [
                     f"{path.name}:{number}: {word}"
                     for word in re.findall(r"'(\w+)'", code)

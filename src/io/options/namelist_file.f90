@@ -293,8 +293,9 @@ contains
          type(option_rows_type) :: table
          type(joint_material_type) :: joint
          joint = change%joint
+         if (allocated(joint%name)) deallocate (joint%name)
          call describe_joint(table, joint)
-         joint_given = any([(has_value(table%rows(i)) .and. table%rows(i)%name /= 'name', i=1, table%n)])
+         joint_given = any([(has_value(table%rows(i)), i=1, table%n)])
       end function joint_given
 
       !> An error about the change.
