@@ -194,11 +194,11 @@ contains
    !> Help on a command, or on the program when the command is ''.
    pure function usage_text(command) result(text)
       character(len=*), intent(in) :: command
-      character(len=:), allocatable :: text, common
-      common = text_of('common.txt')
+      character(len=:), allocatable :: text, options_of_all
+      options_of_all = text_of('common.txt')
       text = text_of(command//'.txt')
       if (len(text) == 0) text = text_of('program.txt')
-      text = replaced(text(:len(text) - 1), '@COMMON@', common(:len(common) - 1))
+      text = replaced(text(:len(text) - 1), '@COMMON@', options_of_all(:len(options_of_all) - 1))
       text = replaced(replaced(text, '@SOLVERS@', solver_names), '@MODELS@', list_of_models())
    end function usage_text
 

@@ -96,7 +96,8 @@ contains
       end if
       path = trim(line%files(2)%text)
       if (.not. any(model_kinds == line%files(1)%text)) then
-         call make_error(error, error_code%input, "'"//line%files(1)%text//"' is none of "//joined(model_kinds, ', ')// &
+         call make_error(error, error_code%input, "'"//line%files(1)%text//"' is none of "// &
+                         joined(model_kinds, ', ')// &
                          did_you_mean(line%files(1)%text, model_kinds))
          return
       end if

@@ -168,7 +168,8 @@ class Check(ProgramTest):
         outcome = self.run_program("check", "block.dc", "block.df")
         self.assertEqual(outcome.code, 2)
         self.assertIn(
-            "block.dc:14:9: error: joint material 7, used by line 6, is not described: the analysis file has 1 joint material",
+            "block.dc:14:9: error: joint material 7, used by line 6, is not described: "
+            "the analysis file has 1 joint material",
             outcome.err,
         )
 
@@ -301,7 +302,8 @@ class BadInput(ProgramTest):
         outcome = self.run_program("run", "block.dc", "block.df")
         self.assertEqual(outcome.code, 2)
         self.assertIn(
-            "block.dc:14:9: error: joint material 7, used by line 6, is not described: the analysis file has 1 joint material",
+            "block.dc:14:9: error: joint material 7, used by line 6, is not described: "
+            "the analysis file has 1 joint material",
             outcome.err,
         )
 

@@ -199,7 +199,8 @@ contains
             if (.not. allocated(error)) total = fold(total, integers)
          end if
          if (allocated(error)) return
-         if (index(datasets(i)%name, '_points ') > 0 .and. .not. datasets(i)%only_some) call add_attribute(name, 'block')
+         if (index(datasets(i)%name, '_points ') > 0 .and. .not. datasets(i)%only_some) &
+            call add_attribute(name, 'block')
          if (allocated(error)) return
       end do
       ! older files do not have numbers
