@@ -154,7 +154,8 @@ contains
       type(model_input_type), intent(in) :: input
       type(json_type), intent(inout) :: json
       logical, allocatable :: inside(:)
-      integer :: i, k, before
+      integer, allocatable :: numbers(:)
+      integer :: i, k
       call json%open('[', 'regions')
       do i = 1, size(input%options%regions)
          associate (regions => input%options%regions, name => input%options%regions(i)%name)
@@ -162,14 +163,9 @@ contains
             inside = blocks_of_region(input%blocks, regions, name)
             call json%open('{', '')
             call json%put('name', trim(adjustl(name)))
-            call json%open('[', 'blocks')
-            before = 0
-            do k = 1, size(inside)
-               if (.not. inside(k) .or. number_of(k) == before) cycle
-               before = number_of(k)
-               call json%put('', before)
-            end do
-            call json%close(']')
+            ! the cells of a block lie one after another
+            numbers = pack([(number_of(k), k=1, size(inside))], inside)
+            call json%put('blocks', pack(numbers, numbers /= eoshift(numbers, -1)))
             call json%close('}')
          end associate
       end do

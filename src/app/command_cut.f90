@@ -5,15 +5,14 @@ module rockdda_app_command_cut
    use rockdda_base_diagnostics, only : diagnostics_type, severity
    use rockdda_base_kinds, only : wp
    use rockdda_base_strings, only : counted, to_string
+   use rockdda_model_analysis_input, only : dialect
    use rockdda_model_blocks, only : block_system_type
-   use rockdda_model_geometry_input, only : geometry_input_type
    use rockdda_model_options, only : run_options_type
    use rockdda_model_resolve, only : units_of
    use rockdda_model_units, only : unit_system, unit_system_type
    use rockdda_cutting_cut, only : cut_blocks, cut_report_type
    use rockdda_io_block_writer, only : write_block_file
-   use rockdda_io_geometry_file, only : read_geometry_file
-   use rockdda_io_namelist_file, only : read_options_file
+   use rockdda_io_file_content, only : file_content_type
    use rockdda_io_recognise, only : file_kind
    use rockdda_run_parts, only : make_parts_of_options
    use rockdda_app_arguments, only : command_line_type
@@ -31,8 +30,7 @@ contains
    subroutine run_cut(line, exit_code)
       type(command_line_type), intent(in) :: line
       integer, intent(out) :: exit_code
-      type(geometry_input_type) :: geometry
-      type(run_options_type) :: options
+      type(file_content_type) :: content
       type(block_system_type) :: blocks
       type(cut_report_type) :: report
       type(diagnostics_type) :: messages
@@ -43,15 +41,15 @@ contains
 
       call prepare_conversion(line, file_kind%geometry, '.blk', output, messages, error)
       if (.not. allocated(error) .and. .not. messages%has_errors()) &
-         call read_geometry_file(line%files(1)%text, geometry, messages)
+         call content%read(line%files(1)%text, file_kind%geometry, dialect%auto, [-1, -1], messages)
       if (len(line%config) > 0 .and. .not. allocated(error) .and. .not. messages%has_errors()) &
-         call read_options_file(line%config, options, messages)
-      geometry%allow_open = line%allow_open .or. options%allow_open
+         call content%read(line%config, file_kind%options, dialect%auto, [-1, -1], messages)
+      content%geometry%allow_open = line%allow_open .or. content%options%allow_open
       if (.not. allocated(error) .and. .not. messages%has_errors()) &
-         call cut_blocks(geometry, blocks, report, messages, error)
+         call cut_blocks(content%geometry, blocks, report, messages, error)
       n_parents = blocks%n_blocks
       if (len(line%config) > 0 .and. .not. allocated(error) .and. .not. messages%has_errors()) &
-         call make_parts_of_options(options, blocks, messages)
+         call make_parts_of_options(content%options, blocks, messages)
       if (.not. allocated(error) .and. .not. messages%has_errors()) call write_block_file(output, blocks, error)
       if (allocated(error) .or. messages%has_errors()) then
          call report_failure(line, messages, error, exit_code)
@@ -60,7 +58,7 @@ contains
       exit_code = 0
       messages = messages%summarised()
       if (.not. line%quiet) call show_messages(messages, severity%warning)
-      call print_summary(line, n_parents, blocks, report, output, options, messages, ok)
+      call print_summary(line, n_parents, blocks, report, output, content%options, messages, ok)
       if (.not. ok) exit_code = error_code%output
    end subroutine run_cut
 

@@ -344,11 +344,7 @@ contains
          type(support_use_type), intent(in) :: one
          call json%open('{', name)
          call json%put('force', one%force)
-         if (one%use > 0) then
-            call json%put('use', one%use)
-         else
-            call json%put_null('use')
-         end if
+         call json%put('use', one%use, one%use > 0)
          call json%put('state', state_word(one%state, k > n_bolts_of(search%settled)))
          call json%close('}')
       end subroutine put
@@ -456,20 +452,17 @@ contains
       real(wp) :: length(size(search%searched%joints)), open(size(search%searched%joints))
       type(trial_type) :: stable
       integer, allocatable :: blocks(:)
+      character(len=:), allocatable :: kind
       integer :: i
+      logical :: found
       length = search%joint_length()
       stable = search%limit_trial(stable=.true.)
       open = stable%open
       call json%open('{', '')
-      if (search%has_factor()) then
-         call json%put('factor', middle(search))
-         call json%put('low', min(search%state%stable, search%state%failing))
-         call json%put('high', max(search%state%stable, search%state%failing))
-      else
-         call json%put_null('factor')
-         call json%put('low', search%state%stable)
-         call json%put_null('high')
-      end if
+      found = search%has_factor()
+      call json%put('factor', middle(search), found)
+      call json%put('low', merge(min(search%state%stable, search%state%failing), search%state%stable, found))
+      call json%put('high', max(search%state%stable, search%state%failing), found)
       call json%put('search', trim(search_names(search%options%kind)))
       call json%put('settled_strength', search%strength)
       if (search%options%has_factors()) then
@@ -508,31 +501,22 @@ contains
          end associate
       end do
       call json%close(']')
-      if (search%has_factor() .and. size(failing%supports) > 0) call put_supports(search, failing, json)
+      if (found .and. size(failing%supports) > 0) call put_supports(search, failing, json)
       call json%open('{', 'mechanism')
-      call json%open('[', 'blocks')
-      if (search%has_factor()) then
-         blocks = moving_blocks(search, failing)
+      blocks = [integer ::]
+      if (found) blocks = moving_blocks(search, failing)
+      call json%put('blocks', blocks - 1)
+      if (found) blocks = moving_segments(search, failing)
+      if (found .and. any(blocks > 0)) then
+         call json%open('[', 'linings')
          do i = 1, size(blocks)
-            call json%put('', blocks(i) - 1)
+            if (blocks(i) > 0) call json%put('', liner_name(search, i))
          end do
+         call json%close(']')
       end if
-      call json%close(']')
-      if (search%has_factor()) then
-         blocks = moving_segments(search, failing)
-         if (any(blocks > 0)) then
-            call json%open('[', 'linings')
-            do i = 1, size(blocks)
-               if (blocks(i) > 0) call json%put('', liner_name(search, i))
-            end do
-            call json%close(']')
-         end if
-      end if
-      if (search%has_factor()) then
-         call json%put('kind', kind_of(failing%mechanism))
-      else
-         call json%put_null('kind')
-      end if
+      kind = ''
+      if (found) kind = kind_of(failing%mechanism)
+      call json%put('kind', kind, found)
       call json%close('}')
       call json%close('}')
       call print_line(json%text, ok)

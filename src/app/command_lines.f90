@@ -9,11 +9,12 @@ module rockdda_app_command_lines
    use rockdda_lines_report, only : lines_report_type, set_report_type
    use rockdda_lines_statistics, only : statistics_type, joint_set_type
    use rockdda_lines_joint_sets, only : is_endless
+   use rockdda_model_analysis_input, only : dialect
    use rockdda_model_geometry_input, only : geometry_input_type
    use rockdda_model_options, only : is_set
    use rockdda_io_block_writer, only : write_geometry_file
+   use rockdda_io_file_content, only : file_content_type
    use rockdda_io_recognise, only : file_kind
-   use rockdda_io_statistics_file, only : read_statistics_file
    use rockdda_app_arguments, only : command_line_type
    use rockdda_app_conversion, only : prepare_conversion
    use rockdda_app_report, only : show_messages, report_failure, begin_json, end_json
@@ -31,7 +32,7 @@ contains
    subroutine run_lines(line, exit_code)
       type(command_line_type), intent(in) :: line
       integer, intent(out) :: exit_code
-      type(statistics_type) :: statistics
+      type(file_content_type) :: content
       type(geometry_input_type) :: geometry
       type(lines_report_type) :: report
       type(diagnostics_type) :: messages
@@ -41,10 +42,10 @@ contains
 
       call prepare_conversion(line, file_kind%statistics, '.dc', output, messages, error)
       if (.not. allocated(error) .and. .not. messages%has_errors()) &
-         call read_statistics_file(line%files(1)%text, statistics, messages)
+         call content%read(line%files(1)%text, file_kind%statistics, dialect%auto, [-1, -1], messages)
       if (.not. allocated(error) .and. .not. messages%has_errors()) then
-         if (is_set(line%seed)) statistics%seed = line%seed
-         call generate_lines(statistics, geometry, report, messages)
+         if (is_set(line%seed)) content%statistics%seed = line%seed
+         call generate_lines(content%statistics, geometry, report, messages)
       end if
       if (.not. allocated(error) .and. .not. messages%has_errors()) call write_geometry_file(output, geometry, error)
       if (allocated(error) .or. messages%has_errors()) then
@@ -53,7 +54,7 @@ contains
       end if
       exit_code = 0
       if (.not. line%quiet) call show_messages(messages, severity%warning)
-      call print_summary(line, statistics, geometry, report, output, messages, ok)
+      call print_summary(line, content%statistics, geometry, report, output, messages, ok)
       if (.not. ok) exit_code = error_code%output
    end subroutine run_lines
 
@@ -119,13 +120,8 @@ contains
       character(len=*), intent(in) :: name
       integer, intent(in) :: n                      !! size of the sample
       real(wp), intent(in) :: mean, deviation
-      if (n > 0) then
-         call json%put(name, mean)
-         call json%put(name//'_deviation', deviation)
-      else
-         call json%put_null(name)
-         call json%put_null(name//'_deviation')
-      end if
+      call json%put(name, mean, n > 0)
+      call json%put(name//'_deviation', deviation, n > 0)
    end subroutine put_mean
 
    !> A set as text: the statistics drawn, and the wanted values in brackets.

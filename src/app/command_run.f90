@@ -3,6 +3,7 @@
 !>
 !> rockdda resume: continue a run from its checkpoint, with the results of a run without a stop.
 module rockdda_app_command_run
+   use, intrinsic :: iso_c_binding, only : c_char, c_int, c_null_char
    use rockdda_base_error, only : error_type, error_code, make_error
    use rockdda_base_diagnostics, only : diagnostics_type, severity
    use rockdda_base_strings, only : to_string
@@ -18,12 +19,22 @@ module rockdda_app_command_run
    use rockdda_app_progress, only : progress_type
    use rockdda_app_report, only : show_messages, report_failure
    use rockdda_app_running, only : step_until_done, end_run, prepare_sudden_end, print_summary
-   use rockdda_app_viewer, only : viewer_type
    use rockdda_base_kinds, only : wp
    use rockdda_stepping_simulation, only : simulation_type
    implicit none
    private
    public :: run_run, find_run_files, run_resume
+
+   interface
+      integer(c_int) function c_start(name, path) bind(C, name='rockdda_viewer_start')
+         import :: c_char, c_int
+         character(kind=c_char), intent(in) :: name(*), path(*)
+      end function c_start
+      subroutine c_wait(process) bind(C, name='rockdda_viewer_wait')
+         import :: c_int
+         integer(c_int), value :: process
+      end subroutine c_wait
+   end interface
 
 contains
 
@@ -35,8 +46,6 @@ contains
       type(diagnostics_type) :: messages
       type(error_type), allocatable :: error
       type(run_type) :: run
-      type(progress_type) :: progress
-      type(viewer_type) :: viewer
 
       run%start = wall_seconds()
       allocate (input)
@@ -64,12 +73,7 @@ contains
       call prepare_sudden_end(line, run, messages)
       call set_writing(.false.)
       if (.not. line%quiet) call show_messages(messages, severity%warning)
-      if (line%watch) call viewer%open(run%output)
-      call progress%begin(line%quiet)
-      call step_until_done(run, line%quiet, progress, error)
-      call progress%finish()
-      call end_run(line, run, messages, error, exit_code)
-      call viewer%wait()
+      call compute(line, run, messages, exit_code)
    end subroutine run_run
 
    !> Find the files of the command line.
@@ -109,8 +113,6 @@ contains
       type(command_line_type), intent(in) :: line
       integer, intent(out) :: exit_code
       type(run_type) :: run
-      type(progress_type) :: progress
-      type(viewer_type) :: viewer
       type(diagnostics_type) :: messages
       type(error_type), allocatable :: error
       logical :: is_complete, ok
@@ -146,12 +148,7 @@ contains
          call report_failure(line, messages, error, exit_code)
          return
       end if
-      if (line%watch) call viewer%open(run%output)
-      call progress%begin(line%quiet)
-      call step_until_done(run, line%quiet, progress, error)
-      call progress%finish()
-      call end_run(line, run, messages, error, exit_code)
-      call viewer%wait()
+      call compute(line, run, messages, exit_code)
    end subroutine run_resume
 
    !> Apply the options of the command line: end of the run, threads, limits.
@@ -197,5 +194,30 @@ contains
                 'to continue, run the model with one more &stage'
       end if
    end function end_of
+
+   !> Compute the steps of a run, with the viewer of its results file beside it where the user wants that. Without a
+   !> viewer the run goes on, with a warning; it ends when the user has ended the viewer.
+   subroutine compute(line, run, messages, exit_code)
+      type(command_line_type), intent(in) :: line
+      type(run_type), intent(inout) :: run
+      type(diagnostics_type), intent(in) :: messages
+      integer, intent(out) :: exit_code
+      type(progress_type) :: progress
+      type(error_type), allocatable :: error
+      integer(c_int) :: viewer
+      viewer = -1
+      if (line%watch) then
+         viewer = c_start('rockdda-post'//c_null_char, run%output//c_null_char)
+         if (viewer < 0) call print_error('rockdda: warning: --watch: rockdda-post lies neither beside rockdda '// &
+                                          'nor on the PATH; the run goes on without a viewer')
+      end if
+      call progress%begin(line%quiet)
+      call step_until_done(run, line%quiet, progress, error)
+      call progress%finish()
+      call end_run(line, run, messages, error, exit_code)
+      if (viewer < 0) return
+      call print_error('rockdda: the viewer goes on until Ctrl-C')
+      call c_wait(viewer)
+   end subroutine compute
 
 end module rockdda_app_command_run

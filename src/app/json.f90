@@ -14,9 +14,8 @@ module rockdda_app_json
    contains
       procedure :: open                        !! begin an object or array
       procedure :: close                       !! end it
-      generic :: put => put_text, put_integer, put_long, put_real, put_reals, put_logical
-      procedure :: put_null
-      procedure, private :: put_text, put_integer, put_long, put_real, put_reals, put_logical
+      generic :: put => put_text, put_integer, put_integers, put_long, put_real, put_reals, put_logical
+      procedure, private :: put_text, put_integer, put_integers, put_long, put_real, put_reals, put_logical
       procedure, private :: begin_member
    end type json_type
 
@@ -51,12 +50,24 @@ contains
    end subroutine begin_member
 
    !> Put a text.
-   subroutine put_text(self, name, value)
+   subroutine put_text(self, name, value, known)
       class(json_type), intent(inout) :: self
       character(len=*), intent(in) :: name, value
-      call self%begin_member(name)
+      logical, intent(in), optional :: known     !! .false.: null
+      if (is_null(self, name, known)) return
       self%text = self%text//quoted(value)
    end subroutine put_text
+
+   !> Begin a member; where its value is not known put null.
+   logical function is_null(self, name, known)
+      class(json_type), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      logical, intent(in), optional :: known
+      call self%begin_member(name)
+      is_null = .false.
+      if (present(known)) is_null = .not. known
+      if (is_null) self%text = self%text//'null'
+   end function is_null
 
    !> Put a whole number.
    subroutine put_integer(self, name, value)
@@ -66,6 +77,19 @@ contains
       call self%begin_member(name)
       self%text = self%text//to_string(value)
    end subroutine put_integer
+
+   !> Put an array of whole numbers.
+   subroutine put_integers(self, name, values)
+      class(json_type), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      integer, intent(in) :: values(:)
+      integer :: i
+      call self%open('[', name)
+      do i = 1, size(values)
+         call self%put('', values(i))
+      end do
+      call self%close(']')
+   end subroutine put_integers
 
    !> Put a long whole number.
    subroutine put_long(self, name, value)
@@ -77,16 +101,16 @@ contains
    end subroutine put_long
 
    !> Put a real with all its digits; null when it is not finite.
-   subroutine put_real(self, name, value)
+   subroutine put_real(self, name, value, known)
       class(json_type), intent(inout) :: self
       character(len=*), intent(in) :: name
       real(wp), intent(in) :: value
-      call self%begin_member(name)
-      if (abs(value) <= huge(value)) then
-         self%text = self%text//to_exact_string(value)
-      else
-         self%text = self%text//'null'
-      end if
+      logical, intent(in), optional :: known     !! .false.: null
+      logical :: there
+      there = abs(value) <= huge(value)
+      if (present(known)) there = there .and. known
+      if (is_null(self, name, there)) return
+      self%text = self%text//to_exact_string(value)
    end subroutine put_real
 
    !> Put an array of reals.
@@ -110,14 +134,6 @@ contains
       call self%begin_member(name)
       self%text = self%text//trim(merge('true ', 'false', value))
    end subroutine put_logical
-
-   !> Put null.
-   subroutine put_null(self, name)
-      class(json_type), intent(inout) :: self
-      character(len=*), intent(in) :: name
-      call self%begin_member(name)
-      self%text = self%text//'null'
-   end subroutine put_null
 
    !> Text between quotes, with escape sequences where JSON needs them.
    pure function quoted(text) result(json)

@@ -20,14 +20,18 @@ module rockdda_app_process
    end type argument_type
 
    interface
-      subroutine c_start() bind(C, name='rockdda_process_start')
-      end subroutine c_start
-      subroutine c_exit(code) bind(C, name='rockdda_process_exit')
+      !> Install the handler for crashes. To be called first.
+      subroutine start_process() bind(C, name='rockdda_process_start')
+      end subroutine start_process
+      !> End the program with an exit code.
+      subroutine end_process(code) bind(C, name='rockdda_process_exit')
          import :: c_int
          integer(c_int), value :: code
-      end subroutine c_exit
-      subroutine c_watch_signals() bind(C, name='rockdda_process_watch_signals')
-      end subroutine c_watch_signals
+      end subroutine end_process
+      !> Record stop signals (SIGTERM, SIGINT, SIGUSR1, SIGUSR2, SIGXCPU, SIGHUP unless it is ignored) from now on
+      !> instead of ending the program. A second SIGINT ends it at once, unless output is being written.
+      subroutine watch_signals() bind(C, name='rockdda_process_watch_signals')
+      end subroutine watch_signals
       integer(c_int) function c_signal() bind(C, name='rockdda_process_signal')
          import :: c_int
       end function c_signal
@@ -80,17 +84,6 @@ contains
       end do
    end subroutine get_arguments
 
-   !> Install the handler for crashes. To be called first.
-   subroutine start_process()
-      call c_start()
-   end subroutine start_process
-
-   !> End the program with an exit code.
-   subroutine end_process(code)
-      integer, intent(in) :: code
-      call c_exit(int(code, c_int))
-   end subroutine end_process
-
    !> Print to standard output, control characters shown as \xHH; ok is false when that fails.
    subroutine print_line(text, ok)
       character(len=*), intent(in) :: text
@@ -134,12 +127,6 @@ contains
    integer function terminal_columns()
       terminal_columns = int(c_columns(2_c_int))
    end function terminal_columns
-
-   !> Record stop signals (SIGTERM, SIGINT, SIGUSR1, SIGUSR2, SIGXCPU, SIGHUP unless it is ignored) from now on
-   !> instead of ending the program. A second SIGINT ends it at once, unless output is being written.
-   subroutine watch_signals()
-      call c_watch_signals()
-   end subroutine watch_signals
 
    !> Name of the stop signal that came first; empty when none came.
    function seen_signal() result(name)

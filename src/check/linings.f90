@@ -11,7 +11,7 @@ module rockdda_check_linings
    use rockdda_model_bolt_layout, only : rock_at, stage_with
    use rockdda_model_liner_layout, only : liner_layout_type, new_liner_layout, line_of_liner, title_of_liner, &
       lower_liner, liner_number, layout_problem
-   use rockdda_model_liner_options, only : liner_problem
+   use rockdda_model_support_options, only : liner_problem
    use rockdda_model_options, only : run_options_type, liner_type, is_set
    use rockdda_model_regions, only : has_region, same_name
    use rockdda_model_stage_options, only : stage_name

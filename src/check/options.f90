@@ -9,7 +9,7 @@ module rockdda_check_options
    use rockdda_base_diagnostics, only : diagnostics_type, severity, origin_type
    use rockdda_model_analysis_input, only : joint_material_type
    use rockdda_model_blocks, only : block_system_type
-   use rockdda_model_boundary_options, only : is_quiet
+   use rockdda_model_ground_options, only : is_quiet
    use rockdda_model_parameters, only : parameters_type
    use rockdda_model_stage_options, only : stage_name, seeks_equilibrium, is_given, has_base_motion, stage_number, &
       stage_k01

@@ -20,12 +20,11 @@ module rockdda_python_api
    use rockdda_io_recognise, only : file_kind
    use rockdda_io_record_file, only : read_record
    use rockdda_io_separators, only : settle_separators
-   use rockdda_io_source, only : read_source
+   use rockdda_io_source, only : source_type, new_source, read_source
    use rockdda_run_labelled_text, only : labelled_text
    use rockdda_run_find_files, only : find_files, recognise_file
    use rockdda_run_model_input, only : read_model
    use rockdda_run_read_files, only : read_blocks
-   use rockdda_python_networks, only : draw_network_of_file, draw_network_of_text
    use rockdda_python_session, only : session_type, new_session, get_session, drop_session, messages_text
    implicit none
    private
@@ -219,9 +218,16 @@ contains
       integer(c_int), intent(in) :: seed                        !! -1: that of the file
       integer(c_int), intent(out) :: status
       type(session_type), pointer :: session
+      type(source_type) :: source
+      integer :: kind
+      logical :: ok
       !f2py threadsafe
       call get_session(handle, session)
-      call draw_network_of_file(session, path, int(seed))
+      call recognise_file(path, kind, session%messages, ok)
+      if (ok .and. kind /= file_kind%statistics) &
+         call make_error(session%error, error_code%input, path//': error: expected a joint statistics file')
+      if (session%status() == 0) call read_source(path, source, session%messages, ok)
+      call session%draw(source, int(seed))
       status = session%status()
    end subroutine draw_file
 
@@ -232,9 +238,11 @@ contains
       integer(c_int), intent(in) :: seed                        !! -1: that of the text
       integer(c_int), intent(out) :: status
       type(session_type), pointer :: session
+      type(source_type) :: source
       !f2py threadsafe
       call get_session(handle, session)
-      call draw_network_of_text(session, name, text, int(seed))
+      call new_source(name, text, source)
+      call session%draw(source, int(seed))
       status = session%status()
    end subroutine draw_text
 

@@ -11,9 +11,12 @@ module rockdda_python_session
    use rockdda_base_diagnostics, only : diagnostics_type, severity
    use rockdda_base_strings, only : to_string
    use rockdda_contact_view, only : contact_view_type
+   use rockdda_lines_generate, only : generate_lines
    use rockdda_lines_report, only : lines_report_type
+   use rockdda_lines_statistics, only : statistics_type
    use rockdda_model_options, only : is_set
    use rockdda_io_source, only : source_type
+   use rockdda_io_statistics_file, only : read_statistics_source
    use rockdda_io_timestamp, only : wall_seconds
    use rockdda_run_input, only : model_input_type, run_request_type
    use rockdda_run_model_run, only : run_type
@@ -38,6 +41,7 @@ module rockdda_python_session
       character(len=:), allocatable :: text       !! for `get_text`
    contains
       procedure :: status
+      procedure :: draw
       procedure :: start
       procedure :: advance
       procedure :: finish
@@ -72,6 +76,18 @@ contains
       address = transfer(int(handle, c_intptr_t), address)
       call c_f_pointer(address, session)
    end subroutine get_session
+
+   !> Draw the lines that joint statistics give.
+   subroutine draw(self, source, seed)
+      class(session_type), intent(inout) :: self
+      type(source_type), intent(in) :: source
+      integer, intent(in) :: seed                 !! -1: that of the text
+      type(statistics_type) :: statistics
+      if (self%status() == 0) call read_statistics_source(source, statistics, self%messages)
+      if (self%status() /= 0) return
+      if (seed >= 0) statistics%seed = seed
+      call generate_lines(statistics, self%input%geometry, self%drawn, self%messages)
+   end subroutine draw
 
    !> Delete a session. Open results are closed.
    subroutine drop_session(handle)

@@ -18,13 +18,11 @@ TABLE = {
         "option_table",
         "material_options",
         "joint_options",
-        "bolt_options",
+        "support_options",
         "bolt_numbers",  # messages that name options
-        "liner_options",
         "region_options",
-        "boundary_options",
+        "ground_options",
         "stage_options",
-        "water_options",
         "quake_options",
         "units",  # dimensions
         "possible_values",  # bounds of options by name

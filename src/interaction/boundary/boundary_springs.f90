@@ -12,7 +12,7 @@
 module rockdda_interaction_boundary_springs
    use rockdda_base_kinds, only : wp
    use rockdda_model_blocks, only : block_system_type
-   use rockdda_model_boundary_options, only : is_quiet
+   use rockdda_model_ground_options, only : is_quiet
    use rockdda_model_in_situ, only : initial_stress_type
    use rockdda_model_parameters, only : parameters_type
    use rockdda_model_state, only : energy

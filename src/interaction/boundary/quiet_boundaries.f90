@@ -10,7 +10,7 @@ module rockdda_interaction_quiet_boundaries
    use rockdda_base_kinds, only : wp
    use rockdda_base_state_archive, only : state_archive_type
    use rockdda_model_blocks, only : block_system_type
-   use rockdda_model_boundary_options, only : is_quiet
+   use rockdda_model_ground_options, only : is_quiet
    use rockdda_model_parameters, only : parameters_type
    use rockdda_model_state, only : energy
    use rockdda_interaction_attempt, only : attempt_type

@@ -14,15 +14,15 @@ module rockdda_io_namelist_file
    use rockdda_io_option_reader, only : read_options
    use rockdda_io_record_reader, only : append_in_order
    use rockdda_model_bolt_numbers, only : bolt_problem
-   use rockdda_model_liner_options, only : liner_problem
+   use rockdda_model_support_options, only : liner_problem
    use rockdda_model_regions, only : same_name
    use rockdda_model_stage_options, only : stage_name, seeks_equilibrium, has_end, is_given, stage_number, &
       confirming_steps
-   use rockdda_io_source, only : source_type, read_source
+   use rockdda_io_source, only : source_type
    use rockdda_base_suggest, only : did_you_mean
    implicit none
    private
-   public :: read_options_file, read_options_source, list_given_options, given_group_type
+   public :: read_options_source, list_given_options, given_group_type
 
    !> Defaults of &stage: what differs was given.
    type(stage_type), parameter :: default = stage_type()
@@ -36,17 +36,6 @@ module rockdda_io_namelist_file
 contains
 
    !> Read and check a file of run options; every problem is added to `messages`.
-   subroutine read_options_file(path, options, messages)
-      character(len=*), intent(in) :: path
-      type(run_options_type), intent(out) :: options
-      type(diagnostics_type), intent(inout) :: messages
-      type(source_type) :: source
-      logical :: ok
-      call read_source(path, source, messages, ok)
-      if (ok) call read_options_source(source, options, messages)
-   end subroutine read_options_file
-
-   !> Read text in memory as read_options_file reads a file; paths in it are relative to the folder of `source%file`.
    subroutine read_options_source(source, options, messages)
       type(source_type), intent(in) :: source
       type(run_options_type), intent(out) :: options

@@ -18,10 +18,10 @@ module rockdda_io_statistics_file
    use rockdda_io_option_reader, only : want_groups, read_table
    use rockdda_io_option_values, only : get_text, get_reals, index_of
    use rockdda_io_record_reader, only : append_in_order, comes_before
-   use rockdda_io_source, only : source_type, read_source
+   use rockdda_io_source, only : source_type
    implicit none
    private
-   public :: read_statistics_file, read_statistics_source
+   public :: read_statistics_source
 
    !> As law%... and shape_kind%... count them.
    character(len=*), parameter :: law_names(4) = [character(len=11) :: 'uniform', 'normal', 'lognormal', 'exponential']
@@ -30,17 +30,6 @@ module rockdda_io_statistics_file
 contains
 
    !> Read and check a file of joint statistics; every problem is added to `messages`.
-   subroutine read_statistics_file(path, statistics, messages)
-      character(len=*), intent(in) :: path
-      type(statistics_type), intent(out) :: statistics
-      type(diagnostics_type), intent(inout) :: messages
-      type(source_type) :: source
-      logical :: ok
-      call read_source(path, source, messages, ok)
-      if (ok) call read_statistics_source(source, statistics, messages)
-   end subroutine read_statistics_file
-
-   !> Read text in memory as read_statistics_file reads a file; files it names are sought beside `source%file`.
    subroutine read_statistics_source(source, statistics, messages)
       type(source_type), intent(in) :: source
       type(statistics_type), intent(out) :: statistics

@@ -9,6 +9,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
+#include <time.h>
 #include <unistd.h>
 
 /* Kind of a path: 0 missing, 1 regular file, 2 directory, 3 anything else, -1 not accessible (no permission). */
@@ -87,4 +88,15 @@ int rockdda_posix_is_removable(const char *path)
 int rockdda_posix_remove(const char *path)
 {
    return unlink(path) == 0 ? 0 : errno;
+}
+
+/* Now, in UTC, as 2026-01-31T12:00:00Z. */
+void rockdda_posix_utc_now(char text[20])
+{
+   char buffer[32];
+   struct tm now;
+   time_t seconds = time(NULL);
+   gmtime_r(&seconds, &now);
+   strftime(buffer, sizeof buffer, "%Y-%m-%dT%H:%M:%SZ", &now);
+   memcpy(text, buffer, 20);
 }

@@ -14,11 +14,11 @@ module rockdda_io_analysis_file
    use rockdda_io_record_reader, only : record_reader_type, append_in_order, note_comment, report_decimal_comma, &
       report_large_count, largest_value
    use rockdda_base_numbers, only : is_whole
-   use rockdda_io_source, only : source_type, read_source
+   use rockdda_io_source, only : source_type
    use rockdda_io_tokens, only : token_list_type, tokenise
    implicit none
    private
-   public :: read_analysis_file, read_analysis_source
+   public :: read_analysis_source
 
    character(len=*), parameter :: sor_name = 'SOR factor'
 
@@ -72,19 +72,6 @@ contains
 
    !> Read and check an analysis file; every problem is added to `messages`, and a note with the dialect that
    !> was used. The result is valid only when no error was added.
-   subroutine read_analysis_file(path, n_fixed, n_loading, forced_dialect, analysis, messages)
-      character(len=*), intent(in) :: path
-      integer, intent(in) :: n_fixed, n_loading   !! points of the model after cutting; < 0: unknown
-      integer, intent(in) :: forced_dialect       !! one of dialect%...; auto: decide by counting
-      type(analysis_input_type), intent(out) :: analysis
-      type(diagnostics_type), intent(inout) :: messages
-      type(source_type) :: source
-      logical :: ok
-      call read_source(path, source, messages, ok)
-      if (ok) call read_analysis_source(source, n_fixed, n_loading, forced_dialect, analysis, messages)
-   end subroutine read_analysis_file
-
-   !> Read text in memory as read_analysis_file reads a file.
    subroutine read_analysis_source(source, n_fixed, n_loading, forced_dialect, analysis, messages)
       type(source_type), intent(in) :: source
       integer, intent(in) :: n_fixed, n_loading, forced_dialect

@@ -8,11 +8,11 @@ module rockdda_io_block_file
    use rockdda_io_block_check, only : check_blocks
    use rockdda_io_windows_block_file, only : fits_windows_blocks, read_windows_blocks
    use rockdda_io_row_reader, only : row_reader_type
-   use rockdda_io_source, only : source_type, read_source
+   use rockdda_io_source, only : source_type
    use rockdda_io_tokens, only : token_list_type, tokenise
    implicit none
    private
-   public :: read_block_file, read_block_source, block_file_magic
+   public :: read_block_source, block_file_magic
 
    !> First word of RockDDA's block files.
    character(len=*), parameter :: block_file_magic = 'rockdda-blocks'
@@ -41,17 +41,6 @@ module rockdda_io_block_file
 contains
 
    !> Read and check a block file; every problem is added to `messages`. Valid only when no error was added.
-   subroutine read_block_file(path, blocks, messages)
-      character(len=*), intent(in) :: path
-      type(block_system_type), intent(out) :: blocks
-      type(diagnostics_type), intent(inout) :: messages
-      type(source_type) :: source
-      logical :: ok
-      call read_source(path, source, messages, ok)
-      if (ok) call read_block_source(source, blocks, messages)
-   end subroutine read_block_file
-
-   !> Read text in memory as read_block_file reads a file.
    subroutine read_block_source(source, blocks, messages)
       type(source_type), intent(in) :: source
       type(block_system_type), intent(out) :: blocks

@@ -9,11 +9,11 @@ module rockdda_io_geometry_file
    use rockdda_io_counting, only : geometry_needs, fits_analysis
    use rockdda_io_record_reader, only : record_reader_type, smallest_length, largest_value, append_in_order, &
       note_comment, report_decimal_comma, report_large_count
-   use rockdda_io_source, only : source_type, read_source
+   use rockdda_io_source, only : source_type
    use rockdda_io_tokens, only : token_list_type, tokenise
    implicit none
    private
-   public :: read_geometry_file, read_geometry_source
+   public :: read_geometry_source
 
    character(len=*), parameter :: count_names(8) = [character(len=25) :: 'number of lines', &
       'number of boundary lines', 'number of material lines', 'number of bolts', 'number of fixed lines', &
@@ -46,17 +46,6 @@ contains
 
    !> Read and check a geometry file; every problem is added to `messages`. The geometry is valid only when
    !> no error was added.
-   subroutine read_geometry_file(path, geometry, messages)
-      character(len=*), intent(in) :: path
-      type(geometry_input_type), intent(out) :: geometry
-      type(diagnostics_type), intent(inout) :: messages
-      type(source_type) :: source
-      logical :: ok
-      call read_source(path, source, messages, ok)
-      if (ok) call read_geometry_source(source, geometry, messages)
-   end subroutine read_geometry_file
-
-   !> Read text in memory as read_geometry_file reads a file.
    subroutine read_geometry_source(source, geometry, messages)
       type(source_type), intent(in) :: source
       type(geometry_input_type), intent(out) :: geometry

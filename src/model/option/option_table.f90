@@ -8,13 +8,11 @@ module rockdda_model_option_table
    use rockdda_model_material_options, only : describe_model, describe_block_materials, describe_point_tables
    use rockdda_model_options, only : run_options_type, stage_type, change_type, line_load_type, &
       dda_windows, old_dda_windows, most_threads
-   use rockdda_model_bolt_options, only : describe_bolts
-   use rockdda_model_liner_options, only : describe_liners
+   use rockdda_model_support_options, only : describe_bolts, describe_liners
    use rockdda_model_joint_options, only : describe_joint
-   use rockdda_model_boundary_options, only : describe_boundaries
    use rockdda_model_quake_options, only : describe_quakes
    use rockdda_model_region_options, only : describe_regions
-   use rockdda_model_water_options, only : describe_water
+   use rockdda_model_ground_options, only : describe_water, describe_boundaries
    use rockdda_model_parameters, only : parameters_type
    use rockdda_model_option, only : option, list_rule
    use rockdda_model_option_rows, only : option_rows_type

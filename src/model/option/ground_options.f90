@@ -1,15 +1,57 @@
 ! SPDX-License-Identifier: MIT
-!> Rows of the table of options for what stands around the blocks and for the stress in them: &boundary, &in_situ.
-module rockdda_model_boundary_options
+!> Rows of the table of options for what stands around the blocks, for the stress in them, and for water: &boundary,
+!> &in_situ, &water.
+module rockdda_model_ground_options
    use rockdda_base_kinds, only : wp
-   use rockdda_model_options, only : boundary_type, in_situ_type
+   use rockdda_model_options, only : water_type, boundary_type, in_situ_type
    use rockdda_model_option, only : option, list_rule
    use rockdda_model_option_rows, only : option_rows_type
    implicit none
    private
-   public :: describe_boundaries, is_quiet
+   public :: describe_water, describe_boundaries, is_quiet
 
 contains
+
+   !> &water.
+   subroutine describe_water(table, water)
+      type(option_rows_type), intent(inout) :: table
+      type(water_type), allocatable, intent(inout) :: water(:)
+      integer :: i
+      call table%begin_list('water', 'Water in joints and on free edges: its pressure acts on both sides of every '// &
+                       'wetted edge and moves with the blocks. Where several groups wet an edge the last one counts.')
+      if (.not. allocated(water)) allocate (water(table%n_wanted()))
+      do i = 1, size(water)
+         call table%start_element(i, water(i)%origin)
+         call describe_group(table, water(i))
+      end do
+   end subroutine describe_water
+
+   !> One group.
+   subroutine describe_group(table, water)
+      type(option_rows_type), intent(inout) :: table
+      type(water_type), intent(inout) :: water
+      character(len=*), parameter :: page = 'theory.md#water'
+      call table%add(option('name', "name of the group; groups of one name belong together, 'none' is none", &
+                            default_text='none'), water%name)
+      call table%add(option('table', 'points of the water table, x increasing; beyond its ends it is level, '// &
+                            'and one point is a level table', unit='length', columns='x, y', &
+                            default_text='one of table, pressure_file', see=page), water%table)
+      call table%add(option('unit_weight', 'weight of the water per area (unit thickness): the pressure is '// &
+                            'unit_weight times the depth below the table, no less than 0', unit='stress/length', &
+                            above=0.0_wp, applies='table', default_text='table needs it'), water%unit_weight)
+      call table%add_file(option('pressure_file', 'file with the pressure at points of a regular grid or anywhere; '// &
+                                 'linear between them, in triangles', columns='x, y, p', &
+                                 default_text='one of table, pressure_file', see=page, rule=list_rule%any_order), &
+                          water%pressure, water%file)
+      call table%add(option('joints', 'names or numbers of the joint materials that are wetted, commas between '// &
+                            "them; 'none': no joint", default_text='all', or_number=.true.), water%joints)
+      call table%add(option('surfaces', 'edges that face no other block are wetted, too: pools on free faces, and '// &
+                            'the outline of the model'), water%surfaces)
+      call table%add(option('region', 'names of regions, commas between them: blocks whose edges are wetted', &
+                            default_text='all blocks'), water%region)
+      call table%add(option('level', 'rise of the table in time, linear in between', unit='time, length', &
+                            columns='t, dy', applies='table', default_text='0', rule=list_rule%rising), water%level)
+   end subroutine describe_group
 
    !> Does a boundary take up waves, once a dynamic step has begun?
    pure logical function is_quiet(boundary)
@@ -67,8 +109,7 @@ contains
                             columns='s11, s22, s12', applies='kind traction', &
                             default_text='one of stress, traction, pressure'), boundary%stress)
       call table%add(option('traction', 'force per length of edge', unit='stress', columns='tx, ty', &
-                            applies='kind traction', default_text='one of stress, traction, pressure'), &
-                     boundary%traction)
+                     applies='kind traction', default_text='one of stress, traction, pressure'), boundary%traction)
       call table%add(option('pressure', 'pressure, positive into the block', unit='stress', applies='kind traction', &
                             default_text='one of stress, traction, pressure'), boundary%pressure)
       call table%add(option('table', 'factor of velocity, stress, traction or pressure in time, linear in between', &
@@ -83,13 +124,11 @@ contains
       call table%add(option('surface', 'y of a level surface', unit='length', &
                             default_text='one of surface, profile, stress'), in_situ%surface)
       call table%add(option('profile', 'points of the surface, x increasing; beyond its ends the surface is level', &
-                            unit='length', columns='x, y', default_text='one of surface, profile, stress'), &
-                     in_situ%profile)
+                     unit='length', columns='x, y', default_text='one of surface, profile, stress'), in_situ%profile)
       call table%add(option('k0', 'horizontal over vertical stress', least=0.0_wp, &
                             applies='surface, profile', default_text='surface and profile need it'), in_situ%k0)
-      call table%add(option('unit_weight', 'weight per area of the ground (unit thickness)', &
-                            unit='stress/length', least=0.0_wp, applies='surface, profile', &
-                            default_text='of the blocks above'), in_situ%unit_weight)
+      call table%add(option('unit_weight', 'weight per area of the ground (unit thickness)', unit='stress/length', &
+                     least=0.0_wp, applies='surface, profile', default_text='of the blocks above'), in_situ%unit_weight)
       call table%add(option('surcharge', 'pressure on the surface', unit='stress', applies='surface, profile', &
                             default_text='0'), in_situ%surcharge)
       call table%add(option('stress', 'stress at y = 0, tension positive', unit='stress', columns='s11, s22, s12', &
@@ -100,4 +139,4 @@ contains
                      in_situ%region)
    end subroutine describe_in_situ
 
-end module rockdda_model_boundary_options
+end module rockdda_model_ground_options
