@@ -92,7 +92,7 @@ FACES = {
     "stepping": "simulation",
     "io/options": "namelist_file option_documents options_writer statistics_file",
     "io/storage/file": "digest hdf5_adapter hdf5_driver",
-    "io/storage/results": "results results_header results_info results_tables",
+    "io/storage/results": "results results_info results_tables",
     "io/storage/checkpoint": "archive checkpoint checkpoint_model checkpoint_state",
     "io": "file_content recognise",
     "run": "checkpointing find_files hdf5_lock input labelled_text model_input model_run outcome output_choice parts "

@@ -254,7 +254,7 @@ contains
       if (.not. allocated(error)) call self%object(unrested_warning(self%sim), error)
       if (.not. allocated(error)) call self%check_load(error)
       if (allocated(error)) return
-      if (self%plan%is_due(self%sim%state%step, self%sim%state%time) .or. self%sim%ends_stage()) &
+      if (self%plan%saves(self%sim%state%step, self%sim%state%time) .or. self%sim%ends_stage()) &
          call self%run_files_type%save_frame(self%sim, error)
       if (allocated(error)) return
       if (self%log%is_line_due(self%sim, self%last_frame == self%sim%state%step)) &

@@ -22,7 +22,7 @@ module rockdda_io_checkpoint
    use rockdda_io_digest, only : digest_of_text, digest_of_file, hexadecimal, digest_length
    use rockdda_io_output_lock, only : errno_text, part_path
    use rockdda_io_posix, only : get_file_size, get_path_kind, is_readable, path_kind, remove_file
-   use rockdda_io_results_header, only : results_header_type, results_rows_type
+   use rockdda_io_results_tables, only : results_header_type, results_rows_type
    use rockdda_io_guard, only : run_in_child, end_child, explain, begin_reading, end_reading, guard
    implicit none
    private

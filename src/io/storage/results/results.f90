@@ -18,10 +18,9 @@ module rockdda_io_results
    use rockdda_io_posix, only : get_path_kind, path_kind, remove_file
    use rockdda_io_output_lock, only : output_lock_type, part_path
    use rockdda_io_results_check, only : check_results, cut_tables
-   use rockdda_io_results_header, only : results_header_type, results_rows_type, results_format_version, n_tables, &
-      n_totals
    use rockdda_io_results_model, only : write_run
-   use rockdda_io_results_tables, only : tables, per, n_sizes, kind_of_row, row_shape, write_units, total_of_model
+   use rockdda_io_results_tables, only : tables, per, n_sizes, kind_of_row, row_shape, write_units, total_of_model, &
+      results_header_type, results_rows_type, results_format_version, n_tables, n_totals
    use rockdda_io_series, only : series_type
    implicit none
    private

@@ -13,9 +13,8 @@ module rockdda_io_results_check
    use rockdda_io_hdf5_adapter, only : hdf5_file_type
    use rockdda_io_output_lock, only : output_lock_type
    use rockdda_io_posix, only : get_file_size
-   use rockdda_io_results_header, only : results_header_type, results_rows_type, results_format_version, &
-      n_tables, n_totals
-   use rockdda_io_results_tables, only : tables, total_of_model
+   use rockdda_io_results_tables, only : tables, total_of_model, results_header_type, results_rows_type, &
+      results_format_version, n_tables, n_totals
    use rockdda_io_series, only : series_type
    implicit none
    private

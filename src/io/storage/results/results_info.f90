@@ -13,8 +13,8 @@ module rockdda_io_results_info
    use rockdda_io_guard, only : run_in_child, end_child, explain, begin_reading, end_reading, guard
    use rockdda_io_hdf5_adapter, only : hdf5_file_type
    use rockdda_io_posix, only : get_file_size
-   use rockdda_io_results_header, only : results_format_version, oldest_format_version, n_tables
-   use rockdda_io_results_tables, only : tables, per, n_sizes, row_shape
+   use rockdda_io_results_tables, only : tables, per, n_sizes, row_shape, results_format_version, &
+      oldest_format_version, n_tables
    implicit none
    private
    public :: results_info_type, read_results_info, stage_motion_type

@@ -20,7 +20,7 @@ module rockdda_io_results_model
    use rockdda_model_blocks, only : block_system_type, point_set_type, bolt_set_type
    use rockdda_model_state, only : block_state_type
    use rockdda_io_hdf5_adapter, only : hdf5_file_type
-   use rockdda_io_results_header, only : results_header_type, results_format_version
+   use rockdda_io_results_tables, only : results_header_type, results_format_version
    implicit none
    private
    public :: write_run
