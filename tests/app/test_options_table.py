@@ -40,8 +40,8 @@ OTHERS = {
     ("options.f90", "area"),
     ("geometry_input.f90", "friction"),
     ("options.f90", "base_acceleration"),
-    ("options_writer.f90", "block_material"),
-    ("options_writer.f90", "joint_material"),
+    ("labelled_text.f90", "block_material"),
+    ("labelled_text.f90", "joint_material"),
     ("option_documents.f90", "file"),
     ("option_documents.f90", "number"),
     ("checkpoint_model.f90", "parameters"),
@@ -229,7 +229,7 @@ class OptionsTable(ProgramTest):
         names = {name for group in json.loads(self.printed("--json"))["$defs"].values() for name in group["properties"]}
         names.discard("length")  # a dimension
         sources = [path for folder in ("model", "io/options") for path in (ROOT / "src" / folder).glob("*.f90")]
-        sources += [ROOT / "src/io/text/log.f90"]
+        sources += [ROOT / "src/io/text/log.f90", ROOT / "src/run/labelled_text.f90"]
         sources += [ROOT / "src/io/storage/checkpoint/checkpoint_model.f90"]
         found = []
         for path in sources:
