@@ -73,7 +73,7 @@ module rockdda_run_model_run
       procedure :: close => close_run
       procedure :: fraction_done
       procedure, private :: warn, object, check_energy, check_strain, check_load
-      procedure, private :: write_rows, continue_files, end_files, end_log
+      procedure, private :: write_rows, continue_files, end_files, end_log, read_own_results
    end type run_type
 
 contains
@@ -165,8 +165,33 @@ contains
       type(diagnostics_type), intent(inout) :: messages
       type(error_type), allocatable, intent(out) :: error
       self%reason = 'finished'
-      call load_files(path, self%run_files_type, self%sim, messages, error)
-      if (allocated(error)) return
+      call lock_hdf5()
+      call load_checkpoint(path, self%sim, self%facts, self%digest, error)
+      call unlock_hdf5()
+      if (allocated(error)) then
+         call format_as_compiler(path, error)
+         if (len(results_path(path, '.h5')) > 0) return
+         if (get_path_kind(checkpoint_path(path)) == path_kind%file) &
+            error%message = error%message//'; the checkpoint of these results is '//checkpoint_path(path)
+         return
+      end if
+      if (self%facts%header%program_version /= version) then
+         call make_error(error, error_code%input, path//': error: was written by version '// &
+                         self%facts%header%program_version//' of the program, this is version '//version// &
+                         '; resume with the version that began the run')
+         return
+      end if
+      if (self%facts%build /= build_description()) call messages%add(severity%warning, path// &
+         ' was written by another build of this version: last digits of the results may differ')
+      self%output = results_path(path, self%facts%results_ending)
+      if (len(self%output) == 0) then
+         call make_error(error, error_code%input, path//": error: the name of a checkpoint ends in '.ckpt.h5': "// &
+                         'the path of its results follows from it')
+         return
+      end if
+      call self%take_names()
+      self%checkpoint_file = path
+      call self%take_progress(self%sim%state%step)
       self%planned_steps = self%sim%parameters%n_steps
       self%planned_end = self%sim%parameters%t_end
       self%first_step = self%sim%state%step
@@ -175,7 +200,8 @@ contains
    !> Does the output file exist and belong to this run? It may have been removed or replaced.
    logical function has_results(self)
       class(run_type), intent(in) :: self
-      has_results = have_results(self%run_files_type)
+      type(results_info_type) :: info
+      call self%read_own_results(info, has_results)
    end function has_results
 
    !> Steps, frames and time in the output file, 0 when it is not there: after a failure of the output they are fewer
@@ -191,7 +217,8 @@ contains
       time = self%sim%state%time
       found = .true.
       if (.not. self%results%has_failed()) return
-      call find_kept(self%run_files_type, info, found)
+      call self%read_own_results(info, found)
+      if (.not. found) info = results_info_type()
       n_steps = int(info%n_steps)
       n_frames = int(info%n_frames)
       time = info%last_time
@@ -201,7 +228,15 @@ contains
    subroutine check_completion(self, is_complete)
       class(run_type), intent(inout) :: self
       logical, intent(out) :: is_complete
-      call find_completion(self%run_files_type, self%sim, is_complete)
+      type(results_info_type) :: info
+      is_complete = self%sim%is_finished()
+      if (.not. is_complete) return
+      call self%read_own_results(info, is_complete)
+      if (is_complete) is_complete = info%complete .and. info%last_step == self%sim%state%step
+      if (.not. is_complete) return
+      self%n_frames = int(info%n_frames)
+      ! left by a kill after the results were complete
+      call remove_file(undo_path(self%output))
    end subroutine check_completion
 
    !> Return the results of a loaded run to the checkpoint and continue the log.
@@ -239,16 +274,9 @@ contains
       if (allocated(self%warning)) deallocate (self%warning)
       call self%results%append_history(self%sim%record)
       call self%check_energy(error)
-      if (.not. allocated(error) .and. self%sim%state%step == 1) then
-         if (len(weak_start_warning(self%sim)) > 0) call self%warn(weak_start_warning(self%sim), error)
-      end if
-      if (.not. allocated(error)) then
-         if (len(skipped_stages_warning(self%sim, .false.)) > 0) &
-            call self%warn(skipped_stages_warning(self%sim, .false.), error)
-      end if
-      if (.not. allocated(error)) then
-         if (len(overlaps_warning(self%sim)) > 0) call self%warn(overlaps_warning(self%sim), error)
-      end if
+      if (.not. allocated(error) .and. self%sim%state%step == 1) call self%warn(weak_start_warning(self%sim), error)
+      if (.not. allocated(error)) call self%warn(skipped_stages_warning(self%sim, .false.), error)
+      if (.not. allocated(error)) call self%warn(overlaps_warning(self%sim), error)
       if (.not. allocated(error)) call self%object(lodged_warning(self%sim), error)
       if (.not. (allocated(error) .or. self%sim%construction%lodging%strain_was_reported)) call self%check_strain(error)
       if (.not. allocated(error)) call self%object(unrested_warning(self%sim), error)
@@ -305,8 +333,7 @@ contains
       type(error_type), allocatable, intent(out) :: error
       character(len=:), allocatable :: text
       text = strain_warning(self%sim)
-      if (len(text) == 0) return
-      self%sim%construction%lodging%strain_was_reported = .true.
+      if (len(text) > 0) self%sim%construction%lodging%strain_was_reported = .true.
       call self%warn(text, error)
    end subroutine check_strain
 
@@ -335,8 +362,9 @@ contains
    !> Add a warning to the log, to the summary and to `warning` for the caller.
    subroutine warn(self, text, error)
       class(run_type), intent(inout) :: self
-      character(len=*), intent(in) :: text
+      character(len=*), intent(in) :: text                    !! '': of nothing
       type(error_type), allocatable, intent(out) :: error
+      if (len(text) == 0) return
       if (allocated(self%warning)) then
          self%warning = self%warning//new_line('a')//'rockdda: warning: '//text
       else
@@ -390,7 +418,7 @@ contains
       !> Warn at the end of a run that has finished.
       subroutine warn_of(text)
          character(len=*), intent(in) :: text   !! '': of nothing
-         if (self%reason /= 'finished' .or. allocated(error) .or. len(text) == 0) return
+         if (self%reason /= 'finished' .or. allocated(error)) return
          call self%warn(text, output_error)
          call keep_first(output_error)
       end subroutine warn_of
@@ -421,86 +449,17 @@ contains
          fraction_done = max(fraction_done, self%sim%state%time/self%sim%parameters%t_end)
    end function fraction_done
 
-   !> Read a checkpoint and find the results beside it. Nothing is changed.
-   subroutine load_files(path, files, sim, messages, error)
-      character(len=*), intent(in) :: path
-      class(run_files_type), intent(inout) :: files
-      type(simulation_type), intent(inout) :: sim
-      type(diagnostics_type), intent(inout) :: messages
-      type(error_type), allocatable, intent(out) :: error
-      call lock_hdf5()
-      call load_checkpoint(path, sim, files%facts, files%digest, error)
-      call unlock_hdf5()
-      if (allocated(error)) then
-         call format_as_compiler(path, error)
-         if (len(results_path(path, '.h5')) > 0) return
-         if (get_path_kind(checkpoint_path(path)) == path_kind%file) &
-            error%message = error%message//'; the checkpoint of these results is '//checkpoint_path(path)
-         return
-      end if
-      if (files%facts%header%program_version /= version) then
-         call make_error(error, error_code%input, path//': error: was written by version '// &
-                         files%facts%header%program_version//' of the program, this is version '//version// &
-                         '; resume with the version that began the run')
-         return
-      end if
-      if (files%facts%build /= build_description()) call messages%add(severity%warning, path// &
-         ' was written by another build of this version: last digits of the results may differ')
-      files%output = results_path(path, files%facts%results_ending)
-      if (len(files%output) == 0) then
-         call make_error(error, error_code%input, path//": error: the name of a checkpoint ends in '.ckpt.h5': "// &
-                         'the path of its results follows from it')
-         return
-      end if
-      call files%take_names()
-      files%checkpoint_file = path
-      call files%take_progress(sim%state%step)
-   end subroutine load_files
-
-   !> Does the output file exist and belong to this run? It may have been removed or replaced.
-   logical function have_results(files)
-      class(run_files_type), intent(in) :: files
-      type(results_info_type) :: info
-      call read_own_results(files, info, have_results)
-   end function have_results
-
-   !> What is in the output file, if it is there and belongs to this run: after a failure it may be less than was
-   !> computed.
-   subroutine find_kept(files, info, found)
-      class(run_files_type), intent(in) :: files
-      type(results_info_type), intent(out) :: info
-      logical, intent(out) :: found
-      call read_own_results(files, info, found)
-      if (.not. found) info = results_info_type()
-   end subroutine find_kept
-
-   !> Find out whether a loaded run has reached its end with complete results. Then remove its undo file.
-   subroutine find_completion(files, sim, is_complete)
-      class(run_files_type), intent(inout) :: files
-      type(simulation_type), intent(in) :: sim
-      logical, intent(out) :: is_complete
-      type(results_info_type) :: info
-      is_complete = sim%is_finished()
-      if (.not. is_complete) return
-      call read_own_results(files, info, is_complete)
-      if (is_complete) is_complete = info%complete .and. info%last_step == sim%state%step
-      if (.not. is_complete) return
-      files%n_frames = int(info%n_frames)
-      ! left by a kill after the results were complete
-      call remove_file(undo_path(files%output))
-   end subroutine find_completion
-
    !> Read about the results, if they exist and are those of this run.
-   subroutine read_own_results(files, info, are_own)
-      class(run_files_type), intent(in) :: files
+   subroutine read_own_results(self, info, are_own)
+      class(run_type), intent(in) :: self
       type(results_info_type), intent(out) :: info
       logical, intent(out) :: are_own
       type(error_type), allocatable :: unreadable
       call lock_hdf5()
-      call read_results_info(files%output, info, unreadable)
+      call read_results_info(self%output, info, unreadable)
       call unlock_hdf5()
       are_own = .not. allocated(unreadable)
-      if (are_own) are_own = info%created == files%facts%header%created
+      if (are_own) are_own = info%created == self%facts%header%created
    end subroutine read_own_results
 
    !> Format a message about a file as "FILE: error: what".
