@@ -21,7 +21,7 @@ module rockdda_run_files
    use rockdda_stepping_simulation, only : simulation_type
    use rockdda_io_checkpoint, only : checkpoint_facts_type, checkpoint_path
    use rockdda_io_digest, only : digest_length
-   use rockdda_io_log, only : log_path, log_type
+   use rockdda_io_log, only : log_path, log_type, model_text, parameters_text, columns_text, step_text
    use rockdda_io_results, only : results_type
    use rockdda_io_timestamp, only : utc_now, wall_seconds
    use rockdda_io_results_tables, only : results_header_type
@@ -33,6 +33,8 @@ module rockdda_run_files
    implicit none
    private
    public :: checkpoint_timer_type, run_files_type, frame_plan_type, new_frame_plan
+
+   character(len=*), parameter :: nl = new_line('a')
 
    !> The first checkpoint of a run comes after this time at the latest [s]. A shorter run writes one, at its end.
    real(wp), parameter :: first_interval = 0.2_wp
@@ -66,6 +68,21 @@ module rockdda_run_files
    !> Default time between checkpoints [s].
    real(wp), parameter :: usual_checkpoint_interval = 60
 
+   integer, parameter :: usual_frames = 100
+   !> Steps from frame to frame where the number of steps is not known before.
+   integer, parameter :: usual_steps = 10
+   !> Frames beyond which their number does not matter.
+   integer, parameter :: many_frames = 10000
+
+   type :: frame_plan_type
+      integer :: every = 0                      !! steps; 0: not by steps
+      real(wp) :: interval = 0                  !! time; 0: not by time
+      integer :: passed = 0                     !! multiples of the interval reached so far
+   contains
+      procedure :: saves
+      procedure :: expected_frames
+   end type frame_plan_type
+
    !> Rows of contacts that a frame takes at a time, about.
    integer, parameter :: slab = 262144
 
@@ -91,22 +108,6 @@ module rockdda_run_files
       procedure :: is_checkpoint_due
       procedure :: lacks_checkpoint
    end type run_files_type
-
-
-   integer, parameter :: usual_frames = 100
-   !> Steps from frame to frame where the number of steps is not known before.
-   integer, parameter :: usual_steps = 10
-   !> Frames beyond which their number does not matter.
-   integer, parameter :: many_frames = 10000
-
-   type :: frame_plan_type
-      integer :: every = 0                      !! steps; 0: not by steps
-      real(wp) :: interval = 0                  !! time; 0: not by time
-      integer :: passed = 0                     !! multiples of the interval reached so far
-   contains
-      procedure :: saves
-      procedure :: expected_frames
-   end type frame_plan_type
 
 contains
 
@@ -283,20 +284,16 @@ contains
       type(frame_plan_type), intent(in) :: plan
       type(diagnostics_type), intent(in) :: messages
       type(error_type), allocatable, intent(out) :: error
+      character(len=:), allocatable :: text
       call self%open(path, error)
-      if (.not. allocated(error)) call self%put(build_description(), error)
-      if (.not. allocated(error)) call self%put('title: '//header%title, error)
-      if (.not. allocated(error)) call self%put('created: '//header%created, error)
-      if (.not. allocated(error)) call self%put('geometry or blocks: '//input%model_file, error)
-      if (.not. allocated(error) .and. len(input%analysis_file) > 0) call self%put('analysis: '//input%analysis_file, &
-                                                                                  error)
-      if (.not. allocated(error) .and. len(input%config_file) > 0) call self%put('options: '//input%config_file, error)
-      if (.not. allocated(error)) call self%put('results: '//output, error)
-      if (.not. allocated(error)) call self%put_model(input%blocks, error)
-      if (.not. allocated(error)) call self%put_messages(messages, error)
-      if (.not. allocated(error)) call self%put_parameters(input%parameters, error, &
-                                                          options_in_effect(input, output, plan))
-      if (.not. allocated(error)) call self%put_columns(error)
+      if (allocated(error)) return
+      text = build_description()//nl//'title: '//header%title//nl//'created: '//header%created//nl// &
+             'geometry or blocks: '//input%model_file//nl
+      if (len(input%analysis_file) > 0) text = text//'analysis: '//input%analysis_file//nl
+      if (len(input%config_file) > 0) text = text//'options: '//input%config_file//nl
+      call self%put(text//'results: '//output//nl//model_text(input%blocks)//nl//lines_of(messages)// &
+                    parameters_text(input%parameters, options_in_effect(input, output, plan))//nl//columns_text(), &
+                    error)
       if (.not. allocated(error)) call self%flush(error)
    end subroutine begin
 
@@ -323,10 +320,19 @@ contains
       type(error_type), allocatable, intent(out) :: error
       call self%open(path, error, append=.true.)
       if (.not. allocated(error)) call self%put('resumed: from step '//to_string(sim%state%step)//' at time '// &
-                                                to_string(sim%state%time, 10)//', '//utc_now(), error)
-      if (.not. allocated(error)) call self%put_messages(messages, error)
-      if (.not. allocated(error)) call self%put_columns(error)
+         to_string(sim%state%time, 10)//', '//utc_now()//nl//lines_of(messages)//columns_text(), error)
    end subroutine reopen
+
+   !> Notes and warnings, each with a line end.
+   function lines_of(messages) result(text)
+      type(diagnostics_type), intent(in) :: messages
+      character(len=:), allocatable :: text
+      integer :: i
+      text = ''
+      do i = 1, messages%n
+         text = text//messages%items(i)%format()//nl
+      end do
+   end function lines_of
 
    !> Is a line due for the last step? For the first one, for steps with several attempts or a frame, and for so many
    !> that the log has about `log_lines`.
@@ -345,7 +351,7 @@ contains
       class(run_log_type), intent(inout) :: self
       type(simulation_type), intent(in) :: sim
       type(error_type), allocatable, intent(out) :: error
-      call self%put_step(sim%record, sim%parameters, error)
+      call self%put(step_text(sim%record, sim%parameters), error)
       if (.not. allocated(error)) call write_choice(self, sim, error)
       self%last_step = sim%state%step
    end subroutine write_step
@@ -365,24 +371,28 @@ contains
       self%choice = name
    end subroutine write_choice
 
-   !> Write forces of boundaries, planned time and cut steps.
+   !> Write forces of boundaries, supports, planned time and cut steps.
    subroutine write_outcome(self, sim, error)
       class(run_log_type), intent(inout) :: self
       type(simulation_type), intent(in) :: sim
       type(error_type), allocatable, intent(out) :: error
-      character(len=:), allocatable :: planned, supports
-      if (size(sim%parameters%boundaries) > 0) call self%put(reactions_text(sim), error)
+      character(len=:), allocatable :: text, supports
+      text = ''
+      if (size(sim%parameters%boundaries) > 0) text = reactions_text(sim)//nl
       supports = supports_text(sim, '# ')
-      if (.not. allocated(error) .and. len(supports) > 0) call self%put(supports, error)
-      planned = 'none, the stages decide'
-      if (sim%planned_time() > 0) planned = to_string(sim%planned_time(), 10)
-      if (.not. allocated(error)) call self%put('# planned time: '//planned//'. '//cuts_text(sim), error)
-      if (.not. allocated(error) .and. len(time_error_text(sim)) > 0) call self%put('# '//time_error_text(sim), error)
-      if (.not. allocated(error) .and. len(strikes_text(sim)) > 0) call self%put('# '//strikes_text(sim), error)
-      if (.not. allocated(error) .and. sim%parameters%sleeps) &
-         call self%put('# asleep: '//to_string(count(sim%state%asleep))//' of '// &
-                       counted(sim%blocks%n_blocks - sim%blocks%n_segments, 'block')// &
-                       '; the unbalanced force is that of the others', error)
+      if (len(supports) > 0) text = text//supports//nl
+      text = text//'# planned time: '
+      if (sim%planned_time() > 0) then
+         text = text//to_string(sim%planned_time(), 10)
+      else
+         text = text//'none, the stages decide'
+      end if
+      text = text//'. '//cuts_text(sim)
+      if (len(time_error_text(sim)) > 0) text = text//nl//'# '//time_error_text(sim)
+      if (len(strikes_text(sim)) > 0) text = text//nl//'# '//strikes_text(sim)
+      if (sim%parameters%sleeps) text = text//nl//'# asleep: '//to_string(count(sim%state%asleep))//' of '// &
+         counted(sim%blocks%n_blocks - sim%blocks%n_segments, 'block')//'; the unbalanced force is that of the others'
+      call self%put(text, error)
    end subroutine write_outcome
 
    !> A new run begins at this time.

@@ -7,7 +7,6 @@ module rockdda_io_log
    use rockdda_base_kinds, only : wp
    use rockdda_base_error, only : error_type
    use rockdda_base_strings, only : printable, to_string, counted
-   use rockdda_base_diagnostics, only : diagnostics_type
    use rockdda_model_blocks, only : block_system_type
    use rockdda_model_options, only : run_options_type, is_set
    use rockdda_model_parameters, only : parameters_type
@@ -20,7 +19,7 @@ module rockdda_io_log
    use rockdda_io_file_sink, only : file_sink_type
    implicit none
    private
-   public :: log_type, log_path
+   public :: log_type, log_path, model_text, parameters_text, columns_text, step_text
 
    !> Rows of a table that share a line.
    integer, parameter :: rows_per_line = 4
@@ -32,18 +31,10 @@ module rockdda_io_log
       procedure, private :: line
    end type parameter_text_type
 
-   type :: log_type
-      type(file_sink_type), private :: sink
+   !> The file. A failure is reported by `put`, or by `flush` or `close` later.
+   type, extends(file_sink_type) :: log_type
    contains
-      procedure :: open => open_log
       procedure :: put
-      procedure :: put_messages
-      procedure :: put_model
-      procedure :: put_parameters
-      procedure :: put_columns
-      procedure :: put_step
-      procedure :: flush => flush_log
-      procedure :: close => close_log
    end type log_type
 
 contains
@@ -64,59 +55,25 @@ contains
       path = results_path//'.log'
    end function log_path
 
-   !> Start a log, replacing an older one unless it is to be continued.
-   subroutine open_log(self, path, error, append)
-      class(log_type), intent(inout) :: self
-      character(len=*), intent(in) :: path
-      type(error_type), allocatable, intent(out) :: error
-      logical, intent(in), optional :: append       !! true: continue at the end
-      call self%sink%open(path, error, append=append)
-   end subroutine open_log
-
    !> Write one line (or several, separated by line ends).
    subroutine put(self, text, error)
       class(log_type), intent(inout) :: self
       character(len=*), intent(in) :: text
       type(error_type), allocatable, intent(out) :: error
-      call self%sink%put(printable(text, achar(9)//new_line('a'))//new_line('a'), error)
+      call self%file_sink_type%put(printable(text, achar(9)//new_line('a'))//new_line('a'), error)
    end subroutine put
 
-   !> Write the notes and warnings of reading and cutting.
-   subroutine put_messages(self, messages, error)
-      class(log_type), intent(inout) :: self
-      type(diagnostics_type), intent(in) :: messages
-      type(error_type), allocatable, intent(out) :: error
-      integer :: i
-      do i = 1, messages%n
-         call self%put(messages%items(i)%format(), error)
-         if (allocated(error)) return
-      end do
-   end subroutine put_messages
-
-   !> Write the size of the model.
-   subroutine put_model(self, blocks, error)
-      class(log_type), intent(inout) :: self
+   !> The size of the model.
+   pure function model_text(blocks) result(text)
       type(block_system_type), intent(in) :: blocks
-      type(error_type), allocatable, intent(out) :: error
-      call self%put('model: '//to_string(blocks%n_blocks)//' blocks, '//to_string(blocks%n_vertices())// &
-                    ' vertices, '//to_string(blocks%fixed%n)//' fixed points, '//to_string(blocks%loading%n)// &
-                    ' loading points, '//to_string(blocks%measured%n)//' measured points, '// &
-                    to_string(blocks%bolts%n)//' bolts', error)
-   end subroutine put_model
+      character(len=:), allocatable :: text
+      text = 'model: '//to_string(blocks%n_blocks)//' blocks, '//to_string(blocks%n_vertices())//' vertices, '// &
+             to_string(blocks%fixed%n)//' fixed points, '//to_string(blocks%loading%n)//' loading points, '// &
+             to_string(blocks%measured%n)//' measured points, '//to_string(blocks%bolts%n)//' bolts'
+   end function model_text
 
-   !> Write every number that the run uses.
-   subroutine put_parameters(self, parameters, error, options)
-      class(log_type), intent(inout) :: self
-      type(parameters_type), intent(in) :: parameters
-      type(error_type), allocatable, intent(out) :: error
-      type(run_options_type), intent(in), optional :: options   !! for those that are no number of the computation
-      call self%put('parameters:'//parameters_text(parameters, options), error)
-   end subroutine put_parameters
-
-   !> Write the head of the table of steps.
-   subroutine put_columns(self, error)
-      class(log_type), intent(inout) :: self
-      type(error_type), allocatable, intent(out) :: error
+   !> The head of the table of steps.
+   pure function columns_text() result(head)
       character(len=:), allocatable :: head
       integer :: i
       head = '#     step          time            dt  tries rounds   solver     open  sliding   locked'// &
@@ -124,15 +81,13 @@ contains
       do i = 1, n_energies
          head = head//' '//right(trim(energy_names(i)), 21)
       end do
-      call self%put(head, error)
-   end subroutine put_columns
+   end function columns_text
 
-   !> Write the line of an accepted step.
-   subroutine put_step(self, record, parameters, error)
-      class(log_type), intent(inout) :: self
+   !> The line of an accepted step.
+   pure function step_text(record, parameters) result(line)
       type(step_record_type), intent(in) :: record
       type(parameters_type), intent(in) :: parameters
-      type(error_type), allocatable, intent(out) :: error
+      character(len=:), allocatable :: line
       character(len=400) :: text
       real(wp) :: ratio
       ratio = 0
@@ -140,22 +95,8 @@ contains
       write (text, '(i10, 2es14.6, i7, i7, i9, 3i9, es13.4, es14.6, es13.4, i6, *(es22.13))') record%step, &
          record%time, record%dt, record%attempts, record%open_close_iterations, record%solver_iterations, &
          record%contacts, ratio, parameters%normal_stiffness, record%unbalanced, record%stage + 1, record%energy
-      call self%put(trim(text), error)
-   end subroutine put_step
-
-   !> Pass the lines to the operating system.
-   subroutine flush_log(self, error)
-      class(log_type), intent(inout) :: self
-      type(error_type), allocatable, intent(out) :: error
-      call self%sink%flush(error)
-   end subroutine flush_log
-
-   !> Finish the log. Nothing happens when none is open.
-   subroutine close_log(self, error)
-      class(log_type), intent(inout) :: self
-      type(error_type), allocatable, intent(out) :: error
-      call self%sink%close(error)
-   end subroutine close_log
+      line = trim(text)
+   end function step_text
 
    !> Text at the right end of a column.
    pure function right(text, width) result(column)
@@ -165,10 +106,10 @@ contains
       column = adjustr(text//repeat(' ', max(0, width - len(text))))
    end function right
 
-   !> All numbers of a run; with options also what does not enter the computation (frames, threads, files).
+   !> All numbers of a run, also what does not enter the computation (frames, threads, files).
    function parameters_text(parameters, options) result(text)
       type(parameters_type), intent(in) :: parameters
-      type(run_options_type), intent(in), optional :: options
+      type(run_options_type), intent(in) :: options
       character(len=:), allocatable :: text
       type(parameters_type) :: p
       type(run_options_type) :: o
@@ -177,18 +118,18 @@ contains
       integer :: i
       logical :: has_materials
       p = parameters
-      if (present(options)) o = options
+      o = options
       call describe_parameters(table, o, p)
       call fill_defaults(table, p%windows_contacts)
       log%system = unit_system(p%units)
-      log%text = ''
+      log%text = 'parameters:'
       call log%line('units', log%system%description())
       has_materials = .false.
       do i = 1, table%n
          associate (row => table%rows(i), name => table%groups(table%rows(i)%group)%name)
             if (name == 'change') cycle
             if (row%element == 0) then
-               if (row%in_run .or. present(options)) call put_setting(log, row)
+               call put_setting(log, row)
                cycle
             end if
             if (.not. has_materials) call put_materials()
