@@ -187,9 +187,9 @@ contains
          case ('--loads'); call get_name(name, value, line%search%loads, self%problems)
          case ('--factors'); call get_name(name, value, line%search%factors, self%problems)
          case ('--stage'); call get_name(name, value, line%search%stage, self%problems)
-         case ('--from'); call get_number(name, value, line%search%from, self%problems)
-         case ('--to'); call get_number(name, value, line%search%to, self%problems)
-         case ('--tolerance'); call get_positive(name, value, line%search%tolerance, self%problems)
+         case ('--from'); call get_number(name, value, line%search%from, self%problems, .false.)
+         case ('--to'); call get_number(name, value, line%search%to, self%problems, .false.)
+         case ('--tolerance'); call get_number(name, value, line%search%tolerance, self%problems, .true.)
          case ('--jobs'); call get_whole(name, value, 1, most_threads, line%search%jobs, self%problems)
          case ('--max-steps'); call get_whole(name, value, 2, huge(1), line%search%max_steps, self%problems)
          case ('--dialect')
@@ -203,9 +203,9 @@ contains
          case ('--threads'); call get_whole(name, value, 1, most_threads, line%threads, self%problems)
          case ('--steps'); call get_whole(name, value, 0, huge(1), line%steps, self%problems)
          case ('--save-every'); call get_whole(name, value, 1, huge(1), line%save_every, self%problems)
-         case ('--t-end'); call get_positive(name, value, line%t_end, self%problems)
-         case ('--max-wall'); call get_positive(name, value, line%max_wall, self%problems)
-         case ('--checkpoint-every'); call get_positive(name, value, line%checkpoint_every, self%problems)
+         case ('--t-end'); call get_number(name, value, line%t_end, self%problems, .true.)
+         case ('--max-wall'); call get_number(name, value, line%max_wall, self%problems, .true.)
+         case ('--checkpoint-every'); call get_number(name, value, line%checkpoint_every, self%problems, .true.)
          end select
       end associate
    end subroutine set_option
@@ -240,8 +240,9 @@ contains
    end subroutine get_whole
 
    !> Get a number from the value of an option; unchanged when there is a problem.
-   pure subroutine get_number(name, value, number, problems)
+   pure subroutine get_number(name, value, number, problems, is_positive)
       character(len=*), intent(in) :: name, value
+      logical, intent(in) :: is_positive      !! it must be above 0
       real(wp), intent(inout) :: number
       character(len=:), allocatable, intent(inout) :: problems
       real(wp) :: x
@@ -249,6 +250,8 @@ contains
       call parse_number(value, x, status)
       if (status /= number_status%ok) then
          call add_problem(problems, 'option '//name//": expected a number, found '"//value//"'")
+      else if (is_positive .and. .not. x > 0) then
+         call add_problem(problems, 'option '//name//': must be above 0, found '//value)
       else
          number = x
       end if
@@ -278,23 +281,6 @@ contains
       call add_problem(problems, "option --search: '"//value//"' is none of strength, tilt, push, gravity, load"// &
                        did_you_mean(value, search_names))
    end subroutine get_search
-
-   !> Get a number above zero from the value of an option; unchanged when there is a problem.
-   pure subroutine get_positive(name, value, number, problems)
-      character(len=*), intent(in) :: name, value
-      real(wp), intent(inout) :: number
-      character(len=:), allocatable, intent(inout) :: problems
-      real(wp) :: x
-      integer :: status
-      call parse_number(value, x, status)
-      if (status /= number_status%ok) then
-         call add_problem(problems, 'option '//name//": expected a number, found '"//value//"'")
-      else if (.not. x > 0) then
-         call add_problem(problems, 'option '//name//': must be above 0, found '//value)
-      else
-         number = x
-      end if
-   end subroutine get_positive
 
    !> Add a problem for each option that does not belong to the command.
    subroutine check_options(self)

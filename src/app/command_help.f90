@@ -92,7 +92,7 @@ contains
              '    case ${COMP_WORDS[i]} in'//all_commands('|')//') command=${COMP_WORDS[i]}; break;; esac'//nl// &
              '  done'//nl// &
              '  case $before in'//nl// &
-             '    --solver) words="'//solvers()//'";;'//nl// &
+             '    --solver) words="'//replaced(solver_names, ',', ' ')//'";;'//nl// &
              '    --search) words="'//joined(search_names, ' ')//'";;'//nl// &
              '    --dialect) words="'//dialects//'";;'//nl// &
              '    completion|--completion) words="'//joined(shells, ' ')//'";;'//nl// &
@@ -152,7 +152,7 @@ contains
       select case (name)
       case ('--output'); text = text//' -s o -F'
       case ('--config'); text = text//' -s c -F'
-      case ('--solver'); text = text//" -f -a '"//solvers()//"'"
+      case ('--solver'); text = text//" -f -a '"//replaced(solver_names, ',', ' ')//"'"
       case ('--search'); text = text//" -f -a '"//joined(search_names, ' ')//"'"
       case ('--dialect'); text = text//" -f -a '"//dialects//"'"
       case default
@@ -180,16 +180,6 @@ contains
       character(len=:), allocatable :: text
       text = joined(command_names, ' ')//' completion groups'//groups
    end function help_topics
-
-   !> The solvers, between blanks.
-   pure function solvers() result(text)
-      character(len=:), allocatable :: text
-      integer :: i
-      text = solver_names
-      do i = 1, len(text)
-         if (text(i:i) == ',') text(i:i) = ' '
-      end do
-   end function solvers
 
    !> Help on a command, or on the program when the command is ''.
    pure function usage_text(command) result(text)

@@ -51,7 +51,7 @@ contains
          call begin_json(json, line, trim(merge('error', 'done ', messages%has_errors())), exit_code)
          call json%open('[', 'files')
          do i = 1, size(facts)
-            call facts(i)%to_json(json)
+            call facts(i)%to_json(json, '')
          end do
          call json%close(']')
          call end_json(json, messages, error, ok)

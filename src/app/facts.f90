@@ -2,7 +2,7 @@
 !> Named facts about a file, to be printed as text or as JSON.
 module rockdda_app_facts
    use rockdda_base_kinds, only : wp
-   use rockdda_base_strings, only : to_string
+   use rockdda_base_strings, only : replaced, to_string
    use rockdda_model_units, only : unit_system_type
    use rockdda_app_json, only : json_type
    implicit none
@@ -115,7 +115,7 @@ contains
             n_motions = n_motions + 1
             if (n_motions > most_motions) cycle
          end if
-         name = blanks_for_underscores(self%items(i)%name)
+         name = replaced(self%items(i)%name, '_', ' ')
          text = text//new_line('a')//'  '//name
          select case (self%items(i)%type)
          case (is_text); text = text//self%items(i)%text
@@ -146,13 +146,9 @@ contains
    subroutine facts_to_json(self, json, name)
       class(facts_type), intent(in) :: self
       type(json_type), intent(inout) :: json
-      character(len=*), intent(in), optional :: name  !! of the object in another one
+      character(len=*), intent(in) :: name  !! of the object in another one; '' in an array
       integer :: i
-      if (present(name)) then
-         call json%open('{', name)
-      else
-         call json%open('{', '')
-      end if
+      call json%open('{', name)
       call json%put('file', self%title)
       do i = 1, self%n
          associate (item => self%items(i))
@@ -172,16 +168,5 @@ contains
       end do
       call json%close('}')
    end subroutine facts_to_json
-
-   !> Names with blanks for underscores.
-   pure function blanks_for_underscores(name) result(text)
-      character(len=*), intent(in) :: name
-      character(len=len(name)) :: text
-      integer :: i
-      text = name
-      do i = 1, len(name)
-         if (name(i:i) == '_') text(i:i) = ' '
-      end do
-   end function blanks_for_underscores
 
 end module rockdda_app_facts

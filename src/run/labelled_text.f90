@@ -4,7 +4,7 @@
 !> Options as the text of an options file: each value that is given, by the table of options. Numbers read back exactly.
 module rockdda_run_labelled_text
    use rockdda_base_kinds, only : wp
-   use rockdda_base_strings, only : is_given, to_string
+   use rockdda_base_strings, only : is_given, replaced, to_string
    use rockdda_linear_factory, only : default_solver
    use rockdda_model_analysis_input, only : analysis_input_type, time_table_type, dialect
    use rockdda_model_options, only : run_options_type, point_table_type, stage_type, unset_real, is_set
@@ -292,7 +292,7 @@ contains
             if (len_trim(given%text) > 0) text = quoted(given%text)
          case (option_kind%numbers, option_kind%list)
             if (.not. allocated(given%numbers)) return
-            if (all(is_set_each(given%numbers))) text = exact_row(given%numbers, ', ')
+            if (all(is_set(given%numbers))) text = exact_row(given%numbers, ', ')
          case (option_kind%wholes)
             if (.not. allocated(given%wholes)) return
             do i = 1, size(given%wholes)
@@ -310,27 +310,11 @@ contains
       end associate
    end function value_text
 
-   !> Which of these were given?
-   pure function is_set_each(values) result(given)
-      real(wp), intent(in) :: values(:)
-      logical :: given(size(values))
-      integer :: i
-      do i = 1, size(values)
-         given(i) = is_set(values(i))
-      end do
-   end function is_set_each
-
    !> A text in quotes; a quote in it is doubled.
    pure function quoted(text)
       character(len=*), intent(in) :: text
       character(len=:), allocatable :: quoted
-      integer :: i
-      quoted = "'"
-      do i = 1, len_trim(text)
-         quoted = quoted//text(i:i)
-         if (text(i:i) == "'") quoted = quoted//"'"
-      end do
-      quoted = quoted//"'"
+      quoted = "'"//replaced(trim(text), "'", "''")//"'"
    end function quoted
 
 end module rockdda_run_labelled_text

@@ -270,13 +270,13 @@ module rockdda_model_options
 contains
 
    !> Was this real given?
-   pure logical function real_is_set(value)
+   elemental logical function real_is_set(value)
       real(wp), intent(in) :: value
       real_is_set = value > 0.5_wp*unset_real
    end function real_is_set
 
    !> Was this integer given?
-   pure logical function integer_is_set(value)
+   elemental logical function integer_is_set(value)
       integer, intent(in) :: value
       integer_is_set = value > unset_integer
    end function integer_is_set
