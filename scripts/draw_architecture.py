@@ -90,7 +90,7 @@ FACES = {
     "stepping/step": "motion sleep step trial_step",
     "stepping/stage": "construction lodging stage_change stage_equilibrium stage_rest verdict",
     "stepping": "simulation",
-    "io/options": "namelist_file option_documents options_writer statistics_file",
+    "io/options": "namelist_file option_documents statistics_file",
     "io/storage/file": "digest hdf5_adapter hdf5_driver",
     "io/storage/results": "results results_info results_tables",
     "io/storage/checkpoint": "archive checkpoint checkpoint_model checkpoint_state",
