@@ -18,7 +18,7 @@ module rockdda_io_namelist_file
    use rockdda_model_regions, only : same_name
    use rockdda_model_stage_options, only : stage_name, seeks_equilibrium, has_end, is_given, stage_number, &
       confirming_steps
-   use rockdda_io_source, only : source_type
+   use rockdda_io_source, only : source_type, read_source
    use rockdda_base_suggest, only : did_you_mean
    implicit none
    private

@@ -18,7 +18,7 @@ module rockdda_io_statistics_file
    use rockdda_io_option_reader, only : want_groups, read_table
    use rockdda_io_option_values, only : get_text, get_reals, index_of
    use rockdda_io_record_reader, only : append_in_order, comes_before
-   use rockdda_io_source, only : source_type
+   use rockdda_io_source, only : source_type, read_source
    implicit none
    private
    public :: read_statistics_source
