@@ -42,6 +42,7 @@ OTHERS = {
     ("options.f90", "base_acceleration"),
     ("labelled_text.f90", "block_material"),
     ("labelled_text.f90", "joint_material"),
+    ("labelled_text.f90", "stress"),  # the plane
     ("option_documents.f90", "file"),
     ("option_documents.f90", "number"),
     ("checkpoint_model.f90", "parameters"),
