@@ -31,13 +31,10 @@ module rockdda_run_factor_search
    use rockdda_run_settled_run, only : find_settled_state, settled_text
    use rockdda_run_settled_state, only : add_trial_stage
    use rockdda_run_support_uses, only : name_of_support
-   use rockdda_run_trial, only : trial_type, search_observer_type, compute_trial, keep_trial
+   use rockdda_run_trial, only : trial_type, search_observer_type, compute_trial, most_motion
    implicit none
    private
    public :: factor_search_type
-
-   !> A stable trial that moves a block by more than this share of a typical block's size has moved something.
-   real(wp), parameter :: most_motion = 0.01_wp
 
    type :: factor_search_type
       type(search_options_type) :: options
@@ -62,7 +59,6 @@ module rockdda_run_factor_search
       procedure :: joint_length
       procedure :: limit_trial
       procedure, private :: compute_some
-      procedure, private :: is_doubtful
       procedure, private :: take_loads
    end type factor_search_type
 
@@ -135,7 +131,7 @@ contains
       self%path = new_search_path(self%options, self%strength)
       do
          call self%path%follow(self%known%value, self%known%stable, self%known%pull, self%known%limit, self%state)
-         if (self%state%outcome /= search_end%open .and. .not. self%is_doubtful()) exit
+         if (self%state%outcome /= search_end%open) exit
          call self%compute_some(observer, error)
          if (allocated(error) .or. self%interrupted) return
       end do
@@ -192,17 +188,7 @@ contains
       end do
    end function limit_trial
 
-   !> Is the verdict on the nearest failing value to be confirmed before the search ends?
-   pure logical function is_doubtful(self)
-      class(factor_search_type), intent(in) :: self
-      associate (k => self%known, used => self%state%used)
-         is_doubtful = any(k(used)%is_doubtful .and. .not. k(used)%stable .and. &
-                           .not. abs(k(used)%value - self%state%failing) > 0)
-      end associate
-   end function is_doubtful
-
-   !> Compute the next trial, and as many of those that may follow it as there are jobs; at the end of the way, the one
-   !> that confirms the last verdict.
+   !> Compute the next trial, and as many of those that may follow it as there are jobs.
    subroutine compute_some(self, observer, error)
       class(factor_search_type), intent(inout) :: self
       class(search_observer_type), intent(in) :: observer
@@ -212,26 +198,20 @@ contains
       type(trial_type), allocatable :: trials(:)
       type(error_type), allocatable :: failure
       logical, allocatable :: done(:)
-      logical :: confirms
       integer :: i
-      confirms = self%state%outcome /= search_end%open
-      if (confirms) then
-         values = [self%state%failing]
-      else
-         call self%path%candidates(self%known%value, self%known%stable, self%known%pull, self%known%limit, &
-                                   max(1, self%options%jobs), values)
-      end if
+      call self%path%candidates(self%known%value, self%known%stable, self%known%pull, self%known%limit, &
+                                max(1, self%options%jobs), values)
       allocate (trials(size(values)), done(size(values)))
       done = .false.
       !$omp parallel do num_threads(size(values)) schedule(static, 1) private(i) shared(self, observer, trials, done, &
-      !$omp values, confirms, error)
+      !$omp values, error)
       do i = 1, size(values)
-         call compute_one(self, observer, values(i), confirms, trials(i), done(i), i == 1, error)
+         call compute_one(self, observer, values(i), trials(i), done(i), i == 1, error)
       end do
       !$omp end parallel do
       do i = 1, size(values)
          if (.not. done(i)) cycle
-         call keep_trial(self%known, trials(i))
+         self%known = [self%known, trials(i)]
          call self%journal%add(trials(i), problem)
          if (allocated(problem)) call move_alloc(problem, failure)
       end do
@@ -240,11 +220,10 @@ contains
    end subroutine compute_some
 
    !> One trial. The failure of one that may never count is none.
-   subroutine compute_one(self, observer, value, confirms, trial, done, counts, error)
+   subroutine compute_one(self, observer, value, trial, done, counts, error)
       class(factor_search_type), intent(in) :: self
       class(search_observer_type), intent(in) :: observer
       real(wp), intent(in) :: value
-      logical, intent(in) :: confirms
       type(trial_type), intent(out) :: trial
       logical, intent(out) :: done
       logical, intent(in) :: counts
@@ -253,8 +232,8 @@ contains
       type(error_type), allocatable :: failure
       logical :: interrupted
       allocate (run)
-      call compute_trial(self%settled, self%options, self%searched, value, confirms, observer, run, trial, &
-                         interrupted, failure)
+      call compute_trial(self%settled, self%options, self%searched, value, observer, run, trial, interrupted, &
+                         failure)
       done = .not. (interrupted .or. allocated(failure))
       if (allocated(failure) .and. counts) call move_alloc(failure, error)
    end subroutine compute_one
@@ -306,8 +285,7 @@ contains
              'trusted; rock or joints that are too soft, or a sharp corner in a kink of the ground, let them'
    end function describe_inside
 
-   !> A warning when elastic bolts could hold what fails: they take their force as blocks move, and the verdict looks at
-   !> motions of some thousandths of a block. Else empty.
+   !> A warning when elastic bolts could hold what fails: they take their force as blocks move. Else empty.
    function describe_unused(failing, settled) result(text)
       type(trial_type), intent(in) :: failing
       type(simulation_type), intent(in) :: settled

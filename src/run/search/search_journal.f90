@@ -16,12 +16,12 @@ module rockdda_run_search_journal
    use rockdda_io_checkpoint, only : checkpoint_path
    use rockdda_run_input, only : model_input_type
    use rockdda_run_search_options, only : search_options_type, search_names
-   use rockdda_run_trial, only : trial_type, keep_trial
+   use rockdda_run_trial, only : trial_type
    implicit none
    private
    public :: search_journal_type, search_digest
 
-   character(len=*), parameter :: head = 'rockdda search, trials: value stable decided doubtful confirms steps '// &
+   character(len=*), parameter :: head = 'rockdda search, trials: value stable decided steps '// &
                                          'beginning unbalanced displacement pull limit shear inside unused '// &
                                          'seconds, then the blocks of the mechanism with their motion, the '// &
                                          'share of the joints '// &
@@ -118,7 +118,6 @@ contains
       n = 0
       if (allocated(trial%mechanism%blocks)) n = size(trial%mechanism%blocks)
       line = to_exact_string(trial%value)//' '//merge('1 ', '0 ', trial%stable)//merge('1 ', '0 ', trial%decided)// &
-             merge('1 ', '0 ', trial%is_doubtful)//merge('1 ', '0 ', trial%confirms)// &
              to_string(trial%steps)//' '//to_string(trial%beginning)//' '// &
              to_exact_string(trial%unbalanced)//' '//to_exact_string(trial%displacement)//' '// &
              to_exact_string(trial%pull)//' '//to_exact_string(trial%limit)//' '//to_exact_string(trial%shear)//' '// &
@@ -160,7 +159,7 @@ contains
          read (unit, '(a)', iostat=status) line
          if (status /= 0) exit
          call take_line(trim(line), trial, ok)
-         if (ok) call keep_trial(trials, trial)
+         if (ok) trials = [trials, trial]
       end do
       close (unit)
    end subroutine read_journal
@@ -170,41 +169,60 @@ contains
       character(len=*), intent(in) :: line
       type(trial_type), intent(out) :: trial
       logical, intent(out) :: ok
-      integer :: flags(4), n, m, k, status
-      integer, allocatable :: motions(:, :)
-      real(wp), allocatable :: open_shares(:)
-      character(len=3) :: last
+      real(wp), allocatable :: numbers(:)
+      integer :: i, k, last, status
       ok = .false.
       if (len(line) < 4) return
       if (line(len(line) - 3:) /= ' end') return
-      read (line, *, iostat=status) trial%value, flags, trial%steps, trial%beginning, trial%unbalanced, &
-         trial%displacement, trial%pull, trial%limit, trial%shear, trial%inside, trial%unused, trial%seconds, &
-         n
-      if (status /= 0 .or. n < 0 .or. n > len(line)) return
-      allocate (motions(2, n))
-      read (line, *, iostat=status) trial%value, flags, trial%steps, trial%beginning, trial%unbalanced, &
-         trial%displacement, trial%pull, trial%limit, trial%shear, trial%inside, trial%unused, trial%seconds, &
-         n, motions, m
-      if (status /= 0 .or. m < 0 .or. m > len(line)) return
-      allocate (open_shares(m))
-      read (line, *, iostat=status) trial%value, flags, trial%steps, trial%beginning, trial%unbalanced, &
-         trial%displacement, trial%pull, trial%limit, trial%shear, trial%inside, trial%unused, trial%seconds, &
-         n, motions, m, &
-         open_shares, k
-      if (status /= 0 .or. k < 0 .or. k > len(line)) return
-      allocate (trial%supports(k))
-      read (line, *, iostat=status) trial%value, flags, trial%steps, trial%beginning, trial%unbalanced, &
-         trial%displacement, trial%pull, trial%limit, trial%shear, trial%inside, trial%unused, trial%seconds, &
-         n, motions, m, &
-         open_shares, k, trial%supports, last
-      ok = status == 0
-      trial%open = open_shares
-      trial%stable = flags(1) == 1
-      trial%decided = flags(2) == 1
-      trial%is_doubtful = flags(3) == 1
-      trial%confirms = flags(4) == 1
-      trial%mechanism%blocks = motions(1, :)
-      trial%mechanism%kinds = motions(2, :)
+      allocate (numbers(count([(line(i:i) == ' ', i=1, len(line))])))
+      read (line, *, iostat=status) numbers
+      if (status /= 0) return
+      last = 0
+      trial%value = next()
+      trial%stable = next() > 0
+      trial%decided = next() > 0
+      trial%steps = nint(next())
+      trial%beginning = nint(next())
+      trial%unbalanced = next()
+      trial%displacement = next()
+      trial%pull = next()
+      trial%limit = next()
+      trial%shear = next()
+      trial%inside = next()
+      trial%unused = nint(next())
+      trial%seconds = next()
+      allocate (trial%mechanism%blocks(n_items()))
+      allocate (trial%mechanism%kinds(size(trial%mechanism%blocks)))
+      do k = 1, size(trial%mechanism%blocks)
+         trial%mechanism%blocks(k) = nint(next())
+         trial%mechanism%kinds(k) = nint(next())
+      end do
+      allocate (trial%open(n_items()))
+      do k = 1, size(trial%open)
+         trial%open(k) = next()
+      end do
+      allocate (trial%supports(n_items()))
+      do k = 1, size(trial%supports)
+         trial%supports(k)%force = next()
+         trial%supports(k)%use = next()
+         trial%supports(k)%state = nint(next())
+      end do
+      ok = last == size(numbers)
+
+   contains
+
+      !> The next number; 0 behind the last one.
+      real(wp) function next()
+         last = last + 1
+         next = 0
+         if (last <= size(numbers)) next = numbers(last)
+      end function next
+
+      !> The next number as one of items that follow.
+      integer function n_items()
+         n_items = max(0, min(nint(next()), size(numbers)))
+      end function n_items
+
    end subroutine take_line
 
    !> Remove both files.

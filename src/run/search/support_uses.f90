@@ -2,13 +2,14 @@
 !> How far each bolt and lining is mobilised at the end of a trial, and whether bolts could hold what fails.
 module rockdda_run_support_uses
    use rockdda_base_kinds, only : wp
+   use rockdda_contact_table, only : contact_state
    use rockdda_interaction_kinematics, only : displacement_at
    use rockdda_model_bolt_layout, only : name_of_spring
    use rockdda_model_state, only : bolt_nodes_type, liner_nodes_type
    use rockdda_stepping_simulation, only : simulation_type
    implicit none
    private
-   public :: support_use_type, find_uses, name_of_support, n_bolts_of, state_word, find_unused
+   public :: support_use_type, find_uses, name_of_support, n_bolts_of, state_word, find_unused, friction_work
 
    !> One bolt or lining.
    type :: support_use_type
@@ -104,37 +105,37 @@ contains
    end function state_word
 
    !> Could elastic bolts hold what the last step, a static one, has moved? They do no less work there than inertia has
-   !> done, `work`, if they bear their strength. Then the bolt whose strength would do most of it beyond its force; else
-   !> 0.
+   !> done, `work`, if they bear their strength, by their stretch and by the friction of the joints that they press
+   !> together. Then the bolt whose strength would do most of it beyond its force; else 0.
    pure integer function find_unused(sim, uses, work) result(most)
       type(simulation_type), intent(in) :: sim
       type(support_use_type), intent(in) :: uses(:)
       real(wp), intent(in) :: work                   !! [energy]
-      real(wp) :: unused(n_bolts_of(sim)), stretch, motion(2), before(2)
+      real(wp) :: unused(n_bolts_of(sim)), way, friction, motion(2), before(2)
       integer :: j, k, n
       unused = 0
+      friction = mean_friction(sim)
       n = sim%blocks%bolts%n
       do k = 1, size(unused)
          if (uses(k)%state /= 1 .or. .not. uses(k)%force > 0) cycle
          if (k <= n) then
             associate (ends => sim%state%bolt_ends(:, k), b => sim%blocks%bolts%blocks(:, k))
-               stretch = max(0.0_wp, dot_product(motion_of(b(2), ends(3:4)) - motion_of(b(1), ends(1:2)), &
-                                                 ends(3:4) - ends(1:2))/norm2(ends(3:4) - ends(1:2)))
+               way = held_way(motion_of(b(2), ends(3:4)) - motion_of(b(1), ends(1:2)), ends(3:4) - ends(1:2))
             end associate
          else
-            stretch = 0
+            way = 0
             associate (bolt => sim%families%bars%bolts(k - n))
                do j = 1, size(bolt%acting)
                   motion = motion_of(bolt%block(bolt%acting(j)), bolt%place(:, bolt%acting(j)))
-                  if (j > 1) stretch = stretch + max(0.0_wp, dot_product(motion - before, along(bolt%place)))
+                  if (j > 1) way = way + held_way(motion - before, bolt%place(:, size(bolt%place, 2)) - bolt%place(:, 1))
                   before = motion
                end do
-               stretch = stretch/bolt%spacing
+               way = way/bolt%spacing
             end associate
          end if
          unused(k) = huge(1.0_wp)
          if (uses(k)%use > 0) unused(k) = uses(k)%force*(1/uses(k)%use - 1)
-         unused(k) = min(unused(k), sqrt(huge(1.0_wp)))*stretch
+         unused(k) = min(unused(k), sqrt(huge(1.0_wp)))*way
       end do
       most = 0
       if (size(unused) > 0 .and. sum(unused) >= work) most = maxloc(unused, 1)
@@ -150,14 +151,42 @@ contains
          if (block > 0) u = displacement_at(sim%equations%x(:, block), point, sim%state%centroid(:, block))
       end function motion_of
 
-      !> Direction from head to toe.
-      pure function along(place) result(direction)
-         real(wp), intent(in) :: place(:, :)
-         real(wp) :: direction(2)
-         direction = place(:, size(place, 2)) - place(:, 1)
-         direction = direction/norm2(direction)
-      end function along
+      !> The work of a unit force in a bolt that a relative motion stretches, with the friction that it causes.
+      pure real(wp) function held_way(motion, axis) result(way)
+         real(wp), intent(in) :: motion(2), axis(2)
+         way = dot_product(motion, axis)/norm2(axis)
+         if (way > 0) way = way + friction*abs(motion(1)*axis(2) - motion(2)*axis(1))/norm2(axis)
+         way = max(0.0_wp, way)
+      end function held_way
 
    end function find_unused
+
+   !> Friction over normal force in the joints that slide in the last step, by the work that they do.
+   pure real(wp) function mean_friction(sim) result(mean)
+      type(simulation_type), intent(in) :: sim
+      real(wp) :: pressed
+      integer :: c
+      pressed = 0
+      associate (table => sim%contacts, slip => sim%families%contacts%trial%slip)
+         do c = 1, table%n
+            if (table%state(c) == contact_state%sliding) pressed = pressed + abs(table%normal_force(c)*slip(c))
+         end do
+      end associate
+      mean = friction_work(sim, [(.true., c=1, size(sim%parameters%joint_materials))])/max(pressed, tiny(1.0_wp))
+   end function mean_friction
+
+   !> Work of the shear forces of some joints that slide in the last step.
+   pure real(wp) function friction_work(sim, joints) result(work)
+      type(simulation_type), intent(in) :: sim
+      logical, intent(in) :: joints(:)           !! joint materials
+      integer :: c
+      work = 0
+      associate (table => sim%contacts, slip => sim%families%contacts%trial%slip)
+         do c = 1, table%n
+            if (table%state(c) == contact_state%sliding .and. joints(table%joint(c))) &
+               work = work + abs(table%shear_force(c)*slip(c))
+         end do
+      end associate
+   end function friction_work
 
 end module rockdda_run_support_uses

@@ -18,7 +18,8 @@
 !>                            grows
 !>
 !> and static steps follow, one of which shows whether a model that slides goes on alike. The verdict is reached in
-!> static steps alone: it compares pulls of blocks that begin at rest.
+!> static steps alone: it compares pulls of blocks that begin at rest. A block that is slowed down loses its velocity, so
+!> that it goes past the place where it would rest by no more than one step, as in static steps.
 module rockdda_run_trial
    use rockdda_base_kinds, only : wp, pi
    use rockdda_base_error, only : error_type, error_code, add_context
@@ -36,13 +37,16 @@ module rockdda_run_trial
    use rockdda_run_search_options, only : search_options_type, search_kind
    use rockdda_run_searched, only : searched_type
    use rockdda_run_settled_state, only : copy_simulation
-   use rockdda_run_support_uses, only : support_use_type, find_uses, find_unused
+   use rockdda_run_support_uses, only : support_use_type, find_uses, find_unused, friction_work
    use rockdda_stepping_stage_watch, only : progress_type
    use rockdda_stepping_verdict, only : loaded_apart, verdict_type, verdict, typical_size, usual_share
-   use rockdda_contact_table, only : contact_state
    implicit none
    private
-   public :: trial_type, search_observer_type, compute_trial, begin_trial, keep_trial
+   public :: trial_type, search_observer_type, compute_trial, begin_trial, most_motion
+
+   !> A stable trial that moves a block by more than this share of a typical block's size has moved something. So far
+   !> elastic bolts are waited for.
+   real(wp), parameter :: most_motion = 0.01_wp
 
    !> Static steps after which the least unbalanced force is compared with the least one before: while steps are shorter
    !> than dt_max, else; when velocities have been carried, so few that they show whether the pull has stayed.
@@ -67,7 +71,6 @@ module rockdda_run_trial
 
    type :: trial_pace_type
       logical :: carries = .false.                       !! the next step begins with the velocities of this one
-      logical :: was_stuck = .false.                     !! they were carried because the model was stuck
       integer, private :: steps = 0                      !! since the pace has changed, or was checked
       integer, private :: enough = static_steps
       real(wp), private :: least = huge(1.0_wp)          !! unbalanced force of these steps
@@ -91,8 +94,6 @@ module rockdda_run_trial
       real(wp) :: value = 0
       logical :: stable = .false.
       logical :: decided = .true.          !! false: neither at rest nor moving on when the steps were used up
-      logical :: is_doubtful = .false.     !! velocities were carried where it was stuck, or it has no verdict
-      logical :: confirms = .false.        !! takes the place of a doubtful one
       integer :: steps = 0
       integer :: beginning = 1             !! > 1: begun again with shorter steps
       real(wp) :: unbalanced = 0           !! of the last step
@@ -166,15 +167,13 @@ contains
       sim%control%dt = min(sim%control%dt, parameters%dt_max)
    end subroutine begin_trial
 
-   !> Compute a trial until its verdict. One that confirms another takes the steps of a stage, static ones, and compares
-   !> pulls late. `run` holds the simulation; when its results are open they are written.
+   !> Compute a trial until its verdict. `run` holds the simulation; when its results are open they are written.
    !> `interrupted`: a stop was requested, and there is no verdict. Error: the steps cannot be solved.
-   subroutine compute_trial(settled, options, searched, value, confirms, observer, run, trial, interrupted, error)
+   subroutine compute_trial(settled, options, searched, value, observer, run, trial, interrupted, error)
       type(simulation_type), intent(in) :: settled
       type(search_options_type), intent(in) :: options
       type(searched_type), intent(in) :: searched
       real(wp), intent(in) :: value
-      logical, intent(in) :: confirms
       class(search_observer_type), intent(in) :: observer
       type(run_type), intent(inout) :: run
       type(trial_type), intent(out) :: trial
@@ -185,13 +184,12 @@ contains
       integer :: beginning
       start = wall_seconds()
       trial%value = value
-      trial%confirms = confirms
       do beginning = 1, most_beginnings
          if (.not. run%is_open) call begin_trial(settled, searched, value, beginning, run%sim, error)
          trial%beginning = beginning
          if (allocated(error)) return
          ! loads that a model does not carry yet move it by more than its deformation before
-         run%sim%control%brisk%is_on = .not. confirms .and. searched%kind /= search_kind%load
+         run%sim%control%brisk%is_on = searched%kind /= search_kind%load
          call run%sim%set_interruption(observer)
          call advance_trial(options, searched, observer, run, trial, interrupted, error)
          if (.not. allocated(error)) exit
@@ -203,7 +201,6 @@ contains
          call lodging%look(run%sim%blocks, run%sim%state)
          trial%inside = maxval([0.0_wp, lodging%found%share])
          call find_uses(run%sim, trial%supports)
-         if (trial%pull > 0) trial%unused = find_unused(run%sim, trial%supports, inertia_work(run%sim))
       end if
       trial%seconds = wall_seconds() - start
       if (allocated(error)) call add_context(error, 'the trial of '//to_string(value, 6)//' has no verdict')
@@ -244,7 +241,7 @@ contains
          ! the model at rest does not carry these loads yet
          call judgement%begin(run%sim, usual_share, any(abs(run%sim%state%stress) > 0), growth=loaded_apart)
       else
-         call judgement%begin(run%sim, is_trial=.not. trial%confirms)
+         call judgement%begin(run%sim, is_trial=.true.)
       end if
       trial%steps = 0
       do while (outcome == verdict%open .and. trial%steps < options%max_steps)
@@ -258,8 +255,15 @@ contains
          else
             outcome = judgement%judge(run%sim, run%sim%forces)
             call find_limit(run%sim, searched, trial%value, pull, limits(1 + modulo(judgement%steps, last_steps)))
+            if (outcome == verdict%failing) then
+               ! bolts bear what has moved far enough
+               call find_uses(run%sim, trial%supports)
+               trial%unused = find_unused(run%sim, trial%supports, inertia_work(run%sim))
+               if (trial%unused > 0 .and. .not. maxval(judgement%moved) > most_motion*typical_size(run%sim)) &
+                  outcome = verdict%open
+            end if
          end if
-         if (.not. trial%confirms) call pace%follow(maxval(judgement%moved), judgement%way_moved(run%sim), run%sim)
+         call pace%follow(maxval(judgement%moved), judgement%way_moved(run%sim), run%sim)
          call run%write_step(error)
          if (allocated(error)) return
          trial%unbalanced = run%sim%record%unbalanced
@@ -273,31 +277,12 @@ contains
       end do
       trial%decided = outcome /= verdict%open
       trial%stable = outcome == verdict%stable
-      trial%is_doubtful = .not. trial%confirms .and. (pace%was_stuck .or. .not. trial%decided)
       if (outcome == verdict%failing) then
          trial%pull = pull
          if (any(abs(limits) > 0)) trial%limit = limits(minloc(abs(limits - trial%value), dim=1, mask=abs(limits) > 0))
       end if
       if (.not. trial%stable) call find_mechanism(run%sim, judgement, trial%mechanism)
    end subroutine advance_trial
-
-   !> Keep a trial. One that confirms a doubtful one takes its place; where both fail it keeps the pull and the limit of
-   !> the doubtful one, by which the next values are chosen.
-   subroutine keep_trial(trials, trial)
-      type(trial_type), allocatable, intent(inout) :: trials(:)
-      type(trial_type), intent(in) :: trial
-      type(trial_type) :: kept
-      integer :: i
-      do i = 1, size(trials)
-         if (abs(trials(i)%value - trial%value) > 0) cycle
-         kept = trial
-         if (.not. kept%stable) kept%pull = trials(i)%pull
-         if (.not. kept%stable) kept%limit = trials(i)%limit
-         trials(i) = kept
-         return
-      end do
-      trials = [trials, trial]
-   end subroutine keep_trial
 
    !> The work of inertia in the last, static step over the motion of all areas, which is what carries a mechanism away,
    !> and the value at which it would be none; 0: not known.
@@ -352,20 +337,6 @@ contains
       end associate
    end function inertia_work
 
-   !> Work of the shear forces of searched joints that slide in the last step.
-   pure real(wp) function friction_work(sim, joints) result(work)
-      type(simulation_type), intent(in) :: sim
-      logical, intent(in) :: joints(:)           !! joint materials
-      integer :: c
-      work = 0
-      associate (table => sim%contacts, slip => sim%families%contacts%trial%slip)
-         do c = 1, table%n
-            if (table%state(c) == contact_state%sliding .and. joints(table%joint(c))) &
-               work = work + abs(table%shear_force(c)*slip(c))
-         end do
-      end associate
-   end function friction_work
-
    !> Choose how the next step begins.
    subroutine follow(self, distance, way, sim)
       class(trial_pace_type), intent(inout) :: self
@@ -383,6 +354,7 @@ contains
          if (self%steps < carried_steps .and. distance < farther*self%start .and. .not. distance < self%farthest .and. &
              sim%control%balanced == 0) then
             self%farthest = distance
+            call stop_slowed(sim)
             return
          end if
          call self%set(.false., distance, sim)
@@ -403,9 +375,19 @@ contains
       stuck = self%least > no_progress*self%least_before .and. &
               distance < self%start*farther**(real(self%steps, wp)/most)
       self%least_before = min(self%least, self%least_before)
-      self%was_stuck = self%was_stuck .or. stuck
       call self%set(stuck, distance, sim)
    end subroutine follow
+
+   !> Take the velocity of blocks that are slowed down.
+   pure subroutine stop_slowed(sim)
+      type(simulation_type), intent(inout) :: sim
+      integer :: i
+      associate (v => sim%state%velocity, a => sim%state%acceleration)
+         do i = 1, sim%blocks%n_blocks
+            if (dot_product(v(1:2, i), a(1:2, i)) + radius_of_inertia(sim%state, i)**2*v(3, i)*a(3, i) < 0) v(:, i) = 0
+         end do
+      end associate
+   end subroutine stop_slowed
 
    !> Does the model slide?
    subroutine watch_slide(self, distance, way, sim)
