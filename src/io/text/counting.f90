@@ -6,7 +6,7 @@
 !> P fixed and loading points and M rows of time-dependent values, 2 + P + 3M or 1 + P + 3M (dialect g0).
 module rockdda_io_counting
    use rockdda_base_kinds, only : wp, i8
-   use rockdda_io_tokens, only : token_list_type, token_kind
+   use rockdda_io_tokens, only : token_list_type
    use rockdda_base_numbers, only : is_whole
    implicit none
    private
@@ -33,19 +33,7 @@ contains
    pure function plain_numbers(tokens) result(values)
       type(token_list_type), intent(in) :: tokens
       real(wp), allocatable :: values(:)
-      integer :: i, n, text_line
-      allocate (values(tokens%n_numbers))
-      n = 0
-      text_line = 0
-      do i = 1, tokens%n
-         if (tokens%line(i) == text_line) cycle
-         if (tokens%kind(i) == token_kind%text) then
-            text_line = tokens%line(i)
-         else
-            n = n + 1
-            values(n) = tokens%value(i)
-         end if
-      end do
+      values = tokens%value(tokens%number_places())
    end function plain_numbers
 
    !> Does the equality of a geometry file hold?

@@ -35,6 +35,7 @@ module rockdda_io_tokens
       procedure :: numbers_left_on_line
       procedure :: has_decimal_comma
       procedure :: nth_number
+      procedure :: number_places
    end type token_list_type
 
 contains
@@ -207,23 +208,33 @@ contains
       has_decimal_comma = .true.
    end function has_decimal_comma
 
-   !> The token that is the n-th number outside comments; 0 when there are fewer.
-   pure integer function nth_number(self, n) result(i)
+   !> The tokens that are numbers outside comments: on each line those before its first text.
+   pure function number_places(self) result(places)
       class(token_list_type), intent(in) :: self
-      integer, intent(in) :: n
-      integer :: found, text_line
-      found = 0
+      integer :: places(self%n_numbers)
+      integer :: i, n, text_line
+      n = 0
       text_line = 0
       do i = 1, self%n
          if (self%line(i) == text_line) cycle
          if (self%kind(i) == token_kind%text) then
             text_line = self%line(i)
          else
-            found = found + 1
-            if (found == n) return
+            n = n + 1
+            places(n) = i
          end if
       end do
+   end function number_places
+
+   !> The token that is the n-th number outside comments; 0 when there are fewer.
+   pure integer function nth_number(self, n) result(i)
+      class(token_list_type), intent(in) :: self
+      integer, intent(in) :: n
       i = 0
+      if (n < 1 .or. n > self%n_numbers) return
+      associate (places => self%number_places())
+         i = places(n)
+      end associate
    end function nth_number
 
 end module rockdda_io_tokens

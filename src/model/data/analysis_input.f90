@@ -118,13 +118,7 @@ contains
    !> A block material of which nothing is given yet: of options, each of which changes only what it names.
    pure function unset_block_material() result(material)
       type(block_material_type) :: material
-      material%density = unset_real
-      material%weight = unset_real
-      material%youngs_modulus = unset_real
-      material%poisson_ratio = unset_real
-      material%stress = unset_real
-      material%stress_gradient = unset_real
-      material%velocity = unset_real
+      call material%set_numbers(spread(unset_real, 1, 13))
    end function unset_block_material
 
    !> A joint material of which nothing is given yet: of options, each of which changes only what it names.
