@@ -211,8 +211,9 @@ contains
    !> The tokens that are numbers outside comments: on each line those before its first text.
    pure function number_places(self) result(places)
       class(token_list_type), intent(in) :: self
-      integer :: places(self%n_numbers)
+      integer, allocatable :: places(:)
       integer :: i, n, text_line
+      allocate (places(self%n_numbers))
       n = 0
       text_line = 0
       do i = 1, self%n
