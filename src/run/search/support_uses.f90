@@ -127,7 +127,8 @@ contains
             associate (bolt => sim%families%bars%bolts(k - n))
                do j = 1, size(bolt%acting)
                   motion = motion_of(bolt%block(bolt%acting(j)), bolt%place(:, bolt%acting(j)))
-                  if (j > 1) way = way + held_way(motion - before, bolt%place(:, size(bolt%place, 2)) - bolt%place(:, 1))
+                  if (j > 1) way = way + held_way(motion - before, &
+                                                  bolt%place(:, size(bolt%place, 2)) - bolt%place(:, 1))
                   before = motion
                end do
                way = way/bolt%spacing

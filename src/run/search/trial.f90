@@ -18,8 +18,8 @@
 !>                            grows
 !>
 !> and static steps follow, one of which shows whether a model that slides goes on alike. The verdict is reached in
-!> static steps alone: it compares pulls of blocks that begin at rest. A block that is slowed down loses its velocity, so
-!> that it goes past the place where it would rest by no more than one step, as in static steps.
+!> static steps alone: it compares pulls of blocks that begin at rest. A block that is slowed down loses its velocity,
+!> so that it goes past the place where it would rest by no more than one step, as in static steps.
 module rockdda_run_trial
    use rockdda_base_kinds, only : wp, pi
    use rockdda_base_error, only : error_type, error_code, add_context
