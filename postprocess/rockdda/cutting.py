@@ -139,7 +139,7 @@ class Blocks:
 
     def write(self, path: PathLike) -> None:
         """Write a block file (.blk), which reads back bit for bit."""
-        self._session.write_blocks(path)
+        self._session("write_blocks", path)
 
 
 @runtime_checkable
@@ -168,9 +168,9 @@ def cut(
     session = Session()
     was_cut = True
     if isinstance(geometry, HasGeometry):
-        session.cut_text(f"{geometry.name}.dc", geometry.geometry_text(), allow_open=allow_open)
+        session("cut_text", f"{geometry.name}.dc", geometry.geometry_text(), allow_open)
     elif isinstance(geometry, str | os.PathLike):
-        session.cut_file(geometry, allow_open=allow_open)
+        session("cut_file", geometry, allow_open)
         was_cut = session.sizes()["lines"] > 0
     else:
         rows = line_rows(geometry, joint)
@@ -178,7 +178,7 @@ def cut(
             ends = np.array([line for line, _ in rows]).reshape(-1, 2)
             e0 = 1e-6 * float(np.ptp(ends, axis=0).max() if len(ends) else 1.0)
         points = [coordinates(point) for point in np.asarray(holes, dtype=float).reshape(-1, 2).tolist()]
-        session.cut_text("lines.dc", GeometryDeck(e0, joints=rows, holes=points).text())
+        session("cut_text", "lines.dc", GeometryDeck(e0, joints=rows, holes=points).text(), False)
     session.warn()
     blocks = Blocks(session, was_cut=was_cut)
     if output is not None:

@@ -172,7 +172,7 @@ Model = Any  # rockdda.model.Model: that module imports this one
 
 def is_labelled(session: Session) -> bool:
     """Are the files a labelled model?"""
-    if session.geometry_sizes()["lines"] == 0:
+    if session.sizes("geometry_sizes")["lines"] == 0:
         raise InputError("is a block file; a model is made of lines", session.text(MODEL_FILE))
     return "model" in parse_groups(session.text(CONFIG_TEXT))
 
@@ -183,7 +183,7 @@ def take_legacy(model: Model, session: Session) -> None:
     _take_analysis(model, session)
     model.options = parse_groups(session.text(CONFIG_TEXT), names_that_add_up())
     replace_files(model.options, Path(session.text(CONFIG_FILE)).parent)
-    if session.analysis_sizes()["dialect"] == DIALECTS["dda_windows"]:
+    if session.sizes("analysis_sizes")["dialect"] == DIALECTS["dda_windows"]:
         # defaults of this dialect
         time = model.options.setdefault("time", {})
         for group in [time] if isinstance(time, dict) else time[:1]:
@@ -226,9 +226,8 @@ def take_labelled(model: Model, session: Session) -> None:
 
 def _take_geometry(model: Model, session: Session) -> None:
     """Take lines and points from the compiled session."""
-    sizes = session.geometry_sizes()
-    names = "lines materials bolts fixed loading measured holes"
-    arrays = [array.tolist() for array in session.array("geometry", *(sizes[name] for name in names.split()))]
+    sizes, found = session.geometry()
+    arrays = [array.tolist() for array in found]
     e0, lines, joints, material_lines, materials, bolts, values, fixed, loading, measured, holes = arrays
     model.e0 = e0
     for i, (line, joint) in enumerate(zip(lines, joints, strict=True)):
@@ -249,7 +248,7 @@ def _take_geometry(model: Model, session: Session) -> None:
 
 def _take_analysis(model: Model, session: Session) -> None:
     """Take materials, run control and tables from the compiled session."""
-    sizes = session.analysis_sizes()
+    sizes = session.sizes("analysis_sizes")
     model.steps = sizes["steps"]
     names = "blocks joints tables rows"
     arrays = session.array("analysis", *(sizes[name] for name in names.split()))

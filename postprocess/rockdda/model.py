@@ -161,7 +161,7 @@ class Model(OptionGroups):
         Written and run, the model does the same as the files. A file of base motion that the options name stays
         where it is."""
         session = Session()
-        session.read_files(geometry, analysis, config)
+        session("read_files", geometry, analysis, config)
         reading = is_labelled(session)
         model = cls(Path(session.text(CONFIG_FILE if reading else ANALYSIS_FILE)).stem, labelled=reading)
         (take_labelled if reading else take_legacy)(model, session)
@@ -418,7 +418,7 @@ class Model(OptionGroups):
         session = Session()
         with ExitStack() as stack:
             names, texts = self.input_texts(stack)
-            session.read_texts(names, texts)
+            session("read_texts", *names, *texts)
             place = names[2].removesuffix(f"{self.name}.nml")
             text = session.text(LABELLED_TEXT).split("\n", 2)[2]
         return text.replace(place, "") if place else text

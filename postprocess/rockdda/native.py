@@ -31,6 +31,13 @@ MODEL_FILE, ANALYSIS_FILE, CONFIG_FILE, CONFIG_TEXT, SUMMARISED, OPTIONS_SCHEMA,
 PLAIN_TABLE = 17
 # as many messages as the program shows
 MOST_SHOWN = 50
+#: Names of the numbers that procedures give.
+SIZES = {
+    "sizes": "blocks vertices fixed loading measured bolts contacts step frames steps "
+    "lines dropped_lines shortened_lines islands holes",
+    "geometry_sizes": "lines boundary materials bolts fixed loading measured holes sets",
+    "analysis_sizes": "blocks joints tables rows steps dialect",
+}
 
 
 def _extension() -> Any:
@@ -149,88 +156,48 @@ class Session:
             *counts, *times, int(strict), int(allow_open), int(force),
         )  # fmt: skip
 
-    def read_files(self, model: PathLike, analysis: PathLike | None, config: PathLike | None) -> None:
-        """Read the files of a run."""
-        names = [b"" if path is None else os.fsencode(path) for path in (model, analysis, config)]
-        self.check(self._api.read_files(self.handle, *names))
+    def __call__(self, procedure: str, *arguments: Any) -> list[Any]:
+        """Call a procedure of the extension; raises what its status says, and returns what it gives beside that.
 
-    def read_texts(self, names: tuple[str, str, str], texts: tuple[str, str, str]) -> None:
-        """Read geometry, analysis and options (an empty name: none) from texts; without the name of an analysis the
-        options are a labelled file."""
-        data = [os.fsencode(text) for text in (*names, *texts)]
-        self.check(self._api.read_texts(self.handle, *data))
-
-    def cut_file(self, model: PathLike, *, allow_open: bool = False) -> None:
-        """Cut a geometry file, or read a block file."""
-        self.check(self._api.cut_file(self.handle, os.fsencode(model), int(allow_open)))
-
-    def cut_text(self, name: str, text: str, *, allow_open: bool = False) -> None:
-        """Cut the text of a geometry file."""
-        self.check(self._api.cut_text(self.handle, os.fsencode(name), os.fsencode(text), int(allow_open)))
-
-    def draw_file(self, path: PathLike, seed: int | None) -> None:
-        """Draw the lines of a joint statistics file."""
-        self.check(self._api.draw_file(self.handle, os.fsencode(path), -1 if seed is None else seed))
-
-    def draw_text(self, name: str, text: str, seed: int | None) -> None:
-        """Draw the lines of the text of such a file."""
-        status = self._api.draw_text(self.handle, os.fsencode(name), os.fsencode(text), -1 if seed is None else seed)
+        Texts and paths go as bytes (None: none), truth as 0 or 1."""
+        words: list[Any] = []
+        for one in arguments:
+            coded = os.fsencode(one) if isinstance(one, str | os.PathLike) else b"" if one is None else one
+            words.append(int(coded) if isinstance(coded, bool) else coded)
+        found = getattr(self._api, procedure)(self.handle, *words)
+        *answer, status = found if isinstance(found, tuple) else (found,)
         self.check(status)
+        return answer
 
     def read_motion(self, path: PathLike, form: str, column: str, has_scale: bool) -> tuple[FloatArray, float]:
         """Times and values of a record as two rows, and the unit of the values [m/s²], 0 where the file names none."""
-        self.check(
-            self._api.read_motion(self.handle, os.fsencode(path), form.encode(), column.encode(), int(has_scale))
-        )
+        self("read_motion", path, form, column, has_scale)
         n, unit = self._api.motion_sizes(self.handle)
         return np.array(self._values.motion(self.handle, n)), float(unit)
 
     def plain_table(self, path: PathLike, least: int, multiple: int) -> str:
         """The text of a table, with numbers between blanks or commas and points as decimal signs."""
-        self.check(self._api.plain_table(self.handle, os.fsencode(path), least, multiple))
+        self("plain_table", path, least, multiple)
         return self.text(PLAIN_TABLE)
-
-    def write_network(self, path: PathLike) -> None:
-        """Write the drawn lines as a geometry file."""
-        self.check(self._api.write_network(self.handle, os.fsencode(path)))
-
-    def write_blocks(self, path: PathLike) -> None:
-        """Write a block file."""
-        self.check(self._api.write_blocks(self.handle, os.fsencode(path)))
-
-    def start(self, write_results: bool) -> None:
-        """Make the state at time 0."""
-        self.check(self._api.start(self.handle, int(write_results)))
 
     def advance(self, steps: int, seconds: float) -> tuple[int, bool]:
         """Do steps without the interpreter's lock; (how many were done, is the run at its end)."""
-        done, finished, status = self._api.advance(self.handle, min(steps, 2**31 - 1), seconds)
-        self.check(status)
+        done, finished = self("advance", min(steps, 2**31 - 1), seconds)
         return int(done), bool(finished)
-
-    def finish(self, reason: str) -> None:
-        """Close the results."""
-        self.check(self._api.finish(self.handle, os.fsencode(reason)))
 
     # -- what can be looked at -----------------------------------------------------------------------------------
 
-    def sizes(self) -> dict[str, int]:
-        """Sizes and counters by name."""
-        names = (
-            "blocks vertices fixed loading measured bolts contacts step frames steps "
-            "lines dropped_lines shortened_lines islands holes"
-        )
-        return dict(zip(names.split(), (int(n) for n in self._values.sizes(self.handle)), strict=True))
+    def sizes(self, what: str = "sizes") -> dict[str, int]:
+        """Sizes and counters by name, or those of the geometry or the analysis ('geometry_sizes', …)."""
+        found = getattr(self._values, what)(self.handle)
+        return dict(zip(SIZES[what].split(), map(int, found), strict=True))
 
-    def geometry_sizes(self) -> dict[str, int]:
-        """Numbers of things in the geometry."""
-        names = ["lines", "boundary", "materials", "bolts", "fixed", "loading", "measured", "holes", "sets"]
-        return dict(zip(names, (int(n) for n in self._values.geometry_sizes(self.handle)), strict=True))
-
-    def analysis_sizes(self) -> dict[str, int]:
-        """Numbers of things in the analysis."""
-        names = ["blocks", "joints", "tables", "rows", "steps", "dialect"]
-        return dict(zip(names, (int(n) for n in self._values.analysis_sizes(self.handle)), strict=True))
+    def geometry(self) -> tuple[dict[str, int], list[Any]]:
+        """Numbers of things in the geometry, and e0 with their arrays: lines, joint materials, material lines, block
+        materials, bolts, their values, fixed lines, loading, measured and hole points."""
+        sizes = self.sizes("geometry_sizes")
+        names = ("lines", "materials", "bolts", "fixed", "loading", "measured", "holes")
+        return sizes, self.array("geometry", *(sizes[name] for name in names))
 
     def facts(self) -> dict[str, float]:
         """Numbers by name; energies by their own names."""

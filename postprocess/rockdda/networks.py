@@ -44,9 +44,7 @@ class Network:
 
     def __init__(self, session: Session) -> None:
         self._session = session
-        sizes = session.geometry_sizes()
-        names = "lines materials bolts fixed loading measured holes"
-        arrays: list[Any] = session.array("geometry", *(sizes[name] for name in names.split()))
+        sizes, arrays = session.geometry()
         #: (n, 4) rows x1 y1 x2 y2; the boundary lines come first [length]
         self.lines: FloatArray
         #: (n,) joint material of each line, from 1
@@ -75,7 +73,7 @@ class Network:
 
     def write(self, path: PathLike) -> None:
         """Write a geometry file (.dc)."""
-        self._session.write_network(path)
+        self._session("write_network", path)
 
     def model(self, name: str = "network", **options: Any) -> Model:
         """A model with this geometry; materials are still to be added. Options are those of `Model`."""
@@ -120,11 +118,11 @@ def lines(
     if seed is not None and not (isinstance(seed, int | np.integer) and 0 <= seed <= LARGEST_SEED):
         raise InputError(f"seed: expected a whole number from 0 to {LARGEST_SEED}, found {seed!r}")
     session = Session()
-    number = None if seed is None else int(seed)
+    number = -1 if seed is None else int(seed)
     if isinstance(statistics, Mapping):
-        session.draw_text("statistics", format_groups(statistics), number)
+        session("draw_text", "statistics", format_groups(statistics), number)
     else:
-        session.draw_file(statistics, number)
+        session("draw_file", statistics, number)
     session.warn()
     network = Network(session)
     if output is not None:

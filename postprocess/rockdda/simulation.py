@@ -67,7 +67,7 @@ def run(
         _read(session, geometry, analysis, config, stack)
         report = _reporter(progress, stack, session.text(TITLE))
         session.warn()
-        session.start(write_results=True)
+        session("start", True)
         # absolute, because the caller may change the folder before reading the results
         path = os.path.abspath(session.text(RESULTS))  # noqa: PTH100
         deadline = started + max_wall if max_wall is not None else float("inf")
@@ -80,16 +80,16 @@ def run(
                     report(facts["fraction"], sizes["step"], facts["time"])
                 if not finished and clock.monotonic() >= deadline:
                     break
-            session.finish("max-wall")
+            session("finish", "max-wall")
         except ConvergenceError as error:
             error.results = open_results(path)
             raise
         except KeyboardInterrupt:
-            session.finish("signal SIGINT")
+            session("finish", "signal SIGINT")
             step = session.sizes()["step"]
             raise KeyboardInterrupt(f"stopped after step {step}; the results so far are in {path}") from None
         except BaseException as error:
-            session.finish(f"stopped by {type(error).__name__}")
+            session("finish", f"stopped by {type(error).__name__}")
             raise
     session.warn()
     session.free()
@@ -134,7 +134,7 @@ class Simulation:
         with ExitStack() as stack:
             _read(self._session, geometry, analysis, config, stack)
         self._session.warn()
-        self._session.start(write_results=output is not None)
+        self._session("start", output is not None)
         #: where the results go, or None
         self.output: str | None = os.path.abspath(self._session.text(RESULTS)) if output is not None else None  # noqa: PTH100
         sizes = self._session.sizes()
@@ -186,7 +186,7 @@ class Simulation:
 
     def close(self, reason: str = "closed") -> None:
         """Close the results, if some are written. The state can still be looked at."""
-        self._session.finish(reason)
+        self._session("finish", reason)
 
     def results(self) -> Results:
         """The results that are being written (the last two seconds may be missing until `close`)."""
@@ -259,13 +259,14 @@ def _read(
     if isinstance(geometry, HasInput):
         if analysis is not None or config is not None:
             raise InputError("a Model brings its own analysis and options")
-        session.read_texts(*geometry.input_texts(stack))
+        names, texts = geometry.input_texts(stack)
+        session("read_texts", *names, *texts)
         return
     labelled = os.fspath(geometry).lower().endswith(".nml")
     if analysis is None and not labelled and not os.path.isdir(geometry):  # noqa: PTH112
         exists = os.path.exists(geometry)  # noqa: PTH110
         raise InputError("is a file: an analysis file is needed, too" if exists else "no such folder", geometry)
-    session.read_files(geometry, analysis, config)
+    session("read_files", geometry, analysis, config)
 
 
 def _reporter(progress: Progress | bool | None, stack: ExitStack, title: str) -> Progress | None:

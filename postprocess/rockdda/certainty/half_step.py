@@ -91,9 +91,9 @@ def _source(results: Results, groups: Mapping[str, Any], folder: Path) -> Source
     """The model of the texts in a folder. An automatic time step is that of the first step of the run."""
     session = Session()
     if "model" in groups:
-        session.read_files(folder / "model.nml", None, None)
+        session("read_files", folder / "model.nml", None, None)
     else:
-        session.read_files(folder / "model.dc", folder / "model.df", folder / "model.nml" if groups else None)
+        session("read_files", folder / "model.dc", folder / "model.df", folder / "model.nml" if groups else None)
     labelled = groups_of(session.text(LABELLED_TEXT))
     preset = chosen(labelled, "contact", "preset") and not chosen(labelled, "contact", "formulation")
     facts = {

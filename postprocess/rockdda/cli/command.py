@@ -19,7 +19,7 @@ from typer.completion import get_completion_script
 
 from ..errors import ConvergenceError, InputError, InputWarning, OutputError, RockddaError
 from ..fields import JOINT_FIELDS
-from . import certainty, common, exchange, studies, validate
+from . import certainty, common, exchange, studies
 from .common import BAD_INPUT, DONE, INTERNAL, NO_CONVERGENCE, NO_OUTPUT, STOPPED, in_shown_units, open_results
 
 #: Kinds of pictures with fields of their own, not those of blocks.
@@ -361,9 +361,23 @@ def _common(
     pass
 
 
-for _module in (exchange, studies, certainty, validate):
+for _module in (exchange, studies, certainty):
     for _name, _command in _module.COMMANDS.items():
         app.command(name=_name)(_command)
+
+try:
+    from rockdda_validation.command import validate_command
+
+    app.command(name="validate")(validate_command)
+except ModuleNotFoundError as _error:
+    if _error.name != "rockdda_validation":
+        raise
+
+    @app.command(name="validate", context_settings={"allow_extra_args": True, "ignore_unknown_options": True})
+    def _without_cases() -> None:
+        """Run the cases of the validation, which come with the source of RockDDA."""
+        advice = "take rockdda-post of the folder build/bin there"
+        raise RockddaError(f"the cases of the validation come with the source of RockDDA, in no wheel: {advice}")
 
 
 class Shell(StrEnum):

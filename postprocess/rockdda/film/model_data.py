@@ -26,7 +26,6 @@ from .page import page
 PATIENCE = 60.0  # s, for `rockdda check`
 GROUP = re.compile(r"^\s*[&$](\w+)", re.M)
 AT = re.compile(r"\bat \(?(-?[\d.]+(?:[eE][-+]?\d+)?), ?(-?[\d.]+(?:[eE][-+]?\d+)?)")
-SECTIONS = ("lines", "materials", "bolts", "fixed", "loading", "measured", "holes")  # of a geometry file
 Groups = dict[str, list[dict[str, Any]]]
 
 
@@ -142,12 +141,10 @@ def _take_geometry(found: ModelData, path: Path | None) -> None:
     if path is None:
         raise InputError("no geometry is named")
     session = Session()
-    session.cut_file(path)
-    sizes = session.geometry_sizes()
+    session("cut_file", path, False)
+    sizes, found_arrays = session.geometry()
     blocks = Blocks(session, was_cut=sizes["lines"] > 0)
-    empty: list[Any] = [[] for _ in range(11)]
-    arrays = session.array("geometry", *(sizes[name] for name in SECTIONS)) if sizes["lines"] else empty
-    rows: list[Any] = [np.asarray(array).tolist() for array in arrays]
+    rows: list[Any] = [array.tolist() for array in found_arrays]
     _, lines, joints, material_lines, materials, bolts, _, fixed, loading, measured, holes = rows
     if not sizes["lines"]:
         fixed = [[*point, *point] for point in blocks.fixed_points.position.tolist()]

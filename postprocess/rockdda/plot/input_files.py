@@ -74,14 +74,12 @@ def input_plot(
     if kind not in (None, *INPUT_KINDS):
         raise InputError(f"input is drawn as {' or '.join(INPUT_KINDS)}, not as {kind!r}", path)
     session = Session()
-    session.cut_file(path)
+    session("cut_file", path, False)
     session.warn()
-    sizes = session.geometry_sizes()
+    sizes, arrays = session.geometry()
     if kind == "lines" and sizes["lines"] == 0:
         raise InputError("is a block file: it has no lines, and is drawn as blocks", path)
     blocks = Blocks(session, was_cut=sizes["lines"] > 0)
-    names = "lines materials bolts fixed loading measured holes"
-    arrays = session.array("geometry", *(sizes[name] for name in names.split())) if sizes["lines"] else []
     units = Units.parse(units)
     if window is not None:
         axes = window_axes(window, axes)
@@ -89,7 +87,7 @@ def input_plot(
         if sizes["lines"] and kind != "blocks":
             axes = _lines(arrays, sizes, axes, units)
         else:
-            axes = _blocks(blocks, arrays[-1] if arrays else np.zeros((0, 2)), axes, units)
+            axes = _blocks(blocks, arrays[-1], axes, units)
         axes.set_title(plain_text(Path(path).name) if title is None else title)
         if axes.get_legend_handles_labels()[0]:
             axes.legend(loc="upper left", bbox_to_anchor=(1.01, 1), handlelength=2.4)

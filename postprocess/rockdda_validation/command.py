@@ -10,13 +10,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
+from rockdda.cli.common import DIFFERENT, DONE, NO_CONVERGENCE, Json, Quiet, print_summary, progress_bar
+from rockdda.errors import InputError, RockddaError
 from typer import Option
 
-from ..errors import InputError, RockddaError
-from .common import DIFFERENT, DONE, NO_CONVERGENCE, Json, Quiet, print_summary, progress_bar
-
 if TYPE_CHECKING:
-    from rockdda_validation import Case
+    from .case import Case
 
 
 class Formulation(enum.StrEnum):
@@ -72,19 +71,11 @@ def validate_command(
         rockdda-post validate --report-only --pdf
 
         rockdda-post validate --list"""
-    from ..report.paper import needs_for_pdf
+    from rockdda.report.paper import needs_for_pdf
 
-    try:
-        from rockdda_validation import all_cases
-    except ModuleNotFoundError as error:
-        if error.name != "rockdda_validation":
-            raise
-        advice = "take rockdda-post of the folder build/bin there"
-        raise RockddaError(
-            f"the cases of the validation come with the source of RockDDA, in no wheel: {advice}"
-        ) from None
-    from rockdda_validation.report import write_report
-    from rockdda_validation.runner import FORMULATIONS, Outcome, run_cases, select
+    from .registry import all_cases
+    from .report import write_report
+    from .runner import FORMULATIONS, Outcome, run_cases, select
 
     if quick and full:
         raise InputError("--quick and --full exclude each other")
@@ -160,7 +151,7 @@ def validate_command(
 
 def _without(output: Path, chosen: list[Case], full: bool, formulation: str) -> list[Case]:
     """The cases without a result in the folder, or with one of --quick only where --full is given."""
-    from rockdda_validation.runner import load_records
+    from .runner import load_records
 
     if output.exists() and not (output / "data").is_dir():
         raise InputError("has no results to continue from; leave out --missing", output)
@@ -171,7 +162,7 @@ def _without(output: Path, chosen: list[Case], full: bool, formulation: str) -> 
 
 def _report_stopped(output: Path, known: list[Case], done: int, of: int, quiet: bool) -> None:
     """After Ctrl-C: write the report of the finished cases, and print how to continue."""
-    from rockdda_validation.report import write_report
+    from .report import write_report
 
     with contextlib.suppress(RockddaError):
         write_report(output, known)
@@ -200,7 +191,7 @@ def _list_cases(known: list[Case], quiet: bool, as_json: bool) -> None:
 
 def _check_folder(output: Path, chosen: list[Case], full: bool, force: bool, formulation: str) -> None:
     """InputError if other files, or results of --full by those of --quick, would be overwritten."""
-    from rockdda_validation.runner import load_records
+    from .runner import load_records
 
     if not chosen:
         raise InputError("there is no case to run")
@@ -218,6 +209,3 @@ def _check_folder(output: Path, chosen: list[Case], full: bool, force: bool, for
     ]
     if better:
         raise InputError(f"has results of --full for {', '.join(better)}; --force replaces them by --quick", output)
-
-
-COMMANDS = {"validate": validate_command}
