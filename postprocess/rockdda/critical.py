@@ -10,19 +10,17 @@ import os
 import re
 import signal
 import subprocess
-import tempfile
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any, NoReturn
 
 import numpy as np
 
-from .errors import ConvergenceError, InputError, InputWarning, OutputError, Problem, RockddaError, stack_level
-from .model import Model
+from .errors import ConvergenceError, InputError, InputWarning, OutputError, RockddaError, stack_level
+from .model import Model, as_files
 from .outputs import output
-from .program import find_program
+from .program import errors_in, find_program
 from .results import Results
 from .results import open as open_results
 from .text import PathLike
@@ -35,11 +33,18 @@ NAMES = {
     "load": "load factor",
 }  # fmt: skip
 UNITS = {"tilt": "°"}
+
+
+def search_title(kind: str) -> str:
+    """'factor of safety', 'critical tilt [°]' …"""
+    return NAMES.get(kind, f"{kind} factor") + (f" [{UNITS[kind]}]" if kind in UNITS else "")
+
+
 #: Arguments of `factor_of_safety` that are options of the program.
-OPTIONS = ("search", "joints", "loads", "factors", "from_", "to", "tolerance", "stage", "jobs", "max_steps", "config",
-           "output")  # fmt: skip
+OPTIONS = ("search", "joints", "loads", "factors", "from_", "to", "tolerance", "stage", "jobs", "max_steps", "output")
 KINDS = ("sliding", "toppling", "fall")
-WARNING = re.compile(r"(?:[^:]+:(?:\d+:)*\s*)?warning: ")
+#: Warnings among what the program prints, each with its source lines, which are indented by four.
+WARNINGS = re.compile(r"^(?:[^:\n]+:(?:\d+:)*[ \t]*)?warning: .*(?:\n    .*)*", re.M)
 #: exit codes of the program
 INPUT, CONVERGENCE, STOPPED, OUTPUT = 2, 3, 4, 5
 
@@ -134,6 +139,21 @@ class CriticalFactor:
         return output("draw_search", self, kind or ("factor" if self.results is None else "mechanism"), **options)
 
 
+def option_words(options: Mapping[str, Any]) -> list[str]:
+    """Options of the program, by their names in Python, as words of its command line; those that are None are not."""
+    given = {name.rstrip("_").replace("_", "-"): value for name, value in options.items() if value is not None}
+    return [word for name, value in given.items() for word in (f"--{name}", _word(value))]
+
+
+def _word(value: Any) -> str:
+    """A value on the command line: names and factors with commas between them."""
+    if isinstance(value, Mapping):
+        return ", ".join(f"{name} = {_word(one)}" for name, one in value.items())
+    if isinstance(value, Sequence) and not isinstance(value, str):
+        return ", ".join(map(_word, value))
+    return repr(float(value)) if isinstance(value, float | np.floating) else str(value)
+
+
 def factor_of_safety(
     model: PathLike | Model, analysis: PathLike | None = None, *, search: str = "strength",
     joints: str | Sequence[str] | None = None, loads: str | Sequence[str] | None = None,
@@ -157,28 +177,15 @@ def factor_of_safety(
     its upper end) or the model is not in equilibrium before the search; OutputError."""
     if search not in NAMES:
         raise InputError(f"search: expected one of {', '.join(NAMES)}, found {search!r}")
-    options = dict(locals())
-    for name in ("joints", "loads"):
-        options[name] = options[name] if isinstance(options[name], str | None) else ", ".join(options[name])
-    if isinstance(factors, Mapping):
-        options["factors"] = ", ".join(f"{name} = {_word(value)}" for name, value in factors.items())
-    command = [find_program(), "fos"]
-    with tempfile.TemporaryDirectory(prefix="rockdda-") as folder:
-        if isinstance(model, Model):
-            if analysis is not None or config is not None:
-                raise InputError("a Model brings its own analysis and options")
-            model.write(folder)
-            command.append(str(Path(folder) / f"{model.name}.nml") if model.labelled else folder)
-        else:
-            command += [os.fspath(path) for path in (model, analysis) if path is not None]
-        for name in OPTIONS:
-            if options[name] is not None:
-                command += [f"--{name.rstrip('_').replace('_', '-')}", _word(options[name])]
-        command += ["--json", *(["--force"] if force else [])]
+    options = option_words({name: value for name, value in locals().items() if name in OPTIONS})
+    with as_files(model, analysis, config) as (files, folder):
+        command = [find_program(), "fos", *files, *options, "--json", *(["--force"] if force else [])]
         code, out, told = _call(command, progress)
+        if folder:
+            out, told = (text.replace(f"{folder}{os.sep}", "") for text in (out, told))
         if code != 0 and not _is_verdict(code, out):
-            _raise(code, out, told.replace(f"{folder}{os.sep}", ""), folder)
-    for message in _warnings(told.replace(f"{folder}{os.sep}", "")):
+            _raise(code, out, told)
+    for message in WARNINGS.findall(told.replace("\r", "\n")):
         warnings.warn(message, InputWarning, stacklevel=stack_level())
     results = None if output is None else open_results(output)
     return _from_json(json.loads(out), results)
@@ -194,7 +201,7 @@ def read_search(results: Results | PathLike) -> CriticalFactor:
     columns = [np.atleast_1d(results[f"search/{name}"]).tolist() for name in names]
     trials = [Trial(row[0], bool(row[1]), int(row[2]), *row[3:]) for row in zip(*columns, strict=True)]
     factor, low, high = (float(np.ravel(results[f"search/{name}"])[0]) for name in ("factor", "low", "high"))
-    words = {name: _text(results.group_attributes("search").get(name, "")) for name in ("search", "kind")}
+    words = {name: str(results.attribute("search", name)).strip() for name in ("search", "kind")}
     # not in files of older versions, whose models stand
     strength = float(np.ravel(results["search/settled_strength"])[0]) if "search/settled_strength" in results else 1.0
     mechanism = _mechanism(results, words["kind"])
@@ -205,17 +212,6 @@ def _mechanism(results: Results, kind: str) -> Mechanism:
     blocks = np.atleast_1d(results["search/blocks"]).astype(int).tolist()
     kinds = tuple(KINDS[int(number)] for number in np.atleast_1d(results["search/block_kind"]))
     return Mechanism(tuple(blocks), kind, kinds)
-
-
-def _text(value: Any) -> str:
-    return value.decode() if isinstance(value, bytes) else str(value)
-
-
-def _word(value: Any) -> str:
-    """An option's value as the command line has it."""
-    if isinstance(value, float | np.floating):
-        return repr(float(value))
-    return os.fspath(value) if isinstance(value, os.PathLike) else str(value)
 
 
 def _call(command: list[str], progress: bool) -> tuple[int, str, str]:
@@ -258,33 +254,9 @@ def _from_json(found: dict[str, Any], results: Results | None) -> CriticalFactor
     )
 
 
-def _warnings(told: str) -> list[str]:
-    """Warnings among what the program printed, each with its source lines, which are indented by four."""
-    found: list[str] = []
-    within = False
-    for line in told.replace("\r", "\n").splitlines():
-        if WARNING.match(line):
-            found.append(line)
-        elif within and line.startswith("    "):
-            found[-1] += f"\n{line}"
-        else:
-            within = False
-            continue
-        within = True
-    return found
-
-
-def _raise(code: int, out: str, told: str, folder: str) -> NoReturn:
+def _raise(code: int, out: str, told: str) -> NoReturn:
     """The package's error for an exit code."""
-    problems: list[Problem] = []
-    try:
-        for message in json.loads(out).get("messages", []):
-            if message.get("severity") == "error":
-                file = message.get("file")
-                file = None if file is None else str(file).replace(f"{folder}{os.sep}", "")
-                problems.append(Problem(message["message"], file, message.get("line"), message.get("column")))
-    except (ValueError, AttributeError, KeyError):  # a crash leaves no object
-        problems = []
+    problems = errors_in(out)
     text = "\n".join(map(str, problems)) or told.strip() or f"rockdda fos ended with exit code {code}"
     plain = "; ".join(problem.message for problem in problems) or text
     if code == INPUT:

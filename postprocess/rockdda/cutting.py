@@ -14,6 +14,7 @@ from .arrays import FloatArray, IntArray
 from .deck import GeometryDeck, coordinates, line_rows
 from .errors import Problem
 from .native import Session
+from .rings import after_on_block
 from .text import PathLike
 
 __all__ = ["Blocks", "Bolts", "CutReport", "Points", "cut"]
@@ -127,8 +128,7 @@ class Blocks:
         if self.n_blocks == 0:
             return np.zeros(0), np.zeros((0, 2))
         first = self.vertex_offset[:-1]
-        following = np.arange(1, self.n_vertices + 1)
-        following[self.vertex_offset[1:] - 1] = first
+        following = after_on_block(self.vertex_offset)
         # relative to a vertex of the block, so that places far from the origin lose no digits
         origin = np.repeat(self.vertices[first], np.diff(self.vertex_offset), axis=0)
         a, b = self.vertices - origin, self.vertices[following] - origin

@@ -25,6 +25,7 @@ __all__ = [
 ]  # fmt: skip
 
 Numbers = Sequence[float]
+Segment = tuple[float, float, float, float]  # x1 y1 x2 y2
 Table = npt.ArrayLike  # (m, 3) rows t x y
 COUNTS_IN_A_ROW = 20  # numbers of table rows in one line of an analysis file
 
@@ -72,15 +73,15 @@ def _row(values: Iterable[float]) -> str:
 class GeometryDeck:
     """The numbers of a geometry file."""
 
-    e0: float
-    boundary: Sequence[tuple[Numbers, int]] = ()  # x1 y1 x2 y2 and joint material of lines of the outline
-    joints: Sequence[tuple[Numbers, int]] = ()  # of the other lines
-    material_lines: Sequence[tuple[Numbers, int]] = ()  # with block materials
-    bolts: Sequence[Numbers] = ()  # x1 y1 x2 y2, or these and stiffness, pretension, strength
-    fixed: Sequence[Numbers] = ()  # x1 y1 x2 y2; both ends equal: a point
-    loading: Sequence[Numbers] = ()
-    measured: Sequence[Numbers] = ()
-    holes: Sequence[Numbers] = ()
+    e0: float = 0.0
+    boundary: list[tuple[Segment, int]] = field(default_factory=list)  # of the outline, with joint materials
+    joints: list[tuple[Segment, int]] = field(default_factory=list)  # of the other lines
+    material_lines: list[tuple[Segment, int]] = field(default_factory=list)  # with block materials
+    bolts: list[Any] = field(default_factory=list)  # x1 y1 x2 y2, or these and stiffness, pretension, strength
+    fixed: list[Any] = field(default_factory=list)  # both ends equal: a point
+    loading: list[Any] = field(default_factory=list)
+    measured: list[tuple[float, float]] = field(default_factory=list)
+    holes: list[tuple[float, float]] = field(default_factory=list)
 
     def text(self, title: str = "") -> str:
         """The geometry file."""
@@ -128,11 +129,11 @@ class AnalysisDeck:
     steps: int
     displacement_ratio: float  # g2
     dt_max: float  # g1
-    block_materials: Sequence[BlockMaterial]
-    joint_materials: Sequence[JointMaterial]
+    block_materials: list[BlockMaterial] = field(default_factory=list)
+    joint_materials: list[JointMaterial] = field(default_factory=list)
     stiffness: float | None = None  # g0, 0 automatic
-    fixed_tables: Sequence[Sequence[Numbers]] = ()  # for each fixed point rows t x y
-    loading_tables: Sequence[Sequence[Numbers]] = ()  # for each loading point rows t fx fy
+    fixed_tables: list[Any] = field(default_factory=list)  # for each fixed point rows t x y
+    loading_tables: list[Any] = field(default_factory=list)  # for each loading point rows t fx fy
     sor_factor: float | None = None  # written last, where given
 
     def text(self, title: str = "") -> str:

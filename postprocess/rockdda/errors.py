@@ -98,7 +98,9 @@ def need(module: str, extra: str, purpose: str) -> ModuleType:
     try:
         return importlib.import_module(module)
     except ImportError as error:
-        package = {"imageio_ffmpeg": "imageio-ffmpeg", "vtkmodules": "vtk", "shapefile": "pyshp"}.get(module, module)
+        package = {"imageio_ffmpeg": "imageio-ffmpeg", "vtkmodules": "vtk", "shapefile": "pyshp"}.get(
+            module, module.partition(".")[0]
+        )
         message = f"{purpose} needs the package {package}: {how_to_install(extra)} ({error})"
         raise ImportError(message, name=package) from error
 

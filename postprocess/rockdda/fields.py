@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Names of the fields of blocks and joints, without what computes them: the help of a command loads no NumPy."""
+"""Names of fields and numbers that commands begin with, without what computes them: their help loads no NumPy."""
 
 from __future__ import annotations
 
@@ -41,3 +41,7 @@ JOINT_FIELDS = {
     "slip": JointField("slip of joints", "length"),
     "mobilised": JointField("mobilised shear strength", ""),
 }
+#: Of loosening: gradient of displacements below which rock moves together, and the share of the planned time at the end
+#: of a run in which a point must be in equilibrium.
+GRADIENT_LIMIT = 0.005
+WINDOW = 2 / 3

@@ -67,8 +67,6 @@ class FrameTables(StartArrays):
         return int(self["history/stage"][min(row, self.n_steps - 1)])
 
 
-NODE_TABLES = ["bolt_node", "bolt_force", "bolt_slip", "bolt_state"]
-LINER_TABLES = ["liner_point", "liner_force", "liner_state"]
 #: A force of a beam of a lining at its start and at its end: columns of the nodes there.
 BEAM_ENDS = {"N": ("N_behind", "N_before"), "M": ("M", "M"), "Q": ("Q_behind", "Q_before")}
 CONTACT_TABLES = [name for name in names_in("frames", "") if re.match(r"contact_(?!offset)", name)]
@@ -251,11 +249,11 @@ class Frame:
         """The columns of `bolt_nodes`, as arrays."""
         first, names = self.results.bolt_first, self.results.bolt_names
         bolt = np.repeat(np.arange(len(names)), np.diff(first))
-        place, force, slip, state = (
-            self._stored(name) if names else np.zeros((0, 2)[: 2 if name == "bolt_node" else 1]) for name in NODE_TABLES
+        place = self._or_nan("bolt_node", len(bolt), 2)
+        force, slip, state, use = (
+            self._or_nan(f"bolt_{name}", len(bolt)) for name in ("force", "slip", "state", "use")
         )
         columns = {"bolt": bolt, "name": np.array(names, dtype=object)[bolt], "x": place[:, 0], "y": place[:, 1]}
-        use = self._stored("bolt_use") if names and "frames/bolt_use" in self.results else np.full(len(force), np.nan)
         return Columns(columns | {"force": force, "slip": slip, "use": use, "state": state})
 
     @property
@@ -272,14 +270,10 @@ class Frame:
         """The columns of `liner_nodes`, as arrays."""
         names = self.results.liner_names
         liner = np.repeat(np.arange(len(names)), np.diff(self.results.liner_first))
-        if names:
-            place, force, state = (self._stored(name) for name in LINER_TABLES)
-        else:
-            place, force, state = np.zeros((0, 2)), np.zeros((0, 3)), np.zeros(0, dtype=np.int64)
+        place, force = self._or_nan("liner_point", len(liner), 2), self._or_nan("liner_force", len(liner), 3)
+        state, use = (self._or_nan(f"liner_{name}", len(liner)) for name in ("state", "use"))
         columns = {"liner": liner, "name": np.array(names, dtype=object)[liner], "x": place[:, 0], "y": place[:, 1]}
-        has = {name: bool(names) and f"frames/{name}" in self.results for name in ("liner_back", "liner_use")}
-        opening, slip = (self._stored("liner_back") if has["liner_back"] else np.full((len(state), 2), np.nan)).T
-        use = self._stored("liner_use") if has["liner_use"] else np.full(len(state), np.nan)
+        opening, slip = self._or_nan("liner_back", len(liner), 2).T
         use = np.where(use < 0, np.nan, np.where(use > 1e300, np.inf, use))
         columns |= dict(zip("NMQ", force.T, strict=True))
         has_sides = bool(names) and "frames/liner_sides" in self.results
@@ -348,6 +342,10 @@ class Frame:
             names = ("x1", "y1", "x2", "y2")
             pieces = Columns(pieces | {name: start[name] + scale * (pieces[name] - start[name]) for name in names})
         return pieces.rows(pieces["there"])
+
+    def _or_nan(self, name: str, *shape: int) -> AnyArray:
+        """A table of this frame; NaN where nothing is in it, or an older file does not have it."""
+        return self._stored(name) if shape[0] and f"frames/{name}" in self.results else np.full(shape, np.nan)
 
     def _bolt_row(self, name: str, shape: tuple[int, ...]) -> FloatArray:
         return self._stored(name) if len(self.results.bolt_ends) else np.zeros(shape)

@@ -22,6 +22,7 @@ from .columns import Columns
 from .errors import InputError
 from .fields import JOINT_FIELDS, JointField
 from .frames import Frame, FrameTables
+from .rings import after_on_block
 
 if TYPE_CHECKING:
     import pandas
@@ -127,13 +128,6 @@ def _begins(place: FloatArray, length: FloatArray, group: IntArray) -> FloatArra
 
 
 # -- edges -----------------------------------------------------------------------------------------------------------
-
-
-def after_on_block(offset: IntArray) -> IntArray:
-    """(nv,) the vertex that follows each one on the outline of its block."""
-    after = np.arange(1, offset[-1] + 1)
-    after[offset[1:] - 1] = offset[:-1]
-    return after
 
 
 def _directions(frame: Frame, edge: IntArray) -> tuple[FloatArray, FloatArray]:

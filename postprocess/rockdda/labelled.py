@@ -15,7 +15,7 @@ from .arrays import FloatArray
 from .deck import BlockMaterial, JointMaterial, Place, time_table
 from .errors import InputError
 from .groups import as_list
-from .namelist import entry_texts, parse_groups
+from .namelist import entry_texts, last_value, parse_groups
 from .native import CONFIG_FILE, CONFIG_TEXT, DIALECTS, LABELLED_TEXT, MODEL_FILE, Session
 from .options import names_that_add_up, repeated_groups, replace_files
 
@@ -191,7 +191,7 @@ def take_legacy(model: Model, session: Session) -> None:
             if "length_scale" not in given:
                 group["length_scale"] = "largest"
             if "dt_min" not in given:
-                group["dt_min"] = 0.01 * float(_last(time, "dt_max", model.dt_max))
+                group["dt_min"] = 0.01 * float(last_value(time, "dt_max", model.dt_max))
 
 
 def take_labelled(model: Model, session: Session) -> None:
@@ -288,13 +288,6 @@ def _take_tables(model: Model, session: Session, tables: list[FloatArray], loadi
         else:
             places += [Place((*position[k], *position[k]), tables[k]) for k in points]
     model._fixed = places
-
-
-def _last(groups: Any, name: str, default: Any) -> Any:
-    """The value of a name in one or several groups."""
-    for group in as_list(groups):
-        default = group.get(name, default)
-    return default
 
 
 def _groups_of(text: str) -> dict[str, Any]:

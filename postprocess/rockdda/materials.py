@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -11,7 +10,6 @@ from .namelist import groups_in
 from .text import input_numbers
 
 Rows = list[list[float]]
-STEEPEST = 70.0  # degrees: the largest angle of Barton and Bandis
 
 
 def material_rows(text: str) -> tuple[Rows, Rows]:
@@ -56,6 +54,9 @@ def densities_and_weights(analysis: str, config: str) -> list[tuple[float, float
     return list(found.values())
 
 
+STRENGTH = ("friction", "cohesion", "tension")
+
+
 @dataclass(frozen=True)
 class JointStrength:
     """Friction, cohesion and tension of a joint material, as the input has them."""
@@ -81,11 +82,6 @@ def joint_strengths(analysis: str, config: str) -> dict[int, JointStrength]:
                 continue
             if isinstance(name := group.get("name"), str):
                 numbers[name.strip().lower()] = number
-            found[number] = _changed(found.get(number, JointStrength()), group)
+            given = {name: float(group[name]) for name in STRENGTH if isinstance(group.get(name), int | float)}
+            found[number] = replace(found.get(number, JointStrength()), **given)
     return found
-
-
-def _changed(strength: JointStrength, group: Mapping[str, Any]) -> JointStrength:
-    """A strength with the values that a group names."""
-    names = ("friction", "cohesion", "tension")
-    return replace(strength, **{name: float(group[name]) for name in names if isinstance(group.get(name), int | float)})

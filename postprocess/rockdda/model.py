@@ -4,11 +4,11 @@
 from __future__ import annotations
 
 import math
+import os
 import tempfile
-from collections.abc import Sequence
-from contextlib import ExitStack
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
-from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
@@ -49,8 +49,8 @@ from .notebook import card, drawing_of_lines
 from .options import check_options, name_arguments, refuse_problems
 from .results import Results
 from .simulation import Simulation, run
-from .text import PathLike
-from .writing import write_file
+from .text import PathLike, did_you_mean
+from .writing import write_files
 
 __all__ = ["BlockMaterial", "JointMaterial", "Model"]
 
@@ -119,16 +119,12 @@ class Model(OptionGroups):
 
     def _content(self) -> tuple[Any, ...]:
         """What the files of the model hold, to be compared."""
-        lines = [(line.ends, self._number("joint", line.number), line.boundary) for line in self._ordered_lines()]
-        owners = [(line.ends, self._number("block", line.number)) for line in self._material_lines]
-        places = [[(place.ends, place.table.tolist()) for place in some] for some in (self._fixed, self._loading)]
+        tables = [[place.table.tolist() for place in some] for some in (self._fixed, self._loading)]
         motion = None if self.base_acceleration is None else time_table(self.base_acceleration).tolist()
         numbers = [getattr(self, name) for _, _, name in OPTION_FIELDS]
-        return (
-            *(self.name, self.e0, self.labelled, self.units, numbers, plain_options(self.options), motion),
-            *(block_groups(self.block_materials), plain_options({"joint": joint_groups(self.joint_materials)})),
-            *(lines, owners, self._bolts, places, self._measured, self._holes),
-        )
+        materials = block_groups(self.block_materials), plain_options({"joint": joint_groups(self.joint_materials)})
+        whole = (self.name, self.labelled, self.units, numbers, plain_options(self.options), motion)
+        return (*whole, *materials, self._geometry_deck(), tables)
 
     def _repr_html_(self) -> str:
         """What a notebook shows: what the model has, and its lines."""
@@ -257,10 +253,7 @@ class Model(OptionGroups):
     @property
     def lines(self) -> FloatArray:
         """(n, 4) lines x1 y1 x2 y2 in the order of the file: boundary lines come first."""
-        return np.array([line.ends for line in self._ordered_lines()]).reshape(-1, 4)
-
-    def _ordered_lines(self) -> list[Line]:
-        return sorted(self._lines, key=lambda line: not line.boundary)
+        return np.array([line.ends for line in sorted(self._lines, key=lambda line: not line.boundary)]).reshape(-1, 4)
 
     # -- materials -----------------------------------------------------------------------------------------------
 
@@ -311,8 +304,7 @@ class Model(OptionGroups):
         names = [material.name.strip().lower() for material in materials]
         if reference.strip().lower() in names:
             return 1 + names.index(reference.strip().lower())
-        near = get_close_matches(reference.strip().lower(), names, n=1)
-        hint = f"; did you mean {materials[names.index(near[0])].name!r}?" if near else ""
+        hint = did_you_mean(reference, (material.name for material in materials))
         raise InputError(f"there is no {kind} material {reference!r}{hint}")
 
     # -- files ---------------------------------------------------------------------------------------------------
@@ -442,13 +434,8 @@ class Model(OptionGroups):
         target = Path(folder)
         if self.base_acceleration is not None:
             texts[f"{self.name}.csv"] = self._motion_text()
-        for name in texts:
-            if (target / name).exists() and not force:
-                raise InputError("the file exists; use force=True to overwrite it", target / name)
         target.mkdir(parents=True, exist_ok=True)
-        for name, text in texts.items():
-            write_file(target / name, text)
-        return [target / name for name in texts]
+        return write_files({target / name: text for name, text in texts.items()}, force, "force=True")
 
     def input_texts(self, stack: ExitStack) -> tuple[tuple[str, str, str], tuple[str, str, str]]:
         """Names and texts of the input files of a run; `stack` keeps the file of base motion until it has been read."""
@@ -475,6 +462,22 @@ class Model(OptionGroups):
     def simulate(self, **options: Any) -> Simulation:
         """The model as a simulation to be advanced; takes the arguments of `rockdda.Simulation`."""
         return Simulation(self, **options)
+
+
+@contextmanager
+def as_files(
+    model: PathLike | Model, analysis: PathLike | None, config: PathLike | None
+) -> Iterator[tuple[list[str], str]]:
+    """Words of the program's command line for a model, and the folder of the files of one in memory, else ''."""
+    if not isinstance(model, Model):
+        files = [os.fspath(path) for path in (model, analysis) if path is not None]
+        yield files + ([] if config is None else ["--config", os.fspath(config)]), ""
+        return
+    if analysis is not None or config is not None:
+        raise InputError("a Model brings its own analysis and options")
+    with tempfile.TemporaryDirectory(prefix="rockdda-") as folder:
+        model.write(folder)
+        yield [str(Path(folder) / f"{model.name}.nml") if model.labelled else folder], folder
 
 
 def _reference(what: str, value: int | str) -> int | str:

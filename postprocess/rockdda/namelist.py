@@ -109,12 +109,11 @@ def parse_groups(text: str, cumulative: Container[str] = ()) -> dict[str, Any]:
         elif token["word"]:
             count, _, word = token["word"].rpartition("*")
             group[name] += [_value(word)] * int(count or 1)
-    plain = {key: [{n: _one_or_all(v) for n, v in entries.items()} for entries in all_] for key, all_ in found.items()}
-    return {key: groups[0] if len(groups) == 1 else groups for key, groups in plain.items()}
 
+    def single(values: list[Any]) -> Any:
+        return values[0] if len(values) == 1 else values
 
-def _one_or_all(values: list[Any]) -> Any:
-    return values[0] if len(values) == 1 else values
+    return {key: single([{n: single(v) for n, v in one.items()} for one in all_]) for key, all_ in found.items()}
 
 
 def _value(word: str) -> Any:
@@ -136,6 +135,11 @@ def _value(word: str) -> Any:
 def as_list(groups: Any) -> list[Any]:
     """One or several groups as a list."""
     return list(groups) if isinstance(groups, list | tuple) else [groups]
+
+
+def last_value(groups: Any, name: str, default: Any = None) -> Any:
+    """The last value of a name in one or several groups; the default where none has it."""
+    return next((group[name] for group in reversed(as_list(groups)) if name in group), default)
 
 
 def groups_in(text: str) -> dict[str, list[dict[str, Any]]]:

@@ -132,14 +132,6 @@ def lines(
 
 def _report(row: list[float]) -> JointSetReport:
     lines, traces, whole, drawn, bridges = map(int, row[:5])
-    spacing, trace, bridge = row[5:7], row[7:9], row[9:11]
-    missing = [float("nan")] * 2
-    if lines < 2:
-        spacing = missing
-    if drawn < 1:
-        trace = missing
-    if bridges < 1:
-        bridge = missing
-    return JointSetReport(
-        lines, traces, whole, spacing[0], spacing[1], trace[0], trace[1], bridge[0], bridge[1], row[11]
-    )
+    enough = np.repeat([lines >= 2, drawn >= 1, bridges >= 1], 2)  # for means and deviations
+    values: list[Any] = [lines, traces, whole, *np.where(enough, row[5:11], np.nan).tolist(), row[11]]
+    return JointSetReport(*values)

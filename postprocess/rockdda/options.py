@@ -6,7 +6,6 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Iterable, Iterator, Mapping, MutableMapping
-from difflib import get_close_matches
 from functools import cache, wraps
 from inspect import Parameter, signature
 from typing import Any, TypeVar
@@ -15,13 +14,13 @@ import numpy as np
 
 from .errors import InputError, UnknownNameError
 from .native import OPTIONS_SCHEMA, Session
-from .text import PathLike
+from .text import PathLike, did_you_mean
 
 C = TypeVar("C", bound=type)
 
 __all__ = [
-    "check_options", "group_problems", "group_row", "name_arguments", "names_that_add_up", "option_rows",
-    "options_schema", "refuse_problems", "repeated_groups", "replace_files",
+    "check_options", "group_problems", "group_row", "name_arguments", "name_hint", "names_that_add_up",
+    "option_rows", "options_schema", "refuse_problems", "repeated_groups", "replace_files",
 ]  # fmt: skip
 
 
@@ -46,7 +45,7 @@ def group_row(group: str) -> dict[str, Any]:
     """What the table says of a group; InputError for one that is not there."""
     groups: dict[str, dict[str, Any]] = options_schema()["$defs"]
     if group not in groups:
-        raise InputError(f"there is no group &{group}{_hint(group, groups)}")
+        raise InputError(f"there is no group &{group}{name_hint(group, groups)}")
     return groups[group]
 
 
@@ -96,7 +95,7 @@ def check_options(options: Mapping[str, Any]) -> None:
     for group, entries in _groups(options):
         rows = _rows().get(group)
         if rows is None:
-            problems.append(f"options[{group!r}]: unknown group{_hint(group, options_schema()['$defs'])}")
+            problems.append(f"options[{group!r}]: unknown group{name_hint(group, options_schema()['$defs'])}")
             continue
         for name, value in entries.items():
             if problem := _value_problem(rows, name, value):
@@ -115,7 +114,7 @@ def group_problems(group: str, entries: Mapping[str, Any]) -> list[str]:
 def _value_problem(rows: Mapping[str, Any], name: str, value: Any) -> str:
     """What is wrong with a name or its value; empty when nothing is."""
     if name not in rows:
-        return f"unknown name{_hint(name, rows)}"
+        return f"unknown name{name_hint(name, rows)}"
     problem = _problem(rows[name], value)
     return f"{problem}, found {value!r}" if problem else ""
 
@@ -147,20 +146,19 @@ def _with_suggestions(method: Any, label: str, names: list[str]) -> Any:
         for word in given:
             if word not in names:
                 rows = {name: row for group in _rows().values() for name, row in group.items() if name in names}
-                hint = _hint(word, {name: {} for name in names} | rows)
+                hint = name_hint(word, {name: {} for name in names} | rows)
                 raise UnknownNameError(f"{label}: unknown name {word!r}{hint}")
         return method(*arguments, **given)
 
     return call
 
 
-def _hint(word: str, known: Mapping[str, Any]) -> str:
+def name_hint(word: str, known: Mapping[str, Any]) -> str:
     """'; did you mean …?' with the names that the word is another one for, or with the nearest name."""
     usual = [name for name, row in known.items() if word.lower() in row.get("x-other-words", "").split()]
     if usual:
         return f"; did you mean {' or '.join(map(repr, usual))}?"
-    near = get_close_matches(word, known, n=1)
-    return f"; did you mean {near[0]!r}?" if near else ""
+    return did_you_mean(word, known)
 
 
 def _problem(row: Mapping[str, Any], value: Any) -> str:

@@ -21,7 +21,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .arrays import FloatArray
-from .errors import InputError, how_to_install
+from .errors import InputError, need
 from .native import Session
 from .text import PathLike
 from .writing import write_file
@@ -181,15 +181,6 @@ def scale(record: Record, factor: float | None = None, *, peak: float | None = N
     return replace(record, acceleration=factor * record.acceleration)
 
 
-def _scipy_signal(purpose: str) -> Any:
-    try:
-        from scipy import signal
-    except ImportError as error:
-        message = f"{purpose} needs the package SciPy: {how_to_install('records')} ({error})"
-        raise ImportError(message, name="scipy") from error
-    return signal
-
-
 def resample(record: Record, step: float) -> Record:
     """The record at equal steps in time.
 
@@ -211,7 +202,7 @@ def filtered(record: Record, low: float | None = None, high: float | None = None
     """The record between two frequencies [1/time]: Butterworth, forwards and backwards, so without a shift in phase.
 
     Needs SciPy: `pip install scipy`."""
-    signal = _scipy_signal("filtering a record")
+    signal: Any = need("scipy.signal", "records", "filtering a record")
     time, acceleration = _equal_steps(record, record.step)
     nyquist = 0.5 / (time[1] - time[0])
     if low is None and high is None:

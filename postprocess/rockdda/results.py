@@ -160,10 +160,6 @@ class Results(StageTables):
         """The attributes of the file."""
         return dict(self._attributes)
 
-    def group_attributes(self, path: str) -> dict[str, Any]:
-        """The attributes of a group or an array of the file."""
-        return self._source.use(lambda file: dict(file[path].attrs))
-
     @property
     def title(self) -> str:
         """The title of the run, readable whatever its encoding."""
@@ -296,7 +292,7 @@ class Results(StageTables):
 
     def point_blocks(self, kind: str) -> IntArray:
         """(n,) the blocks that hold the points of a kind: 'fixed', 'loading' or 'measured'."""
-        return self._source.use(lambda file: np.asarray(file[f"model/{kind}_points"].attrs["block"]))
+        return np.asarray(self.attribute(f"model/{kind}_points", "block"))
 
     def point_numbers(self, kind: str) -> IntArray:
         """(n,) numbers of the points of a kind in the input, from 1: a measured point that was ignored is missing."""
@@ -320,7 +316,7 @@ class Results(StageTables):
     @property
     def energy_names(self) -> list[str]:
         """Names of the columns of `history/energy`."""
-        return self._source.use(lambda file: [str(plain(name)) for name in file["history/energy"].attrs["columns"]])
+        return list(self.attribute("history/energy", "columns"))
 
     @property
     def has_energies(self) -> bool:

@@ -14,6 +14,13 @@ from .arrays import FloatArray, IntArray
 Point = tuple[float, float]
 
 
+def after_on_block(offset: IntArray) -> IntArray:
+    """(nv,) the vertex that follows each one on the outline of its block."""
+    after = np.arange(1, offset[-1] + 1)
+    after[offset[1:] - 1] = offset[:-1]
+    return after
+
+
 def signed_area(corners: FloatArray) -> float:
     """The area of a ring, positive where it runs counter-clockwise."""
     x, y = (corners - corners[0]).T

@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from difflib import get_close_matches
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,6 +13,7 @@ from .columns import Columns
 from .errors import InputError
 from .frames import Frame, FrameTables
 from .storage.tables import names_in
+from .text import did_you_mean
 
 if TYPE_CHECKING:
     import pandas
@@ -46,7 +46,7 @@ class StageTables(FrameTables):
     def stages(self) -> list[Stage]:
         """All stages of the model, in their order."""
         step, time = self["history/step"], self["history/time"]
-        index = self["history/stage"] if "history/stage" in self else np.zeros(len(step), dtype=int)
+        index = self.step_stages
         unbalanced, of_frames = self.unbalanced, self._frame_stages(step, index)
         found = []
         for k, name in enumerate(self.stage_names):
@@ -77,9 +77,12 @@ class StageTables(FrameTables):
     @property
     def frame_stages(self) -> AnyArray:
         """(nk,) index of the stage of each frame; the start belongs to the first one."""
-        step = self["history/step"]
-        index = self["history/stage"] if "history/stage" in self else np.zeros(len(step), dtype=int)
-        return self._frame_stages(step, index)
+        return self._frame_stages(self["history/step"], self.step_stages)
+
+    @property
+    def step_stages(self) -> AnyArray:
+        """(ns,) index of the stage of each step."""
+        return np.asarray(self["history/stage"]) if "history/stage" in self else np.zeros(self.n_steps, dtype=int)
 
     def at_stage(self, stage: str | int) -> Frame:
         """The frame at the end of a stage, given by its name or index (negative: from the last one).
@@ -97,8 +100,7 @@ class StageTables(FrameTables):
         if isinstance(stage, str):
             if stage.strip().lower() in names:
                 return stages[names.index(stage.strip().lower())]
-            near = get_close_matches(stage.strip().lower(), names, n=1)
-            hint = f"; did you mean {stages[names.index(near[0])].name!r}?" if near else ""
+            hint = did_you_mean(stage, self.stage_names)
             raise InputError(
                 f"there is no stage {stage!r}{hint} (the stages are: {', '.join(self.stage_names)})", self.path
             )

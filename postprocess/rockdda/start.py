@@ -12,7 +12,7 @@ import numpy as np
 
 from .arrays import AnyArray, FloatArray, IntArray
 from .namelist import groups_in
-from .rings import split_outlines
+from .rings import after_on_block, split_outlines
 
 A = TypeVar("A", bound=AnyArray)
 
@@ -110,9 +110,7 @@ class StartArrays(ABC):
     def boundary_ends(self) -> IntArray:
         """(n, 2) vertices at both ends of the edges of boundaries, counter-clockwise on their blocks."""
         first = self.boundary_edges[:, 1].astype(np.int64)
-        offset = self.vertex_offset
-        block = np.searchsorted(offset, first, side="right") - 1
-        return np.stack([first, np.where(first + 1 < offset[block + 1], first + 1, offset[block])], axis=1)
+        return np.stack([first, after_on_block(self.vertex_offset)[first]], axis=1)
 
     @property
     def bolt_names(self) -> list[str]:

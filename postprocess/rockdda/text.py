@@ -10,14 +10,19 @@ import math
 import os
 import re
 import unicodedata
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
+from difflib import get_close_matches
 from numbers import Real
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+from .errors import InputError
 
 if TYPE_CHECKING:
     import pandas
 
 PathLike = str | os.PathLike[str]  # the name of a file or folder
+LARGEST_FILE = 64_000_000  # bytes of an input file
 LONGEST_SHOWN = 60
 LONGEST_IN_PICTURE = 200  # letters of a text; the layout of thousands takes gigabytes
 NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eEdD][-+]?\d+)?", re.ASCII)
@@ -38,6 +43,27 @@ def decoded(data: bytes) -> str:
     return whole if "\x1a" in text[len(whole) :] else text
 
 
+def read_bytes(path: Path, largest: int = LARGEST_FILE) -> bytes:
+    """The content of an input file; InputError when it cannot be read, or is too large."""
+    try:
+        with path.open("rb") as stream:
+            data = stream.read(largest + 1)
+    except FileNotFoundError as error:
+        raise InputError("no such file", path) from error
+    except IsADirectoryError as error:
+        raise InputError("is a folder, not a file", path) from error
+    except OSError as error:
+        raise InputError(f"cannot be read: {error.strerror}", path) from error
+    if len(data) > largest:
+        raise InputError(f"has more than {largest // 1_000_000} MB: files that large are not read", path)
+    return data
+
+
+def read_text(path: Path, largest: int = LARGEST_FILE) -> str:
+    """The text of an input file; InputError when it cannot be read."""
+    return decoded(read_bytes(path, largest))
+
+
 def input_numbers(text: str) -> list[float]:
     """The numbers of an analysis file that the program has read: of each line those before its first word."""
     numbers = []
@@ -52,6 +78,13 @@ def input_numbers(text: str) -> list[float]:
 def short(text: str, longest: int = LONGEST_SHOWN) -> str:
     """The text, or its beginning and three dots."""
     return text if len(text) <= longest else text[: longest - 3] + "..."
+
+
+def did_you_mean(word: str, known: Iterable[str]) -> str:
+    """'; did you mean …?' with the nearest of some words, whatever their case; '' where none is near."""
+    words = {one.strip().lower(): one for one in known}
+    near = get_close_matches(word.strip().lower(), words, n=1)
+    return f"; did you mean {words[near[0]]!r}?" if near else ""
 
 
 def has_controls(text: str) -> bool:

@@ -87,13 +87,17 @@ def description(system: str) -> str:
     return f"{system} ({length}, {'kg' if system == 'SI' else 't'}, {time}, {force}, {PASCALS[force, length]})"
 
 
+def dimension_of(column: str) -> str:
+    """Dimension of a column of a table; '' of a pure number or a name."""
+    return next((dimension for begin, dimension in COLUMNS if re.match(begin, column)), "")
+
+
 def with_units(columns: Iterable[str], units: Units) -> list[str]:
     """Headers of a table: 'force_x [kN]'; the names alone where no units are known."""
     names = list(columns)
     if not units.length:
         return names
-    found = ((name, next((d for begin, d in COLUMNS if re.match(begin, name)), "")) for name in names)
-    return [units.label(name, dimension) for name, dimension in found]
+    return [units.label(name, dimension_of(name)) for name in names]
 
 
 @dataclass(frozen=True)
@@ -225,21 +229,11 @@ class ConvertedResults(Results):
         }
 
     def _converted(self, path: str, values: Any) -> Any:
-        powers = TABLES[path].powers if path in TABLES else POWERS["-"]
-        if powers == POWERS["-"]:
+        powers = TABLES[path].powers if path in TABLES else [POWERS["-"]]
+        if powers == [POWERS["-"]]:
             return values
-        factor = _product(self._factors, powers)
-        values = values * factor
-        if path == "frames/velocity":
-            values[..., :2] *= self._factors[0]
-        elif path == "model/bolt_properties":
-            values[..., 0] /= self._factors[0]
-        elif path in ("frames/liner_force", "frames/liner_section"):
-            values[..., 1::2] *= self._factors[0]
-        elif path == "model/liner_section":
-            values[..., [0, 3, 4]] /= factor
-            values[..., 0] *= self._factors[0]
-        return values
+        factors = [_product(self._factors, of_column) for of_column in powers]
+        return values * (np.array(factors) if len(factors) > 1 else factors[0])
 
 
 def in_units(results: Results, units: str | Units, shown: str | Units) -> Results:

@@ -6,11 +6,22 @@ from __future__ import annotations
 import contextlib
 import shutil
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any, TextIO
 
-from .errors import OutputError
+from .errors import InputError, OutputError
+
+
+@contextlib.contextmanager
+def written_to(path: Path, what: str = "written") -> Iterator[None]:
+    """Errors of the system in a block as OutputError that names the file or folder."""
+    try:
+        yield
+    except OutputError:
+        raise
+    except OSError as error:
+        raise OutputError(f"{path}: cannot be {what}: {error.strerror or error}") from error
 
 
 @contextlib.contextmanager
@@ -19,24 +30,19 @@ def complete_file(path: Path) -> Iterator[Path]:
 
     At the end of the block the file is renamed to `path` (a link of this name is replaced, not followed); where an
     exception leaves the block, it is removed. OutputError if it cannot be written."""
-    private = None
-    try:
+    with written_to(path):
         if path.exists() and not (path.is_file() or path.is_char_device()):
             raise OutputError(f"{path}: cannot be written: it is no file")
         beside = None if path.is_char_device() else path.parent
         private = Path(tempfile.mkdtemp(prefix=f".{path.stem[:40]}.part-", dir=beside))
-        part = private / path.name
-        yield part
-        if beside is None:  # /dev/null, or a terminal: there is nothing that could be overwritten
-            path.write_bytes(part.read_bytes())
-        else:
-            part.replace(path)
-    except OutputError:
-        raise
-    except OSError as error:
-        raise OutputError(f"{path}: cannot be written: {error.strerror or error}") from error
-    finally:
-        if private is not None:
+        try:
+            part = private / path.name
+            yield part
+            if beside is None:  # /dev/null, or a terminal: there is nothing that could be overwritten
+                path.write_bytes(part.read_bytes())
+            else:
+                part.replace(path)
+        finally:
             shutil.rmtree(private, ignore_errors=True)
 
 
@@ -53,13 +59,19 @@ def write_file(path: Path, content: str | bytes | Callable[[TextIO], Any]) -> No
                 content(stream)
 
 
+def write_files(texts: Mapping[Path, str], force: bool, how: str) -> list[Path]:
+    """Write all files, or none when one exists and is not to be overwritten; how: by what it is."""
+    for path in texts:
+        if path.exists() and not force:
+            raise InputError(f"the file exists; use {how} to overwrite it", path)
+    for path, text in texts.items():
+        write_file(path, text)
+    return list(texts)
+
+
 def make_folder(path: Path) -> None:
     """Make a folder for files with names of their own; a link of its name is refused, since it leads elsewhere."""
-    try:
+    with written_to(path, "made"):
         if path.is_symlink():
             raise OutputError(f"{path}: cannot be written: it is a symbolic link")
         path.mkdir(parents=True, exist_ok=True)
-    except OutputError:
-        raise
-    except OSError as error:
-        raise OutputError(f"{path}: cannot be made: {error.strerror or error}") from error

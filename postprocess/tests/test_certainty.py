@@ -9,7 +9,7 @@ import pytest
 from rockdda.certainty.convergence_study import Convergence
 from rockdda.certainty.failure import failure_of, index_of, line_of, shares_of_variance, wilson
 from rockdda.certainty.random_inputs import RandomInput, correlation_of, parse_inputs, sample
-from rockdda.certainty.searching import FAILS, STANDS, UNKNOWN, Found, _side
+from rockdda.certainty.running import FAILS, STANDS, UNKNOWN, Found, _side
 from rockdda.certainty.surrogate import fit, fitting_kinds
 from rockdda.certainty.variants import AS_IT_IS, HALF_STEP, PROPERTY, Variant
 from rockdda.certainty.verdict import judge, number_with_error, percent, rounded

@@ -266,7 +266,7 @@ def test_open_outlines_are_named(tmp_path):
     convert(tmp_path / "a.geojson", tmp_path / "a", e0=0.2)
     assert len(lines_of(tmp_path / "a.dc")[0]) == 4
     write_map(tmp_path / "b.geojson", feature("Polygon", [[[0, 0], [4, 4], [4, 0], [0, 4], [0, 0]]]))
-    with pytest.raises(rockdda.InputError, match=r"an area is no simple polygon: Self-intersection\[2 2\]"):
+    with pytest.raises(rockdda.InputError, match=r"an area at 0, 0 is no simple polygon: Self-intersection\[2 2\]"):
         convert(tmp_path / "b.geojson", tmp_path / "b")
 
 
@@ -418,7 +418,7 @@ def test_huge_files_are_not_read(tmp_path):
     for name in ("a.dxf", "a.geojson"):
         with (tmp_path / name).open("wb") as stream:
             stream.truncate(10**11)  # takes no room on the disk
-        refused(tmp_path / name, "has more than 64 MB: files that large are not converted")
+        refused(tmp_path / name, "has more than 64 MB: files that large are not read")
 
 
 @pytest.mark.parametrize(

@@ -87,8 +87,8 @@ def test_options_become_those_of_the_command(answers):
         "a.dc", "a.df", search="tilt", joints=["bedding", "fault"], from_=0, to=-45.0, tolerance=0.1, stage="weight",
         jobs=2, max_steps=900, config="a.nml", force=True,
     )  # fmt: skip
-    expected = "fos a.dc a.df --search tilt --joints|bedding, fault --from 0 --to -45.0 --tolerance 0.1 --stage weight"
-    expected += " --jobs 2 --max-steps 900 --config a.nml --json --force"
+    expected = "fos a.dc a.df --config a.nml --search tilt --joints|bedding, fault --from 0 --to -45.0 --tolerance 0.1"
+    expected += " --stage weight --jobs 2 --max-steps 900 --json --force"
     assert " ".join(arguments(asked)) == expected.replace("|", " ")
     assert arguments(asked)[arguments(asked).index("--joints") + 1] == "bedding, fault"
     # with a negative tilt the upper end of the bracket is the stable one

@@ -13,7 +13,7 @@ ROCK = BlockMaterial(2500.0, 24525.0, 5.0e9, 0.25)
 
 
 def test_there_is_one_block_material():
-    assert model.BlockMaterial is convert.geometry.BlockMaterial is convert.ddaml.BlockMaterial is BlockMaterial
+    assert model.BlockMaterial is convert.ddaml.BlockMaterial is BlockMaterial
 
 
 @pytest.mark.parametrize("value", [0.0, -0.0, 1.0, -3.0, 0.1, 1 / 3, 1e15, 1e16, 1e22, 5e-324, 1.7976931348623157e308])

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import rockdda
 from rockdda import export, plot
-from rockdda.plot.liner_maps import crack_limit, cracked_limit, plastic_limit
+from rockdda.plot.support_maps import crack_limit, cracked_limit, plastic_limit
 
 MODEL = """\
 &model geometry = 'beam.dc', units = 'SI' /

@@ -9,7 +9,7 @@ import pytest
 import rockdda
 from places import INPUTS
 from rockdda import plot
-from rockdda.plot.joint_lines import _resultants
+from rockdda.plot.joint_maps import _resultants
 from rockdda.plot.stress_maps import _Grid, corner_values
 from rockdda.plot.style import usual_view
 from synthetic import write_wall

@@ -155,7 +155,7 @@ def test_formats_are_bounded():
         ("a" + ".a" * 100_000 + " = 1", "nested too deeply"),
         ("[parameters]\n" + "".join(f"p{i} = {list(range(30))}\n" for i in range(9)), "more than 100000 cases"),
         ("[constants]\n" + "".join(f"p{i} = 1\n" for i in range(300)), "more than 200 parameters and constants"),
-        ("#" * 5_000_000, "at most 4000000 bytes"),
+        ("#" * 5_000_000, "has more than 4 MB"),
         ('[parameters]\nn = "' + "a" * 100_000 + '"', r"found 'a{56}\.\.\."),
     ],
     ids=["digits", "large", "hexadecimal", "nested", "dotted", "grid", "constants", "file", "message"],

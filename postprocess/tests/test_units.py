@@ -167,7 +167,7 @@ def test_all_numbers_are_converted(flat_arch, tmp_path):
     np.testing.assert_allclose(shown.block_area, 1e6 * plain.block_area, rtol=1e-14)
     before, after = plain.history(), shown.history()
     for column in before:
-        power = next((t.powers for path, t in TABLES.items() if column.startswith(path.split("/")[1])), (0, 0, 0))
+        (power,) = next((t.powers for path, t in TABLES.items() if column.startswith(path.split("/")[1])), [(0, 0, 0)])
         scale = (1e3 ** power[0]) * (1e3 ** power[1]) * (1e-3 ** power[2])
         np.testing.assert_allclose(after[column], scale * before[column], rtol=1e-12, err_msg=column)
     assert shown.frame_at(1e9).time == pytest.approx(1e3 * plain.frames[-1].time, rel=1e-14)

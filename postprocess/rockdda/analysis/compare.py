@@ -15,15 +15,13 @@ from ..storage.tables import names_in
 
 __all__ = ["Comparison", "Difference", "compare"]
 
-MODEL = ("vertex_offset", "vertices", "edge_joint", "block_material", "block_area", "block_centroid")
-MODEL_POINTS = ("fixed_points", "loading_points", "measured_points")
 HISTORY = names_in("history", "")
 FRAMES = [name for name in names_in("frames", "") if not name.startswith("contact_")]
 BOUNDARY_FORCE = "history/boundary_force"
-MODEL_BOLTS = ("bolt_ends", "bolt_blocks", "bolt_properties")
-BOLTS = ("bolt_ends", "bolt_force")  # of frames
-JOINT_COLUMNS = ("opening", "slip", "length", "normal_stress", "shear_stress")  # not in files of version 1
-CONTACTS = ("contact_blocks", "contact_state", "contact_point", "contact_force")
+MODEL, MODEL_BOLTS = names_in("model", ""), names_in("model", "bolts")
+BOLTS = names_in("frames", "bolts")
+CONTACTS = ("blocks", "state", "point", "force")
+JOINT_COLUMNS = [name.removeprefix("contact_") for name in names_in("frames", "joints")]  # not in files of version 1
 
 
 @dataclass
@@ -66,7 +64,7 @@ def compare(
     """
     result = Comparison(True, tolerance)
     bolts = all(f"model/{name}" in results for name in MODEL_BOLTS for results in (a, b))  # not in older files
-    for name in (*MODEL, *MODEL_POINTS, *(MODEL_BOLTS if bolts else ())):
+    for name in (*MODEL, *(MODEL_BOLTS if bolts else ())):
         path = f"model/{name}"
         result.compared.append(path)
         _add(
@@ -87,7 +85,7 @@ def compare(
             done += 1
             if progress is not None:
                 progress(done, total)
-    result.compared += [f"frames/{name}" for name in CONTACTS]
+    result.compared += [f"frames/contact_{name}" for name in CONTACTS]
     _add(result, _contacts(a, b, tolerance, times["frames"]))
     if progress is not None:
         progress(total, total)
@@ -224,7 +222,7 @@ def _contacts(a: Results, b: Results, tolerance: float, clock: tuple[AnyArray, A
             message = f"step {step}, time {time:.6g}: {len(x)} and {len(y)} contacts"
             return Difference("frames/contacts", message, step, time, first=len(x), second=len(y))
         of_joints = JOINT_COLUMNS if x.length is not None and y.length is not None else ()
-        for name in ("blocks", "state", "point", "force", *of_joints):
+        for name in (*CONTACTS, *of_joints):
             u, v = getattr(x, name), getattr(y, name)
             scale = float(max(np.abs(u).max(initial=0.0), np.abs(v).max(initial=0.0)))
             differs, gap = _beyond(u, v, tolerance, scale)

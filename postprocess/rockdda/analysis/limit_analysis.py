@@ -24,7 +24,7 @@ above, and the least α of all such sets is the load.
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
@@ -33,7 +33,8 @@ import numpy.typing as npt
 import shapely
 
 from ..arrays import FloatArray, IntArray
-from ..errors import InputError, RockddaError, how_to_install
+from ..errors import InputError, RockddaError, need
+from ..namelist import last_value
 
 if TYPE_CHECKING:
     from ..model import Model
@@ -134,7 +135,7 @@ class RigidBlocks:
         unit_weight: float = 1.0,
     ) -> RigidBlocks:  # fmt: skip
         """Blocks of one material, from their outlines; `fixed` are the numbers of those that do not move."""
-        outlines = [_counter_clockwise(np.asarray(one, dtype=float)) for one in polygons]
+        outlines = [one if _area(one) > 0 else one[::-1] for one in (np.asarray(one, dtype=float) for one in polygons)]
         weight = np.array([unit_weight * _area(one) for one in outlines])
         return cls(outlines, weight, frozenset(fixed), find_joints(outlines), {1: friction}, {1: cohesion})
 
@@ -142,7 +143,7 @@ class RigidBlocks:
     def from_model(cls, model: Model) -> RigidBlocks:
         """The blocks that RockDDA cuts of a model; those with fixed points are fixed."""
         blocks = model.cut()
-        given = _entry(model.options.get("load", {}), "gravity", model.gravity)
+        given = last_value(model.options.get("load", {}), "gravity", model.gravity)
         gravity = math.nan if given is None else float(given)
         unit = [
             material.weight if math.isfinite(material.weight) else material.density * gravity
@@ -249,10 +250,7 @@ class RigidBlocks:
             raise RockddaError("limit analysis: the blocks are not stable with any friction")
         if self.is_stable(high):
             return math.inf
-        while high - low > tolerance * low:
-            middle = math.sqrt(low * high) if high > 2 * low else 0.5 * (low + high)
-            low, high = (middle, high) if self.is_stable(middle) else (low, middle)
-        return 0.5 * (low + high)
+        return _limit(self.is_stable, low, high, lambda low: tolerance * low)
 
     def tilt(self, tolerance: float = 1e-4, direction: float = 1.0) -> float:
         """The angle by which gravity turns counter-clockwise (direction -1: clockwise) up to the limit [deg]."""
@@ -261,10 +259,7 @@ class RigidBlocks:
             raise RockddaError("limit analysis: the blocks are not stable without tilt")
         if self.is_stable(tilt=direction * high):
             return math.inf
-        while high - low > tolerance:
-            middle = 0.5 * (low + high)
-            low, high = (middle, high) if self.is_stable(tilt=direction * middle) else (low, middle)
-        return 0.5 * (low + high)
+        return _limit(lambda angle: self.is_stable(tilt=direction * angle), low, high, lambda _: tolerance)
 
     def with_load(self, load: npt.ArrayLike) -> RigidBlocks:
         """The same blocks with a further dead load, (nb, 3)."""
@@ -367,12 +362,17 @@ class RigidBlocks:
         return entries, most
 
 
+def _limit(is_stable: Callable[[float], bool], low: float, high: float, tolerance: Callable[[float], float]) -> float:
+    """The middle of the interval, no wider than a tolerance, between the last stable value and the first other one."""
+    while high - low > tolerance(low):
+        middle = math.sqrt(low * high) if high > 2 * low > 0 else 0.5 * (low + high)
+        low, high = (middle, high) if is_stable(middle) else (low, middle)
+    return 0.5 * (low + high)
+
+
 def _solve(problem: dict[str, Any]) -> Any:
     """The solution of a linear programme; None: there is none. Status 3: unbounded."""
-    try:
-        from scipy.optimize import linprog
-    except ImportError:
-        raise InputError(f"limit analysis needs SciPy: {how_to_install('records')}") from None
+    linprog = need("scipy.optimize", "records", "limit analysis").linprog
     # close to the limit one of the solver's methods may end without an answer
     for method, presolve in (("highs-ds", True), ("highs-ds", False), ("highs-ipm", True)):
         found = linprog(**problem, method=method, options={"presolve": presolve})
@@ -399,14 +399,3 @@ def _centroid(polygon: FloatArray) -> FloatArray:
     a, b = polygon - origin, np.roll(polygon, -1, axis=0) - origin
     cross = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
     return origin + ((a + b) * cross[:, None]).sum(axis=0) / (3.0 * cross.sum())
-
-
-def _counter_clockwise(polygon: FloatArray) -> FloatArray:
-    return polygon if _area(polygon) > 0 else polygon[::-1]
-
-
-def _entry(groups: Any, name: str, default: Any) -> Any:
-    """The value of an option in one group or the last of several."""
-    for group in [groups] if isinstance(groups, Mapping) else groups:
-        default = group.get(name, default)
-    return default

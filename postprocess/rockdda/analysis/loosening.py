@@ -34,8 +34,8 @@ import numpy.typing as npt
 
 from ..arrays import BoolArray, FloatArray
 from ..errors import InputError
+from ..fields import GRADIENT_LIMIT, WINDOW
 from ..results import Results
-from .limits import GRADIENT_LIMIT, WINDOW
 
 __all__ = ["GRADIENT_LIMIT", "WINDOW", "Loosening", "height_label", "loosening", "loosening_of"]
 
@@ -147,17 +147,11 @@ def loosening_of(results: Results, *, window: float = WINDOW, gradient_limit: fl
     apart = float(np.ptp(points[:, 0]))
     if apart > 1e-6 * float(np.ptp(points[:, 1])):
         raise InputError(f"the measured points must lie on one vertical line; their x differ by {apart:g}")
+    planned = float(results.attributes.get("planned_time", 0.0))  # 0: how long the stages take is not known before
     return loosening(
         results["history/time"], results["history/measured_displacement"][:, :, 1], points[:, 1], window=window,
-        gradient_limit=gradient_limit, planned_time=_planned_time(results),
+        gradient_limit=gradient_limit, planned_time=planned or None,
     )  # fmt: skip
-
-
-def _planned_time(results: Results) -> float | None:
-    """The time that the run was to cover, None where the file does not say."""
-    value = results.attributes.get("planned_time")
-    # 0: how long the stages take is not known before the run
-    return None if value is None or not float(value) else float(value)
 
 
 def height_label(height: float, tunnel_height: float) -> str:

@@ -25,7 +25,7 @@ import numpy.typing as npt
 
 from ..arrays import BoolArray, FloatArray
 from ..errors import InputError, need
-from ..text import PathLike
+from ..text import PathLike, read_text
 from ..units import FORCES, LENGTHS
 
 __all__ = ["BoltFit", "PullTest", "calibrate_bolt", "pull_curve", "read_pull_test"]
@@ -304,10 +304,7 @@ def read_pull_test(path: PathLike) -> PullTest:
     Commas, semicolons or tabs lie between the columns. Other columns are ignored; lines that begin with # are comments.
     """
     path = Path(path)
-    try:
-        text = path.read_text(encoding="utf-8-sig")
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(f"cannot be read: {error}", path) from error
+    text = read_text(path)
     lines = [(k, line) for k, line in enumerate(text.splitlines(), 1) if line.strip() and not line.startswith("#")]
     if not lines:
         raise InputError("expected a head such as 'displacement [mm], force [kN]', found nothing", path)

@@ -109,7 +109,8 @@ def support_reaction(
         place = Path(folder if work is None else work)
         place.mkdir(parents=True, exist_ok=True)
         runs = []
-        for kind, made in (("bare", _bare(given, dig, releases)), ("supported", _supported(given, last))):
+        models = {"bare": _bare(given, dig, releases), "supported": _cut(given, _stages(given)[: last + 1])}
+        for kind, made in models.items():
             if progress is not None:
                 progress(f"run {'without' if kind == 'bare' else 'with'} support")
             runs.append(made.run(output=place / f"{kind}.h5", save_every=1, force=True, **options))
@@ -159,10 +160,6 @@ def _cut(model: Model, stages: Stages) -> Model:
         changes = [one for one in as_list(made.options["change"]) if _names(one.get("stage"))[0] in kept]
         made.options["change"] = changes
     return made
-
-
-def _supported(model: Model, last: int) -> Model:
-    return _cut(model, _stages(model)[: last + 1])
 
 
 def _bare(model: Model, dig: int, releases: int) -> Model:

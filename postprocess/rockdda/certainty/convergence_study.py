@@ -10,7 +10,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..critical import UNITS as SEARCH_UNITS
+from ..critical import search_title
 from ..errors import ConvergenceError, InputError, need
 from ..model import Model
 from ..results import Results
@@ -19,8 +19,17 @@ from ..text import PathLike
 from ..units import Units
 from .pictures import draw_convergence
 from .quantities import check_names, measure, quantities_of
-from .running import Progress, case_folder, output_folder, run_studies, write_answer
-from .searching import WRONG_INPUT, Found, found_in, search_name, search_options
+from .running import (
+    WRONG_INPUT,
+    Found,
+    Progress,
+    case_folder,
+    found_in,
+    output_folder,
+    run_studies,
+    search_options,
+    write_answer,
+)
 from .template import Source, read_source, write_study
 from .variants import (
     AS_IT_IS,
@@ -271,9 +280,8 @@ def _of_searches(study: Study, variants: Sequence[Variant], search: dict[str, An
     if base.exit_code == WRONG_INPUT:
         raise InputError(base.message)
     values = {variant.name: one.factor for variant, one in zip(variants[1:], found[1:], strict=True)}
-    title = search_name(kind) + (f" [{SEARCH_UNITS[kind]}]" if kind in SEARCH_UNITS else "")
     finding = judge(
-        title, "", "", None if base.factor is None else (base.factor, abs(base.factor)), values, variants,
+        search_title(kind), "", "", None if base.factor is None else (base.factor, abs(base.factor)), values, variants,
         max(one.half_width for one in found),
     )  # fmt: skip
     messages = {v.name: one.message for v, one in zip(variants, found, strict=True) if one.factor is None}

@@ -6,7 +6,7 @@ from __future__ import annotations
 import tempfile
 import warnings
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -15,12 +15,11 @@ import numpy as np
 from ..errors import ConvergenceError, InputError, InputWarning
 from ..groups import as_list
 from ..namelist import format_groups, parse_groups
-from ..native import LABELLED_TEXT, Session
 from ..results import Results
 from ..simulation import run
 from ..study import render
-from .template import Source, groups_of
-from .variants import HALF_STEP, chosen, ends_with_a_stage, template_of
+from .template import read_source
+from .variants import HALF_STEP, ends_with_a_stage, template_of
 
 #: Options that name files beside the input.
 FILES = ("record", "pressure_file", "base_acceleration")
@@ -80,27 +79,16 @@ def _write_half(results: Results, folder: Path) -> Path:
     for name, text in texts.items():
         if text.strip():
             (folder / name).write_text(text, encoding="utf-8", errors="surrogateescape")
-    source = _source(results, groups, folder)
-    end = None if ends_with_a_stage(source) else float(results["history/time"][-1])
-    (folder / "half.nml").write_text(template_of(source, end_time=end), encoding="utf-8")
+    labelled, options = folder / "model.nml", folder / "model.nml" if groups else None
+    legacy = (folder / "model.dc", folder / "model.df", options)
+    with read_source(*(legacy if "model" not in groups else (labelled, None, None))) as found:
+        # an automatic time step is that of the first step of the run
+        facts = {"formulation": found.facts.get("formulation"), "time_step": float(results["history/dt"][0])}
+        source = replace(found, facts=facts)
+        end = None if ends_with_a_stage(source) else float(results["history/time"][-1])
+        (folder / "half.nml").write_text(template_of(source, end_time=end), encoding="utf-8")
     (folder / "half.nml").write_bytes(render(folder / "half.nml", HALF_STEP.values(0)))
     return folder / "half.nml"
-
-
-def _source(results: Results, groups: Mapping[str, Any], folder: Path) -> Source:
-    """The model of the texts in a folder. An automatic time step is that of the first step of the run."""
-    session = Session()
-    if "model" in groups:
-        session("read_files", folder / "model.nml", None, None)
-    else:
-        session("read_files", folder / "model.dc", folder / "model.df", folder / "model.nml" if groups else None)
-    labelled = groups_of(session.text(LABELLED_TEXT))
-    preset = chosen(labelled, "contact", "preset") and not chosen(labelled, "contact", "formulation")
-    facts = {
-        "formulation": "vertex" if preset else chosen(labelled, "contact", "formulation") or "length",
-        "time_step": float(results["history/dt"][0]),
-    }
-    return Source("half", results.title, results.units, labelled, facts, (), None, "")
 
 
 def _find_files(groups: Mapping[str, list[dict[str, Any]]], beside: Path) -> None:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..critical import search_title
 from ..errors import InputError
 from ..plot.style import PALETTE, PAPER_WIDTH, new_axes, style
 from ..text import plain_text, short
@@ -101,16 +102,11 @@ def draw_reliability(found: Any, kind: str | None = None, axes: Axes | None = No
     return grid
 
 
-def _name(found: Any) -> str:
-    return {"strength": "factor of safety", "tilt": "critical tilt [°]", "push": "critical push",
-            "gravity": "factor of gravity"}.get(found.plan.search, f"{found.plan.search} factor")  # fmt: skip
-
-
 def _histogram(found: Any, axes: Axes) -> None:
     """Factors of the runs; the density of the surface."""
     known = np.array([factor for factor in found.factors if factor is not None])
     limit = found.plan.limit
-    axes.set(xlabel=_name(found), ylabel="runs")
+    axes.set(xlabel=search_title(found.plan.search), ylabel="runs")
     if len(known):
         low, high = float(known.min()), float(known.max())
         least = 0.25 * max(abs(high), abs(low), abs(limit - low), abs(limit - high)) or 1.0  # of the width of all bars
@@ -159,7 +155,7 @@ def _tornado(found: Any, axes: Axes) -> None:
     axes.axvline(found.plan.limit, color=PALETTE[2], lw=1.2)
     axes.set_yticks(range(len(order)))
     axes.set_yticklabels([f"{plain_text(inputs[i].name)}\n{100 * shares[inputs[i].name]:.0f} %" for i in order])
-    axes.set(xlabel=_name(found), ylim=(-0.6, len(order) + 0.1))
+    axes.set(xlabel=search_title(found.plan.search), ylim=(-0.6, len(order) + 0.1))
     axes.legend(
         loc="upper left", ncols=2, handlelength=1.2, columnspacing=1.0, frameon=True, framealpha=1, edgecolor="none"
     )
@@ -184,7 +180,12 @@ def _surrogate(found: Any, axes: Axes) -> None:
     if ends[0] < limit < ends[1]:
         axes.axvline(limit, color=PALETTE[2], lw=1.0)
         axes.axhline(limit, color=PALETTE[2], lw=1.0)
-    axes.set(xlabel=f"{_name(found)}, computed", ylabel="by the surface of the other runs", xlim=ends, ylim=ends)
+    axes.set(
+        xlabel=f"{search_title(found.plan.search)}, computed",
+        ylabel="by the surface of the other runs",
+        xlim=ends,
+        ylim=ends,
+    )
     if len(kinds) > 1:
         axes.legend(loc="upper left")
     axes.set_title(f"{found.surface.kind}, ± {found.surface.error:.2g}")

@@ -12,7 +12,7 @@ import numpy as np
 
 from ..errors import InputError
 from ..results import Results
-from ..study.case import TAKE
+from ..study.definition import TAKE
 from ..text import shown
 
 #: Component of a point's displacement, over its length, below which it is no quantity of its own.
@@ -91,8 +91,7 @@ def _largest(stage: int) -> Callable[[Results, float], tuple[float, float]]:
 
 def _at_end(results: Results, stage: int, end: float, values: Any) -> Any:
     """Values at the last step of a stage, of the last one at a time that all runs have reached."""
-    stages = results["history/stage"] if "history/stage" in results else np.zeros(results.n_steps, dtype=int)
-    rows = np.flatnonzero(stages == stage)
+    rows = np.flatnonzero(results.step_stages == stage)
     time = results["history/time"][rows]
     if rows[-1] < results.n_steps - 1 or time[-1] <= end:
         return values[rows[-1]]

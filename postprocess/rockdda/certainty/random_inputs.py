@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import difflib
 import math
 import re
 from collections.abc import Mapping, Sequence
@@ -15,8 +14,8 @@ import numpy as np
 from ..arrays import FloatArray
 from ..errors import InputError, need
 from ..groups import as_list
-from ..options import group_problems, option_rows, options_schema
-from ..text import shown
+from ..options import group_problems, name_hint, option_rows, options_schema
+from ..text import did_you_mean, shown
 from .template import Groups, Placeholders
 
 _INPUT = re.compile(
@@ -169,8 +168,7 @@ def _find(name: str, option: str, groups: Groups) -> tuple[str, int]:
             raise InputError(f"vary: there are {len(entries)} groups &{name.lower()}: name one of them ({several})")
         return _with_option((name.lower(), 0), option, name)
     names = {str(entry["name"]) for entries in groups.values() for entry in entries if "name" in entry}
-    near = difflib.get_close_matches(name, sorted(names), 1)
-    hint = f"; did you mean {near[0]!r}?" if near else f"; names are {', '.join(sorted(names))}" if names else ""
+    hint = did_you_mean(name, sorted(names)) or (f"; names are {', '.join(sorted(names))}" if names else "")
     raise InputError(f"vary: no group of the model has the name {name!r}{hint}")
 
 
@@ -181,10 +179,7 @@ def _is_called(entry: Mapping[str, Any], name: str) -> bool:
 def _with_option(hit: tuple[str, int], option: str, name: str) -> tuple[str, int]:
     rows = option_rows(hit[0])
     if option not in rows:
-        near = difflib.get_close_matches(option, list(rows), 1)
-        usual = [key for key, row in rows.items() if option in row.get("x-other-words", "").split()]
-        hint = f"; did you mean {(usual or near)[0]!r}?" if usual or near else ""
-        raise InputError(f"vary {name}.{option}: &{hit[0]} has no {option!r}{hint}")
+        raise InputError(f"vary {name}.{option}: &{hit[0]} has no {option!r}{name_hint(option, rows)}")
     return hit
 
 

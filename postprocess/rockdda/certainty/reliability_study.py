@@ -25,8 +25,21 @@ from ..text import PathLike, decoded
 from .failure import BackAnalysis, back_analysis, failure_of, index_of, shares_of_variance, wilson
 from .pictures import draw_reliability
 from .random_inputs import RandomInput, check_values, correlation_of, lay_out, parse_inputs, sample
-from .running import Progress, case_folder, output_folder, run_studies, write_answer
-from .searching import FAILS, STANDS, UNKNOWN, WRONG_INPUT, Found, found_in, search_name, search_options
+from .running import (
+    FAILS,
+    STANDS,
+    UNKNOWN,
+    WRONG_INPUT,
+    Found,
+    Progress,
+    case_folder,
+    found_in,
+    output_folder,
+    run_studies,
+    search_name,
+    search_options,
+    write_answer,
+)
 from .surrogate import Surrogate, fit, least_runs, mechanisms
 from .template import Placeholders, Source, read_source, write_study
 from .verdict import percent, rounded

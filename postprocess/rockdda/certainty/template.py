@@ -6,11 +6,9 @@ from __future__ import annotations
 import contextlib
 import hashlib
 import json
-import os
 import re
 import shutil
 import subprocess
-import tempfile
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -19,10 +17,10 @@ from typing import Any
 from ..errors import InputError
 from ..groups import as_list
 from ..labelled import labelled_text
-from ..model import Model
+from ..model import Model, as_files
 from ..namelist import parse_groups
 from ..options import names_that_add_up, option_rows, options_schema
-from ..program import find_program
+from ..program import errors_in, find_program
 from ..study import Study
 from ..text import PathLike, decoded, has_controls
 from ..writing import make_folder, write_file
@@ -61,20 +59,6 @@ class Placeholders:
 
 
 @contextlib.contextmanager
-def _as_files(model: PathLike | Model, analysis: PathLike | None, config: PathLike | None) -> Iterator[list[str]]:
-    """What the program takes: files, or those of a model in memory."""
-    if not isinstance(model, Model):
-        files = [os.fspath(path) for path in (model, analysis) if path is not None]
-        yield files + ([] if config is None else ["--config", os.fspath(config)])
-        return
-    if analysis is not None or config is not None:
-        raise InputError("a Model brings its own analysis and options")
-    with tempfile.TemporaryDirectory(prefix="rockdda-") as folder:
-        model.write(folder)
-        yield [str(Path(folder) / f"{model.name}.nml") if model.labelled else folder]
-
-
-@contextlib.contextmanager
 def read_source(
     model: PathLike | Model, analysis: PathLike | None = None, config: PathLike | None = None
 ) -> Iterator[Source]:
@@ -82,7 +66,7 @@ def read_source(
 
     model: a labelled file, a folder, a geometry or block file (then with `analysis`), or a `Model`. The files of a
     `Model` are there as long as the block lasts."""
-    with _as_files(model, analysis, config) as files:
+    with as_files(model, analysis, config) as (files, _):
         told = json.loads(_call("check", *files, "--json"))
         text = _call("check", *files, "--as-namelist")
         found = groups_of(text)
@@ -136,11 +120,9 @@ def _call(*arguments: str) -> str:
         [find_program(), *arguments], capture_output=True, text=True, encoding="utf-8", errors="surrogateescape"
     )
     if done.returncode:
-        with contextlib.suppress(ValueError, KeyError, AttributeError):
-            messages = json.loads(done.stdout)["messages"]
-            texts = [str(one["message"]) for one in messages if one.get("severity") == "error"]
-            first = next(one for one in messages if one.get("severity") == "error")
-            raise InputError("\n".join(texts), first.get("file"), first.get("line"), first.get("column"))
+        if problems := errors_in(done.stdout):
+            first = problems[0]
+            raise InputError("\n".join(one.message for one in problems), first.file, first.line, first.column)
         raise InputError(done.stderr.strip().removeprefix("rockdda: error: ") or f"exit code {done.returncode}")
     return done.stdout
 
@@ -172,7 +154,9 @@ def write_study(
     make_folder(place)
     names: dict[Path, str] = {}
     for path in source.files:
-        names[path] = _free_name(path.name, set(names.values()))
+        names[path] = path.name
+        while list(names.values()).count(names[path]) > 1:
+            names[path] = f"_{names[path]}"
     for path in place.iterdir():
         if path.is_file() and path.name not in names.values():
             path.unlink()
@@ -201,12 +185,6 @@ def remove_others(study: Study) -> None:
     for path in (study.output / "cases").glob("[0-9][0-9][0-9][0-9]_*"):
         if path.name not in names and not path.is_symlink() and (path / "status.json").is_file():
             shutil.rmtree(path)
-
-
-def _free_name(name: str, taken: set[str]) -> str:
-    while name in taken:
-        name = f"_{name}"
-    return name
 
 
 def _toml(value: Any) -> str:

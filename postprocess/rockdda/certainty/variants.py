@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import InputError
-from ..namelist import short_real
+from ..namelist import last_value, short_real
 from .template import Groups, Placeholders, Source
 
 #: Kinds of variants: numbers of the method, which must not matter, and the one property, which is to be measured.
@@ -195,4 +195,4 @@ def _names(kind: str, group: dict[str, Any]) -> Sequence[Any]:
 
 def chosen(groups: Groups, group: str, name: str) -> Any:
     """The last value of an option, None where it is not given."""
-    return next((entry[name] for entry in reversed(groups.get(group, [])) if name in entry), None)
+    return last_value(groups.get(group, []), name)

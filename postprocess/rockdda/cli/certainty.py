@@ -14,7 +14,7 @@ import typer
 from typer import Argument, Option
 
 from ..errors import InputError
-from .common import NO_CONVERGENCE, Quiet, draw_into_files, runs_bar
+from .common import NO_CONVERGENCE, Dask, Json, Quiet, Retry, Slurm, draw_into_files, runs_bar
 
 if TYPE_CHECKING:
     from ..study import Outcome
@@ -28,15 +28,6 @@ Folder = Annotated[
     Path | None, Option("-o", "--output", metavar="FOLDER", help="Folder of the study; default: NAME_ and the command.")
 ]
 Jobs = Annotated[int | None, Option("--jobs", "-j", min=1, help="Runs at a time; default: one a core.")]
-Slurm = Annotated[bool, Option("--slurm", help="Only write a Slurm job array of the runs that are left.")]
-Dask = Annotated[
-    str | None,
-    Option(
-        "--dask", metavar="WHERE", help="Run through Dask: tcp://HOST:PORT, local, or slurm, pbs, lsf …",
-    ),
-]  # fmt: skip
-Retry = Annotated[bool, Option("--retry", help="Run failed cases again, too.")]
-AsJson = Annotated[bool, Option("--json", help="The answer on standard output as JSON.")]
 Search = Annotated[str | None, Option("--search", metavar="KIND", help="As of `rockdda fos`: strength, load, tilt …")]
 Joints = Annotated[str | None, Option("--joints", metavar="NAMES", help="Joints whose strength is searched.")]
 Loads = Annotated[str | None, Option("--loads", metavar="NAMES", help="Loads of --search load.")]
@@ -59,7 +50,7 @@ class Running:
     dask: Dask = None
     retry: Retry = False
     quiet: Quiet = False
-    as_json: AsJson = False
+    as_json: Json = False
 
     def of_study(self) -> dict[str, Any]:
         """What `convergence` and `reliability` take of it."""

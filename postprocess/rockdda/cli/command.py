@@ -22,8 +22,8 @@ from ..fields import JOINT_FIELDS
 from . import certainty, common, exchange, studies
 from .common import BAD_INPUT, DONE, INTERNAL, NO_CONVERGENCE, NO_OUTPUT, STOPPED, in_shown_units, open_results
 
-#: Kinds of pictures with fields of their own, not those of blocks.
-OWN_FIELDS = ("joints", "bolts", "liner", "capacity")
+#: Fields of kinds of pictures where none is given; but for profiles they have fields of their own, not those of blocks.
+USUAL_FIELDS = {"joints": "normal_stress", "bolts": "force", "liner": "", "capacity": "", "profile": "displacement_y"}
 #: Commands of the program, which are no commands here.
 PROGRAM_COMMANDS = ("new", "lines", "cut", "run", "resume", "fos", "check", "info", "help")
 
@@ -124,26 +124,21 @@ def plot_command(
             raise InputError("geometry and block files are drawn one at a time")
         if unused:
             raise InputError(f"--{unused[0]} is for results, not for a geometry or block file", files[0])
-        shown_part = None if window is None else _four_numbers(window, "window")
+        shown_part = None if window is None else common.numbers("window", window)
         drawn = plot.input_plot(files[0], kind, units=units, title=title, window=shown_part)
         path = common.target(output, files[0], f"_{kind or 'input'}.png")
         plot.save(drawn, path, dpi)
         common.print_summary(quiet, as_json, str(path), output=path, kind=kind or "input")
         return
     kind = kind or ("joints" if field in JOINT_FIELDS else "blocks")
-    if kind == "joints":
-        field = plot.joint_field_name("normal_stress" if field == "displacement" else field)
-    if kind == "bolts":
-        field = "force" if field == "displacement" else field
-    if kind in ("liner", "capacity"):
-        field = "" if field == "displacement" else field
+    if kind == "joints" and field != "displacement":
+        plot.joint_field_name(field)
+    of_blocks = field if kind == "profile" or kind not in USUAL_FIELDS else None
+    field = USUAL_FIELDS.get(kind, field) if field == "displacement" else field
     framed = (
         kind not in ("history", "energy", "iterations", "ground-reaction", "factor") or interactive or len(files) > 1
     )
-    opened = [
-        in_shown_units(open_results(path, frame, None if kind in OWN_FIELDS else field, framed), units, show)
-        for path in files
-    ]
+    opened = [in_shown_units(open_results(path, frame, of_blocks, framed), units, show) for path in files]
     runs, units = [run for run, _ in opened], opened[0][1]
     if time is not None and framed:
         frame = runs[0].frame_at(time).index
@@ -151,18 +146,13 @@ def plot_command(
         common.need_display()
         plot.interactive(runs[0], field, frame, units=units)
         return
-    given = {"scale": scale, "limits": limits, "title": title, "columns": columns or None, "units": units}
-    given |= {"stage": stage}
+    given = {
+        "scale": scale, "limits": limits, "title": title, "columns": columns or None, "units": units, "stage": stage,
+        "joints": joints or None, "heads": heads or None, "outline": None if outline else False,
+        "line": None if line is None else common.numbers("line", line),
+        "window": None if window is None else common.numbers("window", window),
+    }  # fmt: skip
     options: dict[str, Any] = {name: value for name, value in given.items() if value is not None}
-    options |= {"joints": joints} if joints else {}
-    options |= {"heads": True} if heads else {}
-    if line is not None:
-        options["line"] = _four_numbers(line, "line")
-    if window is not None:
-        options["window"] = _four_numbers(window, "window")
-    if not outline:
-        options["outline"] = False
-    explicit = (field if field != "displacement" or kind != "profile" else "displacement_y") or None
     path = common.target(output, files[0], f"_{kind if len(runs) == 1 else 'multiples'}.png")
     if len(runs) > 1:
         if kind != "blocks":
@@ -170,20 +160,10 @@ def plot_command(
         options.pop("title", None)
         axes = plot.small_multiples(runs, field, frame, labels=labels or None, **options)
     else:
-        axes = plot.plot(runs[0], explicit, frame, kind, **options)
+        axes = plot.plot(runs[0], field or None, frame, kind, **options)
     plot.save(axes, path, dpi)
     shown = runs[0].frames[frame].index if framed else None
     common.print_summary(quiet, as_json, str(path), output=path, kind=kind, frame=shown)
-
-
-def _four_numbers(text: str, what: str) -> tuple[float, ...]:
-    try:
-        numbers = tuple(float(part) for part in text.split(","))
-    except ValueError:
-        numbers = ()
-    if len(numbers) != 4:
-        raise InputError(f"{what} {text!r}: expected x1,y1,x2,y2")
-    return numbers
 
 
 @app.command(name="animate")
@@ -441,16 +421,13 @@ def main(arguments: list[str] | None = None) -> int:
         return _end(NO_OUTPUT, f"error: standard output cannot be written: {error.strerror}")
     except SystemExit as error:
         # of Rich, when the reader of a help page has gone; of the completion, which ends so
-        return DONE if error.code is None else error.code if isinstance(error.code, int) and _completes() else DONE
+        completes = isinstance(error.code, int) and "_ROCKDDA_POST_COMPLETE" in os.environ
+        return int(error.code or 0) if completes else DONE
     except ImportError as error:  # the compiled part or a library is missing
         return _end(BAD_INPUT, f"error: {error}")
     except Exception as error:
         return _internal(error)
     return STOPPED if code == 130 else int(code or 0)  # 130: typer's exit code for Ctrl-C
-
-
-def _completes() -> bool:
-    return "_ROCKDDA_POST_COMPLETE" in os.environ
 
 
 def _internal(error: Exception) -> int:

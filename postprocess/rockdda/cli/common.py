@@ -58,6 +58,11 @@ ShownUnits = Annotated[
 ]
 Quiet = Annotated[bool, Option("--quiet", "-q", help="No progress, no summary.")]
 Json = Annotated[bool, Option("--json", help="Summary on standard output as JSON.")]
+Slurm = Annotated[bool, Option("--slurm", help="Only write a Slurm job array of the runs that are left.")]
+Dask = Annotated[
+    str | None, Option(metavar="WHERE", help="Run through Dask: tcp://HOST:PORT, local, or slurm, pbs, lsf …")
+]
+Retry = Annotated[bool, Option("--retry", help="Run failed cases again, too.")]
 Resolution = Annotated[int, Option("--dpi", min=20, max=2400, help="Resolution of .png.")]
 Outline = Annotated[bool, Option("--outline/--no-outline", help="Show the start, too.")]
 Limits = Annotated[tuple[float, float] | None, Option("--limits", metavar="LOW HIGH", help="Ends of the colour scale.")]
@@ -135,6 +140,19 @@ def in_shown_units(results: Results, units: str | None, show: str | None) -> tup
         return results, None
     check_units(results, units)
     return (results, units) if show is None else (in_units(results, units, show), show)
+
+
+def numbers(option: str, text: str, form: str = "x1,y1,x2,y2") -> tuple[Any, ...]:
+    """The numbers of an option, as many as its form has; those of a window name its lower left and upper right."""
+    try:
+        found = tuple(float(part) for part in text.split(","))
+    except ValueError:
+        found = ()
+    window = " with x1 < x2 and y1 < y2" if option == "window" else ""
+    good = len(found) == form.count(",") + 1 and all(abs(value) < 1e30 for value in found)
+    if not good or (window and not (found[0] < found[2] and found[1] < found[3])):
+        raise InputError(f"{option} {text!r}: expected {form}{window}")
+    return found
 
 
 def draw_into_files() -> None:

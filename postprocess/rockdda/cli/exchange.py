@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated
 
@@ -11,26 +12,12 @@ import typer
 from typer import Argument, Option
 
 from ..errors import InputError
-from .common import (
-    DIFFERENT,
-    DONE,
-    Json,
-    Output,
-    Quiet,
-    Resolution,
-    ResultsFile,
-    UnitNames,
-    draw_into_files,
-    open_results,
-    print_summary,
-    progress_bar,
-    target,
-)
+from . import common
 
 
 def export_command(
-    file: ResultsFile,
-    output: Output = None,
+    file: common.ResultsFile,
+    output: common.Output = None,
     kind: Annotated[
         str | None,
         Option("--format", help="pvd (or vtk), vtkhdf, vtu, csv, txt (or text), dxf; by default the output's ending."),
@@ -43,8 +30,8 @@ def export_command(
         ),
     ] = None,
     frames: Annotated[str | None, Option(help="Such as -1, 0,5,10 or 0:50:10; by default all.")] = None,
-    quiet: Quiet = False,
-    as_json: Json = False,
+    quiet: common.Quiet = False,
+    as_json: common.Json = False,
 ) -> None:
     """Write results for other programs: VTK, CSV, plain text, DXF.
 
@@ -68,13 +55,13 @@ def export_command(
         rockdda-post export slope.h5 -o end.dxf"""
     from .. import export
 
-    results = open_results(file, frames=False)
+    results = common.open_results(file, frames=False)
     kind = {"vtk": "pvd", "text": "txt"}.get(kind.lower(), kind.lower()) if kind else None
     usual = kind or ("csv" if table else "pvd")
     ending = f"_{table}.csv" if table and usual == "csv" else f".{usual}"
     if output is not None and output.is_dir():
         output = output / f"{file.stem}{ending}"
-    path = target(output, file, ending)
+    path = common.target(output, file, ending)
     form = kind or path.suffix.lstrip(".").lower() or usual
     if table and form != "csv":
         raise InputError(f"--table {table} makes a .csv, not .{form}", path)
@@ -85,7 +72,7 @@ def export_command(
         path = path.with_name(path.name + f".{form}")
     whole = {"history": f"{results.n_steps} steps", "boundaries": f"{len(results.stages)} stages"}
     if form != "csv" or table not in whole:
-        open_results(file)  # frames are needed
+        common.open_results(file)  # frames are needed
     numbers = export.parse_frames(frames, results.n_frames)
     for number in numbers or ():
         if not -results.n_frames <= number < results.n_frames:
@@ -94,7 +81,7 @@ def export_command(
         if numbers is not None and len(numbers) != 1:
             raise InputError(f".{form} takes one frame, not {len(numbers)}")
         numbers = [-1] if numbers is None else numbers
-    with progress_bar("frames", quiet or as_json) as bar:
+    with common.progress_bar("frames", quiet or as_json) as bar:
         if form in ("pvd", "vtkhdf", "vtu"):
             export.to_vtk(results, path, numbers, bar)
         elif form == "csv":
@@ -106,7 +93,7 @@ def export_command(
             export.to_dxf(results, path, numbers[0])
     count = results.n_frames if numbers is None else len(numbers)
     what = whole[table] if form == "csv" and table in whole else f"{count} frame{'' if count == 1 else 's'}"
-    print_summary(quiet, as_json, f"{path}: {what}", output=path, format=form, frames=count)
+    common.print_summary(quiet, as_json, f"{path}: {what}", output=path, format=form, frames=count)
 
 
 def convert_command(
@@ -133,8 +120,8 @@ def convert_command(
     ] = False,
     template: Annotated[bool, Option("--template", help="Write a labelled file that runs, too.")] = False,
     force: Annotated[bool, Option("--force", help="Overwrite existing files.")] = False,
-    quiet: Quiet = False,
-    as_json: Json = False,
+    quiet: common.Quiet = False,
+    as_json: common.Json = False,
 ) -> None:
     """Convert DDAML of DDA for Windows, drawings, maps and traces to input files (.dc or .blk, .df, .nml).
 
@@ -173,8 +160,8 @@ def convert_command(
             raise InputError(f"{name} must be positive, found {value:g}")
     done = convert(
         files, output, layers=named, e0=e0, chord=chord, template=template, force=force, areas=areas or (),
-        scale=scale, origin=None if origin is None else two_numbers("origin", origin),
-        window=None if window is None else rectangle(window), blocks=blocks, geographic=geographic,
+        scale=scale, origin=None if origin is None else common.numbers("origin", origin, "x,y"),
+        window=None if window is None else common.numbers("window", window), blocks=blocks, geographic=geographic,
     )  # fmt: skip
     if not quiet:
         for message in done.messages:
@@ -182,32 +169,11 @@ def convert_command(
         for title, rows in (("taken:", done.taken), ("not taken:", done.left)):
             if rows:
                 typer.echo("\n   ".join([title, *rows]), err=True)
-    messages = [{"severity": p.severity, "message": p.message, "file": p.file, "line": p.line, "column": p.column}
-                for p in done.problems]  # fmt: skip
-    print_summary(quiet, as_json, "\n".join(map(str, done.files)), files=list(map(str, done.files)), messages=messages,
-                  taken=done.taken, not_taken=done.left)  # fmt: skip
-
-
-def two_numbers(name: str, text: str) -> tuple[float, float]:
-    """A point x,y of an option."""
-    try:
-        x, y = (float(part) for part in text.split(","))
-    except ValueError:
-        x = y = float("nan")
-    if not abs(x) + abs(y) < 1e30:
-        raise InputError(f"{name} {text!r}: expected x,y")
-    return x, y
-
-
-def rectangle(text: str) -> tuple[float, float, float, float]:
-    """The rectangle of --window."""
-    try:
-        x1, y1, x2, y2 = (float(part) for part in text.split(","))
-    except ValueError:
-        x1 = y1 = x2 = y2 = float("nan")
-    if not (x1 < x2 and y1 < y2 and max(map(abs, (x1, y1, x2, y2))) < 1e30):
-        raise InputError(f"window {text!r}: expected x1,y1,x2,y2 with x1 < x2 and y1 < y2")
-    return x1, y1, x2, y2
+    messages = [asdict(problem) for problem in done.problems]
+    names = list(map(str, done.files))
+    common.print_summary(
+        quiet, as_json, "\n".join(names), files=names, messages=messages, taken=done.taken, not_taken=done.left
+    )
 
 
 def compare_command(
@@ -216,8 +182,8 @@ def compare_command(
     tolerance: Annotated[
         float, Option("--tol", min=0.0, help="Allowed difference over the largest value of a dataset; 0: same bits.")
     ] = 0.0,
-    quiet: Quiet = False,
-    as_json: Json = False,
+    quiet: common.Quiet = False,
+    as_json: common.Json = False,
 ) -> None:
     """Say where and when two runs part: dataset, step, time, block and size.
 
@@ -230,11 +196,11 @@ def compare_command(
         rockdda-post compare old.h5 new.h5 --tol 1e-9 && echo still the same"""
     from ..analysis.compare import compare
 
-    a, b = open_results(first, frames=False), open_results(second, frames=False)
-    with progress_bar("tables", quiet or as_json) as bar:
+    a, b = common.open_results(first, frames=False), common.open_results(second, frames=False)
+    with common.progress_bar("tables", quiet or as_json) as bar:
         found = compare(a, b, tolerance, bar)
     if as_json:
-        code = DONE if found.same else DIFFERENT
+        code = common.DONE if found.same else common.DIFFERENT
         typer.echo(json.dumps({"status": "done", "exit_code": code} | found.as_dict(), default=str))
     elif found.same and not quiet:
         kind = "the same bits" if tolerance == 0 else f"no difference beyond {tolerance:g} of the largest values"
@@ -246,12 +212,12 @@ def compare_command(
             size += "" if difference.relative is None else f" ({difference.relative:.1e} of the largest value)"
             typer.echo(f"{part}{difference.dataset}: {difference.message}{size}")
     if not found.same:
-        raise typer.Exit(DIFFERENT)
+        raise typer.Exit(common.DIFFERENT)
 
 
 def record_command(
     file: Annotated[Path, Argument(metavar="RECORD", help="Record: .csv or .at2 (PEER).")],
-    output: Output = None,
+    output: common.Output = None,
     kind: Annotated[str | None, Option("--format", help="csv or at2; by default by the ending.")] = None,
     column: Annotated[str | None, Option("--column", "-c", help="Column of a .csv: name or number.")] = None,
     scale: Annotated[float | None, Option(help="Factor of the values; by default from their unit to m/s².")] = None,
@@ -261,10 +227,10 @@ def record_command(
     step: Annotated[float | None, Option(help="Resample to this step.")] = None,
     damping: Annotated[float, Option(help="Damping ratio of the response spectrum.")] = 0.05,
     write: Annotated[Path | None, Option(metavar="OUT.csv", help="Write the record, too.")] = None,
-    units: UnitNames = None,
-    dpi: Resolution = 200,
-    quiet: Quiet = False,
-    as_json: Json = False,
+    units: common.UnitNames = None,
+    dpi: common.Resolution = 200,
+    quiet: common.Quiet = False,
+    as_json: common.Json = False,
 ) -> None:
     """Draw a record of ground acceleration and its response spectrum, and change it for a run.
 
@@ -275,7 +241,7 @@ def record_command(
         rockdda-post record station.at2 --units m,s,N
 
         rockdda-post record station.csv --column ns --scale 0.01 --from 2 --to 22 --baseline 1 --write quake.csv"""
-    draw_into_files()
+    common.draw_into_files()
     from .. import plot, records
 
     record = records.read(file, kind, column=column, scale=scale)
@@ -291,7 +257,7 @@ def record_command(
         drawn = plot.record(record, damping=damping, units=units)
     except (ValueError, ImportError) as error:
         raise error if isinstance(error, InputError) else InputError(str(error), file) from error
-    path = target(output, file, "_record.png")
+    path = common.target(output, file, "_record.png")
     plot.save(drawn, path, dpi)
     if write is not None:
         records.write(record, write)
@@ -305,7 +271,7 @@ def record_command(
         "arias_intensity": records.arias_intensity(record),
     }
     shown = ", ".join(f"{name.replace('_', ' ')} {value:.4g}" for name, value in facts.items())
-    print_summary(quiet, as_json, f"{path}: {shown}", output=path, record=write, **facts)
+    common.print_summary(quiet, as_json, f"{path}: {shown}", output=path, record=write, **facts)
 
 
 COMMANDS = {"export": export_command, "convert": convert_command, "compare": compare_command, "record": record_command}

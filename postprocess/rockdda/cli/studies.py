@@ -15,23 +15,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from typer import Argument, Option
 
-from ..analysis.limits import GRADIENT_LIMIT, WINDOW
-from ..errors import InputError, OutputError
+from ..errors import InputError
+from ..fields import GRADIENT_LIMIT, WINDOW
 from ..text import csv_text
-from ..writing import complete_file, write_file
-from .common import (
-    NO_CONVERGENCE,
-    STOPPED,
-    Json,
-    Output,
-    Quiet,
-    Resolution,
-    draw_into_files,
-    open_results,
-    print_summary,
-    runs_bar,
-    target,
-)
+from ..writing import complete_file, write_file, written_to
+from . import common
 
 if TYPE_CHECKING:
     from ..study import Outcome
@@ -47,23 +35,15 @@ Workers = Annotated[int | None, Option("--workers", "-j", min=1, help="Runs at a
 
 def study_command(
     file: Annotated[Path, Argument(metavar="STUDY.toml", help="The study.")],
-    workers: Annotated[
-        int | None, Option("--workers", "-j", min=1, help="Runs at a time; default: one a core.")
-    ] = None,
-    retry: Annotated[bool, Option("--retry", help="Run failed cases again, too.")] = False,
-    dask: Annotated[
-        str | None,
-        Option(
-            metavar="WHERE",
-            help="Run through Dask: tcp://HOST:PORT, local, or slurm, pbs, lsf … with the study's [cluster] table.",
-        ),
-    ] = None,
-    slurm: Annotated[bool, Option("--slurm", help="Only write a Slurm job array for the remaining cases.")] = False,
+    workers: Workers = None,
+    retry: common.Retry = False,
+    dask: common.Dask = None,
+    slurm: common.Slurm = False,
     table: Annotated[bool, Option("--table", help="Run nothing: collect the results so far.")] = False,
     case: Annotated[int | None, Option(min=1, help="Run this case only, by its number.")] = None,
     output: Annotated[Path | None, Option("-o", "--output", metavar="FOLDER", help="Write here instead.")] = None,
-    quiet: Quiet = False,
-    as_json: Json = False,
+    quiet: common.Quiet = False,
+    as_json: common.Json = False,
 ) -> None:
     """Run a template over a grid of parameters; one table and small multiples at the end.
 
@@ -80,7 +60,7 @@ def study_command(
         rockdda-post study tunnels.toml --slurm && sbatch tunnels/job-array.sh
 
         rockdda-post study tunnels.toml --dask tcp://head:8786"""
-    draw_into_files()
+    common.draw_into_files()
     from ..study.case import prepare_case
     from ..study.definition import read_study
     from ..study.job_array import logs_of, warning_of, write_job_array
@@ -93,7 +73,7 @@ def study_command(
         path = write_job_array(study, retry=retry)
         warning = warning_of(study)
         told = f"{path}: submit it with sbatch; a case is stopped {warning} s before the end of its time"
-        print_summary(quiet, as_json, told, script=path, warning=warning)
+        common.print_summary(quiet, as_json, told, script=path, warning=warning)
         return
     if case is not None:
         if case > len(study.cases):
@@ -102,14 +82,14 @@ def study_command(
         code = outcome.exit_code
         if outcome.message:
             typer.echo(outcome.message, err=True)
-        print_summary(
+        common.print_summary(
             quiet, as_json, f"case {case}: {outcome.status}, {outcome.seconds:.1f} s", case=case, run_exit_code=code
         )
-        raise typer.Exit(code if code in (0, STOPPED) else NO_CONVERGENCE)
+        raise typer.Exit(code if code in (0, common.STOPPED) else common.NO_CONVERGENCE)
 
     outcomes: list[Outcome] = []
     if not table:
-        with runs_bar(quiet, as_json, lambda outcome: outcome.status) as report:
+        with common.runs_bar(quiet, as_json, lambda outcome: outcome.status) as report:
             outcomes = run_study(study, workers=workers, retry=retry, dask=dask, progress=report)
     rows = collect(study)
     written = _write_table(study, rows)
@@ -124,7 +104,7 @@ def study_command(
                 f"case {row['case']} {'failed' if row['status'] == 'failed' else 'is not done'}: {said}", err=True
             )
     summary = ", ".join(f"{number} {status}" for status, number in count.items() if number)
-    print_summary(
+    common.print_summary(
         quiet,
         as_json,
         f"{study.title}: {len(rows)} cases, {summary}\n" + "\n".join(map(str, written)),
@@ -138,9 +118,9 @@ def study_command(
         how = f"submit {script} again when its tasks have ended (logs: {logs_of(study)})" if script.exists() else ""
         typer.echo(f"{unfinished} of {len(rows)} cases are not done: {how or 'the same command continues'}", err=True)
     if count["failed"]:
-        raise typer.Exit(NO_CONVERGENCE)
+        raise typer.Exit(common.NO_CONVERGENCE)
     if unfinished:
-        raise typer.Exit(STOPPED)
+        raise typer.Exit(common.STOPPED)
 
 
 def _one_case(study: Any, number: int, prepare: Any) -> Outcome:
@@ -175,9 +155,10 @@ def _one_case(study: Any, number: int, prepare: Any) -> Outcome:
 
 def _write_table(study: Any, rows: Any) -> list[Path]:
     """The table as CSV (and Parquet where pyarrow is installed), and the small multiples."""
-    from ..study.picture import save_study_plot
+    from .. import plot
+    from ..study.runner import plot_study
 
-    try:
+    with written_to(study.output):
         study.output.mkdir(parents=True, exist_ok=True)
         written = [study.output / "table.csv"]
         write_file(written[0], csv_text(rows))
@@ -186,14 +167,10 @@ def _write_table(study: Any, rows: Any) -> list[Path]:
             written.append(study.output / "table.parquet")
         if study.quantities and (rows["status"] == "done").any():
             try:
-                save_study_plot(study, rows, study.output / "table.png")
+                plot.save(plot_study(study, rows).axes, study.output / "table.png")
                 written.append(study.output / "table.png")
             except InputError:
                 pass  # nothing varies that could be drawn
-    except OutputError:
-        raise
-    except OSError as problem:
-        raise OutputError(f"{study.output}: cannot be written: {problem.strerror}") from None
     return written
 
 
@@ -204,7 +181,7 @@ def loosening_command(
     ] = WINDOW,
     limit: Annotated[float, Option(help="Difference over distance up to which points move together.")] = GRADIENT_LIMIT,
     quiet: Annotated[bool, Option("--quiet", "-q", help="No summary.")] = False,
-    as_json: Json = False,
+    as_json: common.Json = False,
 ) -> None:
     """Height of loosened rock above an opening, from measured points on a vertical line above its crown.
 
@@ -224,7 +201,7 @@ def loosening_command(
         raise InputError(f"--limit: must be above 0, found {limit:g}")
     found = []
     for path in files:
-        with open_results(path, frames=False) as results:
+        with common.open_results(path, frames=False) as results:
             try:
                 profile = loosening_of(results, window=window, gradient_limit=limit)
             except InputError as error:
@@ -239,7 +216,7 @@ def loosening_command(
         else:
             verdict = "loosened, beyond the highest point" + note
         if len(files) > 1:
-            print_summary(False, False, f"{path}: {verdict}")
+            common.print_summary(False, False, f"{path}: {verdict}")
             continue
         lines = [f"{'height':>8} {'displacement':>13} {'gradient up':>12}  state"]
         for row in zip(*profile.table().values(), strict=True):
@@ -247,9 +224,9 @@ def loosening_command(
             together = {True: ", moves with the next", False: ", parts from the next", None: ""}[row[4]]
             gradient = "" if row[2] is None else f"{row[2]:.2e}"
             lines.append(f"{row[0]:8g} {row[1]:13.4g} {gradient:>12}  {held}{together}")
-        print_summary(False, False, "\n".join([*lines, verdict]))
+        common.print_summary(False, False, "\n".join([*lines, verdict]))
     if as_json:
-        print_summary(False, True, "", runs=found)
+        common.print_summary(False, True, "", runs=found)
 
 
 def voussoir_command(
@@ -261,7 +238,7 @@ def voussoir_command(
     friction: Annotated[float | None, Option(help="Friction angle of the joints [deg].")] = None,
     variant: Annotated[str, Option(help="Average stress: beer-meek or diederichs-kaiser.")] = "beer-meek",
     quiet: Annotated[bool, Option("--quiet", "-q", help="No summary.")] = False,
-    as_json: Json = False,
+    as_json: common.Json = False,
 ) -> None:
     """The classic voussoir beam: does a roof layer carry itself as a flat arch?
 
@@ -287,7 +264,9 @@ def voussoir_command(
     elif found.buckling_limit > DESIGN_BUCKLING_LIMIT:
         lines.append(f"the buckling limit is above {DESIGN_BUCKLING_LIMIT:g}: not advised in design")
     numbers = {name: None if math.isnan(value) else value for name, value in values.items()}
-    print_summary(quiet, as_json, "\n".join(lines), snaps_through=found.snaps_through, variant=variant, **numbers)
+    common.print_summary(
+        quiet, as_json, "\n".join(lines), snaps_through=found.snaps_through, variant=variant, **numbers
+    )
 
 
 def rock_load_command(
@@ -295,7 +274,7 @@ def rock_load_command(
     height: Annotated[float, Option(help="Height of the tunnel.")],
     rqd: Annotated[float | None, Option(help="Rock quality [%], for Rose.")] = None,
     quiet: Annotated[bool, Option("--quiet", "-q", help="No summary.")] = False,
-    as_json: Json = False,
+    as_json: common.Json = False,
 ) -> None:
     """Height of loosened rock above a tunnel by the rules of Terzaghi and Rose.
 
@@ -310,7 +289,7 @@ def rock_load_command(
         loads.append(rose(rqd, span, height))
     lines = [f"{load.source}, {load.condition}: {load.low:.4g} to {load.high:.4g}" for load in loads]
     entries = [{"source": l.source, "condition": l.condition, "low": l.low, "high": l.high} for l in loads]  # noqa: E741
-    print_summary(quiet, as_json, "\n".join(lines), loads=entries)
+    common.print_summary(quiet, as_json, "\n".join(lines), loads=entries)
 
 
 def calibrate_bolt_command(
@@ -321,10 +300,10 @@ def calibrate_bolt_command(
     area: Annotated[float | None, Option(help="Of the steel [m²].")] = None,
     free_length: Annotated[float, Option(help="Steel between the measured point and the grout [m].")] = 0.0,
     yield_force: Annotated[float | None, Option(help="Of the steel [N]: points there are left out.")] = None,
-    output: Output = None,
-    dpi: Resolution = 200,
-    quiet: Quiet = False,
-    as_json: Json = False,
+    output: common.Output = None,
+    dpi: common.Resolution = 200,
+    quiet: common.Quiet = False,
+    as_json: common.Json = False,
 ) -> None:
     """Stiffness and strength of the grout of a bolt from a pull test, with a picture.
 
@@ -335,14 +314,14 @@ def calibrate_bolt_command(
     Example:
 
         rockdda-post calibrate-bolt lab.csv --length 1 --diameter 0.025 --free-length 0.3"""
-    draw_into_files()
+    common.draw_into_files()
     from .. import plot
     from ..analysis.pull_test import calibrate_bolt
 
     fit = calibrate_bolt(
         file, length=length, young=young, diameter=diameter, area=area, free_length=free_length, yield_force=yield_force
     )
-    path = target(output, file, "_fit.png")
+    path = common.target(output, file, "_fit.png")
     plot.save(fit.plot(), path, dpi)
     onset, force = fit.onset
     lines = [
@@ -354,7 +333,7 @@ def calibrate_bolt_command(
         f"&bolt ... {fit.option_text} ... /",
         str(path),
     ]
-    print_summary(
+    common.print_summary(
         quiet, as_json, "\n".join(lines), output=path, grout_stiffness=fit.grout_stiffness,
         grout_stiffness_error=fit.grout_stiffness_error, grout_strength=fit.grout_strength,
         grout_strength_error=fit.grout_strength_error, onset_displacement=onset, onset_force=force,
@@ -367,8 +346,8 @@ def ground_reaction_command(
     liner: Annotated[str | None, Option(help="Lining; by default the first that a stage installs.")] = None,
     point: Annotated[int, Option(min=1, help="Measured point whose convergence counts.")] = 1,
     releases: Annotated[int, Option(min=2, max=1000, help="Parts of the release without support.")] = 10,
-    work: Annotated[Path | None, Option(help="Folder that keeps both runs.")] = None, output: Output = None,
-    dpi: Resolution = 200, quiet: Quiet = False, as_json: Json = False,
+    work: Annotated[Path | None, Option(help="Folder that keeps both runs.")] = None, output: common.Output = None,
+    dpi: common.Resolution = 200, quiet: common.Quiet = False, as_json: common.Json = False,
 ) -> None:  # fmt: skip
     """Ground reaction and support characteristic of a lined excavation, with their crossing, in a picture.
 
@@ -378,7 +357,7 @@ def ground_reaction_command(
     Example:
 
         rockdda-post ground-reaction tunnel.nml --point 1"""
-    draw_into_files()
+    common.draw_into_files()
     from .. import plot
     from ..analysis.reaction import support_reaction
 
@@ -387,9 +366,9 @@ def ground_reaction_command(
             typer.echo(text, err=True)
 
     found = support_reaction(model, liner=liner, point=point, releases=releases, work=work, progress=say)
-    path = target(output, model, "_reaction.png")
+    path = common.target(output, model, "_reaction.png")
     plot.save(found.plot(), path, dpi)
-    print_summary(
+    common.print_summary(
         quiet, as_json, f"{found}\n{path}", output=path, liner=found.liner, radius=found.radius,
         ground_pressure=found.ground_pressure, placed=found.support[0].tolist(), end=found.support[-1].tolist(),
         crossing=found.crossing, without=found.ground[-1].tolist(),

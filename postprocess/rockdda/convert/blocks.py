@@ -12,7 +12,7 @@ from shapely.geometry.polygon import orient
 from ..deck import number_text
 from ..rings import bridged
 from .geometry import Geometry, Point, Ring
-from .regions import close_chains
+from .regions import close_chains, polygon_of
 from .report import Report
 
 FEW_DIGITS = 1e-5  # of the size of the smaller block: files may have six digits, as src/io/text/block_check.f90 says
@@ -26,8 +26,7 @@ def check_blocks(geometry: Geometry, report: Report) -> None:
     outside of them."""
     blocks = []
     for material, joint, rings in geometry.blocks:
-        cleaned = [[corner for k, corner in enumerate(ring) if corner != ring[k - 1]] for ring in rings]
-        polygon = _polygon(cleaned, "block", report)
+        polygon = polygon_of("block", rings, report)
         if not polygon.is_empty:
             blocks.append((material, joint, polygon))
     openings = _openings(geometry, report)
@@ -39,20 +38,13 @@ def check_blocks(geometry: Geometry, report: Report) -> None:
     geometry.blocks = [(material, joint, _rings(polygon)) for material, joint, polygon in blocks]
     tree = shapely.STRtree(polygons)
     _find_overlaps(tree, polygons, geometry.e0, report)
-    for name in ("loading", "measured"):
+    for name in ("loading", "measured", "fixed"):
         points = getattr(geometry, name)
-        inside = [point for point in points if _block_at(tree, point)]
-        if len(inside) < len(points):
-            report.warning(f"{len(points) - len(inside)} {name} points lie in no block and are left out")
-            report.leave(
-                f"{name} point outside of blocks", f"{name} points outside of blocks", len(points) - len(inside)
-            )
+        inside = [point for point in points if _block_at(tree, point[:2])]
+        if missing := len(points) - len(inside):
+            report.warning(f"{missing} {name} points lie in no block and are left out")
+            report.leave(f"{name} point outside of blocks", f"{name} points outside of blocks", missing)
             setattr(geometry, name, inside)
-    held = [place for place in geometry.fixed if _block_at(tree, place[:2])]
-    if len(held) < len(geometry.fixed):
-        report.warning(f"{len(geometry.fixed) - len(held)} fixed points lie in no block and are left out")
-        report.leave("fixed point outside of blocks", "fixed points outside of blocks", len(geometry.fixed) - len(held))
-        geometry.fixed = held
 
 
 def _find_overlaps(tree: Any, polygons: list[Any], e0: float, report: Report) -> None:
@@ -75,19 +67,6 @@ def _find_overlaps(tree: Any, polygons: list[Any], e0: float, report: Report) ->
         report.warning(f"{len(found) - MOST_NAMED} more pairs of blocks overlap")
 
 
-def _polygon(rings: list[Ring], kind: str, report: Report) -> Any:
-    """A polygon of an outer ring and holes; an empty one after an error."""
-    where = f"the {kind} at {rings[0][0][0]:g}, {rings[0][0][1]:g}" if rings and rings[0] else f"a {kind}"
-    polygon = shapely.Polygon(rings[0], rings[1:]) if rings and min(map(len, rings)) > 2 else shapely.Polygon()
-    if not polygon.is_valid:
-        report.error(f"{where} is no simple polygon: {shapely.is_valid_reason(polygon)}")
-    elif not polygon.area > 0:
-        report.error(f"{where} has no area")
-    else:
-        return polygon
-    return shapely.Polygon()
-
-
 def _openings(geometry: Geometry, report: Report) -> list[Any]:
     """The polygons of openings, which are taken out of the geometry."""
     chains = [chain for kind, _, chain in geometry.chains if kind == "opening"]
@@ -95,7 +74,7 @@ def _openings(geometry: Geometry, report: Report) -> list[Any]:
     rings += [[ring] for ring in close_chains(chains, geometry.e0, "opening", report)]
     geometry.chains = [entry for entry in geometry.chains if entry[0] != "opening"]
     geometry.regions = [entry for entry in geometry.regions if entry[0] != "opening"]
-    polygons = [_polygon(entry, "opening", report) for entry in rings]
+    polygons = [polygon_of("opening", entry, report) for entry in rings]
     return [polygon for polygon in polygons if not polygon.is_empty]
 
 

@@ -7,7 +7,6 @@ side. Files of COMPAS 1 and 2 are read; the plane is x-y where the model is flat
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,9 +17,9 @@ import shapely
 
 from ..arrays import FloatArray
 from ..errors import InputError
-from ..text import shown
+from ..text import read_text, shown
 from .geometry import Geometry
-from .report import MOST_LINES, Report, check_json, read_text
+from .report import MOST_LINES, Report, read_json
 
 FLAT = 1e-9  # of the extent
 LARGEST = 1e30
@@ -37,17 +36,14 @@ def is_compas(head: str) -> bool:
 def read_compas(path: Path) -> tuple[Geometry, Report]:
     """The blocks of a JSON file of COMPAS, all of material 1; supports are fixed at two points inside."""
     text = read_text(path)
-    check_json(path, text)
     report, geometry = Report(path, text), Geometry()
     meshes: list[Mesh] = []
+    data = read_json(path, text, report)
     try:
-        data = json.loads(text, parse_int=lambda digits: int(digits) if len(digits) < 40 else float(digits))
         for mesh in _shapes(data, report, False, 0):
             meshes.append(mesh)
             if len(meshes) > MOST_LINES:
                 raise InputError(f"has more than {MOST_LINES} meshes", path)
-    except json.JSONDecodeError as error:
-        report.fail(f"the JSON is broken: {error.msg}", error.lineno, error.colno)
     except (RecursionError, KeyError, ValueError, TypeError, AttributeError, IndexError, OverflowError) as error:
         raise InputError(f"cannot be read as JSON of COMPAS: {type(error).__name__}: {shown(error)}", path) from error
     if not meshes:

@@ -3,19 +3,16 @@
 
 from __future__ import annotations
 
-import json
 import math
 import os
-import subprocess
-import tempfile
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from ..errors import InputError, Problem, RockddaError, need
-from ..program import find_program
+from ..errors import InputError, Problem, need
+from ..native import Session
 from ..text import PathLike, decoded, has_controls, shown
-from ..writing import write_file
+from ..writing import write_files
 from . import ddaml, dxf, geojson
 from .geometry import Analysis, Geometry
 from .placing import middle_of, move_to_local_origin, place, to_metres
@@ -98,16 +95,16 @@ def convert(
             texts[stem.with_name(stem.name + ".nml")] = template_text(geometry, stem.name, ending, f"from {title}")
             _note_supports(geometry, reports[0])
     if analysis is not None:
-        if counted is not None and analysis.names_points:
+        if counted is not None and analysis.has_tables:
             analysis.fixed_count = _count_fixed(counted)
         texts[stem.with_name(stem.name + ".df")] = analysis.text(f"from {title}")
         options = analysis.options_text()
         if options:
             texts[stem.with_name(stem.name + ".nml")] = options
-    _write(texts, force)
+    written = write_files(texts, force, "--force")
     problems = [(report, problem) for report in reports for problem in report.problems]
     return Conversion(
-        list(texts), [report.text(p) for report, p in problems], [p for _, p in problems],
+        written, [report.text(p) for report, p in problems], [p for _, p in problems],
         [] if geometry is None else geometry.summary(), [text for report in reports for text in _counted(report)],
     )  # fmt: skip
 
@@ -130,28 +127,30 @@ def _counted(report: Report) -> list[str]:
     ]
 
 
+@dataclass
 class _Reading:
     """Reads the files of one model, one after the other."""
 
-    def __init__(
-        self, layers: dict[str, str], e0: float | None, chord: float | None, scale: float | None,
-        origin: tuple[float, float] | None, window: tuple[float, float, float, float] | None, blocks: bool,
-        geographic: bool,
-    ) -> None:  # fmt: skip
-        self.layers, self.e0, self.chord, self.scale, self.origin = layers, e0, chord, scale, origin
-        self.window, self.blocks, self.geographic = window, blocks, geographic
-        self._middle: tuple[float, float] | None = None  # of the first map in degrees
-        self._system: System | None = None  # of the first map that names one
-        self._in_web = False  # origin and window are given in web Mercator
-        self.geometry: Geometry | None = None
-        self.analysis: Analysis | None = None
-        self.reports: list[Report] = []
-        self.moved = ""  # to say where the origin is
-        self._bolts: tuple[float, float, float] | None = None
-        self._drawings: list[tuple[Path, float]] = []  # and the lengths of their units
-        self._lengths: set[str] = set()  # what is known of them
-        self._unit_is_stated = True  # by the last drawing
-        self._known: dict[str, tuple[str, int]] = {}  # layers of the drawings read so far
+    layers: dict[str, str]
+    e0: float | None
+    chord: float | None
+    scale: float | None
+    origin: tuple[float, float] | None
+    window: tuple[float, float, float, float] | None
+    blocks: bool
+    geographic: bool
+    geometry: Geometry | None = None
+    analysis: Analysis | None = None
+    reports: list[Report] = field(default_factory=list)
+    moved: str = ""  # to say where the origin is
+    _middle: tuple[float, float] | None = None  # of the first map in degrees
+    _system: System | None = None  # of the first map that names one
+    _in_web: bool = False  # origin and window are given in web Mercator
+    _bolts: tuple[float, float, float] | None = None
+    _drawings: list[tuple[Path, float]] = field(default_factory=list)  # and the lengths of their units
+    _lengths: set[str] = field(default_factory=set)  # what is known of them
+    _unit_is_stated: bool = True  # by the last drawing
+    _known: dict[str, tuple[str, int]] = field(default_factory=dict)  # layers of the drawings read so far
 
     def read(self, path: Path, default: str | None = None) -> None:
         """Read a file; `default` is the kind of lines in drawings that have none."""
@@ -387,12 +386,12 @@ def _match_loads(geometry: Geometry | None, analysis: Analysis, report: Report) 
             )
         report.raise_errors()
         return
-    points, tables = len(geometry.loading), len(analysis.loads)
+    points, tables = len(geometry.loading), len(analysis.loading_tables)
     if tables > points:
         report.error(f"there are {tables} load points with values, but the geometry has {points} loading points")
     elif tables < points:
         report.warning(f"{points - tables} of {points} loading points have no values: they carry no load")
-        analysis.loads += [[] for _ in range(points - tables)]
+        analysis.loading_tables += [[] for _ in range(points - tables)]
     report.raise_errors()
 
 
@@ -400,32 +399,6 @@ def _count_fixed(geometry: Geometry) -> int:
     """Number of fixed points after cutting: lines become points where they cross blocks."""
     if all(segment[:2] == segment[2:] for segment in geometry.fixed):
         return len(geometry.fixed)
-    program = _program()
-    if program is None:
-        raise InputError("fixed lines beside load tables: the program 'rockdda' is needed to count points, not found")
-    with tempfile.TemporaryDirectory() as folder:
-        source, blocks = Path(folder) / "model.dc", Path(folder) / "model.blk"
-        source.write_text(geometry.text(), encoding="utf-8")
-        done = subprocess.run(
-            [program, "cut", source, "-o", blocks, "--json"], capture_output=True, text=True, check=False
-        )
-        if done.returncode != 0:
-            raise InputError(f"the lines cannot be cut into blocks:\n{done.stderr.strip()}")
-        return int(json.loads(done.stdout)["fixed_points"])
-
-
-def _program() -> str | None:
-    """The program, None where there is none."""
-    try:
-        return find_program()
-    except RockddaError:
-        return None
-
-
-def _write(texts: dict[Path, str], force: bool) -> None:
-    """Write all files, or none when one exists already."""
-    for path in texts:
-        if path.exists() and not force:
-            raise InputError("the file exists; use --force to overwrite it", path)
-    for path, text in texts.items():
-        write_file(path, text)
+    session = Session()
+    session("cut_text", "model.dc", geometry.text(), False)
+    return session.sizes()["fixed"]

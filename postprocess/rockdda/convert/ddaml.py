@@ -14,15 +14,28 @@ from pathlib import Path
 from typing import Any
 
 from ..deck import BlockMaterial, JointMaterial, number_text
-from ..text import decoded
+from ..text import decoded, read_text
 from .ddaml_reader import Element, Reader, Word, parse_xml
 from .geometry import LARGEST_MATERIAL, Analysis, Geometry, TimeRow
-from .report import Report, read_text
+from .report import Report
 
-GEOMETRY_KEYS = [
-    "Edgenodedist", "Jointlist", "Boundlist", "Matlinelist", "Boltlist", "Fixedpointlist", "Loadpointlist",
-    "Measuredpointlist", "Holepointlist", "Seismicpointlist",
-]  # fmt: skip
+#: Lists of a geometry: the list of `Geometry` that takes them, their children, what these are, numbers of each.
+LISTS = {
+    "Jointlist": ("joints", ["Joint"], "joint", 4), "Boundlist": ("boundary", ["Line"], "boundary line", 4),
+    "Matlinelist": ("material_lines", ["Line"], "material line", 4), "Boltlist": ("bolts", ["Bolt"], "bolt", 4),
+    "Fixedpointlist": ("fixed", ["Point", "Line"], "fixed", 4), "Holepointlist": ("holes", ["Point"], "hole point", 2),
+    "Loadpointlist": ("loading", ["Point"], "loading point", 2),
+    "Measuredpointlist": ("measured", ["Point"], "measured point", 2),
+}  # fmt: skip
+#: Limits of the properties of materials, in words, and what they are.
+LIMITS: dict[str, tuple[str, Callable[[float], bool]]] = {
+    "Unitmass": ("positive", lambda x: x > 0), "Youngsmod": ("positive", lambda x: x > 0),
+    "Poissonratio": ("between -1 and 0.5", lambda x: -1 < x < 0.5),
+    "Friction": ("in [0, 90) degrees", lambda x: 0 <= x < 90), "Cohesion": ("zero or positive", lambda x: x >= 0),
+    "Tensile": ("zero or positive", lambda x: x >= 0),
+}  # fmt: skip
+#: Properties that are not converted.
+LEFT = {"Damping": "see &block_damping", "Istrain": "initial strains have no counterpart"}
 CONSTANTS = {"Openclose": 0.0002, "Opencriteria": 2e-7, "NormSpringPen": 0.0004, "AngleOverlap": 3.0}
 CONSTANTS |= {"ShearNormRatio": 2.5}
 OTHER_CONSTANTS = ["Domainscale", "NormExternDist", "NormPenDist", "MinReflineFactor"]
@@ -52,45 +65,16 @@ def read_geometry(path: Path) -> tuple[Geometry, Report]:
     if section is None:
         reader.report.fail("no element 'Geometry' in the root element")
     geometry = Geometry(e0=math.nan)
-    points = {
-        "Loadpointlist": (geometry.loading, "loading point"),
-        "Measuredpointlist": (geometry.measured, "measured point"),
-        "Holepointlist": (geometry.holes, "hole point"),
-    }
     for element in section.children:
-        key = reader.known(element, GEOMETRY_KEYS)
+        key = reader.known(element, ["Edgenodedist", *LISTS, "Seismicpointlist"])
         if key == "Edgenodedist":
             geometry.e0 = reader.value(element, "distance")
             if geometry.e0 <= 0:
                 reader.error("distance of <Edgenodedist> must be positive", element)
-        elif key in points:
-            into, what = points[key]
-            for child in _children(reader, element, ["Point"]):
-                values = reader.numbers(child, 2, f"{what} {len(into) + 1}")
-                if values:
-                    into.append((values[0], values[1]))
-        elif key == "Fixedpointlist":
-            _read_fixed(reader, element, geometry)
-        elif key == "Boltlist":
-            for child in _children(reader, element, ["Bolt"]):
-                values = reader.numbers(child, 4, f"bolt {len(geometry.bolts) + 1}")
-                if values:
-                    geometry.bolts.append((values[0], values[1], values[2], values[3]))
         elif key == "Seismicpointlist":
             reader.warning("seismic points are not converted", element)
         elif key is not None:
-            into_lines, child_name, what = {
-                "Jointlist": (geometry.joints, "Joint", "joint"),
-                "Boundlist": (geometry.boundary, "Line", "boundary line"),
-                "Matlinelist": (geometry.material_lines, "Line", "material line"),
-            }[key]
-            for child in _children(reader, element, [child_name]):
-                values = reader.numbers(child, 4, f"{what} {len(into_lines) + 1}")
-                material = 1
-                if key != "Boundlist" or "type" in child.attributes:
-                    material = reader.whole(child, "type", 1, LARGEST_MATERIAL)
-                if values:
-                    into_lines.append(((values[0], values[1], values[2], values[3]), material))
+            _read_list(reader, element, key, geometry)
     if math.isnan(geometry.e0):
         reader.error("no element 'Edgenodedist'", section)
     if not geometry.lines:
@@ -110,13 +94,20 @@ def _children(reader: Reader, element: Element, names: list[str]) -> list[Elemen
     return found
 
 
-def _read_fixed(reader: Reader, element: Element, geometry: Geometry) -> None:
-    for child in _children(reader, element, ["Point", "Line"]):
-        what = f"fixed {child.name.lower()} {len(geometry.fixed) + 1}"
-        values = reader.numbers(child, 2 if child.name == "Point" else 4, what)
+def _read_list(reader: Reader, element: Element, key: str, geometry: Geometry) -> None:
+    name, children, what, count = LISTS[key]
+    into: list[Any] = getattr(geometry, name)
+    has_material = name in ("joints", "boundary", "material_lines")
+    for child in _children(reader, element, children):
+        is_point = child.name == "Point" and name == "fixed"
+        label = f"fixed {child.name.lower()}" if name == "fixed" else what
+        values = reader.numbers(child, 2 if is_point else count, f"{label} {len(into) + 1}")
+        material = 1
+        if has_material and (name != "boundary" or "type" in child.attributes):
+            material = reader.whole(child, "type", 1, LARGEST_MATERIAL)
         if values:
-            x, y = values[0], values[1]
-            geometry.fixed.append((x, y, x, y) if child.name == "Point" else (x, y, values[2], values[3]))
+            place = (*values, *values) if is_point else tuple(values)
+            into.append((place, material) if has_material else place)
 
 
 def read_analysis(path: Path) -> tuple[Analysis, tuple[float, float, float] | None, Report]:
@@ -125,7 +116,7 @@ def read_analysis(path: Path) -> tuple[Analysis, tuple[float, float, float] | No
     section = reader.section("Analysis")
     if section is None:
         reader.report.fail("no element 'Analysis' in the root element")
-    analysis = Analysis(k01=math.nan, steps=-1, g2=math.nan, g1=math.nan, blocks=[], joints=[])
+    analysis = Analysis(math.nan, -1, math.nan, math.nan, stiffness=0.0)
     state = _State(reader, analysis)
     # behaviour of DDA for Windows that is not the default of RockDDA
     analysis.set_option("time", "length_scale", "'largest'")
@@ -139,16 +130,16 @@ def read_analysis(path: Path) -> tuple[Analysis, tuple[float, float, float] | No
         reader.warning(f"no element 'Analysistype': taken as {kind!r}", section)
     for name, missing in (
         ("Numtimesteps", analysis.steps < 0),
-        ("Maxtimestep", math.isnan(analysis.g1)),
-        ("Maxdisplacement", math.isnan(analysis.g2)),
-        ("Blockmaterial", not analysis.blocks),
-        ("Jointproperties", not analysis.joints),
+        ("Maxtimestep", math.isnan(analysis.dt_max)),
+        ("Maxdisplacement", math.isnan(analysis.displacement_ratio)),
+        ("Blockmaterial", not analysis.block_materials),
+        ("Jointproperties", not analysis.joint_materials),
     ):
         if missing:
             reader.error(f"no element {name!r}", section)
     reader.report.raise_errors()
     if state.penalty_factor > 0:
-        analysis.stiffness = state.penalty_factor * max(block.youngs_modulus for block in analysis.blocks)
+        analysis.stiffness = state.penalty_factor * max(block.youngs_modulus for block in analysis.block_materials)
     _compare_gravity(state, analysis)
     return analysis, state.bolt_values, reader.report
 
@@ -157,7 +148,7 @@ def _compare_gravity(state: _State, analysis: Analysis) -> None:
     """Gravity is weight over density; a separate value must agree with it."""
     if state.gravity is None:
         return
-    for i, block in enumerate(analysis.blocks, start=1):
+    for i, block in enumerate(analysis.block_materials, start=1):
         implied = block.weight / block.density
         if not math.isclose(implied, state.gravity, rel_tol=1e-3):
             state.reader.report.warning(
@@ -184,10 +175,10 @@ class _State:
             "Autopenalty": self.penalty,
             "Planestrain": self.plane,
             "Numtimesteps": lambda e: setattr(analysis, "steps", reader.whole(e, "timesteps", 0)),
-            "Maxtimestep": lambda e: setattr(analysis, "g1", self.positive(e, "maxtimestep")),
+            "Maxtimestep": lambda e: setattr(analysis, "dt_max", self.positive(e, "maxtimestep")),
             "Mintimestep": lambda e: option("time", "dt_min", number_text(self.positive(e, "mintimestep"))),
             "Opencloselimit": lambda e: option("time", "max_open_close", str(reader.whole(e, "maxopenclose", 1))),
-            "Maxdisplacement": lambda e: setattr(analysis, "g2", self.positive(e, "maxdisplacement")),
+            "Maxdisplacement": lambda e: setattr(analysis, "displacement_ratio", self.positive(e, "maxdisplacement")),
             "Saveinterval": lambda e: option("run", "save_every", str(reader.whole(e, "step", 1))),
             "AConstants": self.constants,
             "Blockmaterial": self.block_material,
@@ -260,25 +251,12 @@ class _State:
             self.ignore(element, "see damping_ratio of &joint_law")
 
     def block_material(self, element: Element) -> None:
-        n = len(self.analysis.blocks) + 1
+        n = len(self.analysis.block_materials) + 1
         self._check_order(element, n, "block material")
-        found: dict[str, list[float]] = {}
         singles = ("Unitmass", "Unitweight", "Youngsmod", "Poissonratio", "Damping")
         triples = ("Istress", "Ivelocity", "Istrain")
-        for child in element.children:
-            key = self.reader.known(child, [*singles, *triples])
-            if key is not None:
-                what = f"{key} of block material {n}"
-                found[key] = self.reader.numbers(child, 3 if key in triples else 1, what) or [0.0] * 3
-                limits = {"Unitmass": found[key][0] > 0, "Youngsmod": found[key][0] > 0}
-                limits["Poissonratio"] = -1 < found[key][0] < 0.5
-                if not limits.get(key, True):
-                    wanted = "between -1 and 0.5" if key == "Poissonratio" else "positive"
-                    message = f"{what} must be {wanted}, found {number_text(found[key][0])}"
-                    self.reader.error(message, child)
-                if key in ("Damping", "Istrain") and any(found[key]):
-                    advice = "see &block_damping" if key == "Damping" else "initial strains have no counterpart"
-                    self.warn(child, f"<{child.name}> of block material {n} is not converted: {advice}")
+        what = f"block material {n}"
+        found = self._properties(element, dict.fromkeys(singles, 1) | dict.fromkeys(triples, 3), what)
         for key in singles[:4]:
             if key not in found:
                 message = f"block material {n} has no <{key}>"
@@ -287,22 +265,29 @@ class _State:
         density, weight, young, poisson = (found[key][0] for key in singles[:4])
         triple_of = {"stress": "Istress", "velocity": "Ivelocity"}
         given: Any = {name: tuple(found.get(key, [0.0] * 3)) for name, key in triple_of.items()}
-        self.analysis.blocks.append(BlockMaterial(density, weight, young, poisson, **given))
+        self.analysis.block_materials.append(BlockMaterial(density, weight, young, poisson, **given))
 
     def joint_material(self, element: Element) -> None:
-        n = len(self.analysis.joints) + 1
+        n = len(self.analysis.joint_materials) + 1
         self._check_order(element, n, "joint material")
-        found = {"Friction": 0.0, "Cohesion": 0.0, "Tensile": 0.0}
+        found = self._properties(element, dict.fromkeys(("Friction", "Cohesion", "Tensile"), 1), f"joint material {n}")
+        friction, cohesion, tension = (found.get(key, [0.0])[0] for key in ("Friction", "Cohesion", "Tensile"))
+        self.analysis.joint_materials.append(JointMaterial(friction, cohesion, tension))
+
+    def _properties(self, element: Element, counts: dict[str, int], what: str) -> dict[str, list[float]]:
+        """Numbers of the properties that a material has, of those with these counts."""
+        found: dict[str, list[float]] = {}
         for child in element.children:
-            key = self.reader.known(child, list(found))
+            key = self.reader.known(child, list(counts))
             if key is not None:
-                values = self.reader.numbers(child, 1, f"{key} of joint material {n}") or [0.0]
-                found[key] = values[0]
-                if found[key] < 0 or (key == "Friction" and found[key] >= 90):
-                    wanted = "in [0, 90) degrees" if key == "Friction" else "zero or positive"
-                    message = f"{key} of joint material {n} must be {wanted}, found {number_text(found[key])}"
+                found[key] = self.reader.numbers(child, counts[key], f"{key} of {what}") or [0.0] * counts[key]
+                wanted, holds = LIMITS.get(key, ("", bool))
+                if wanted and not holds(found[key][0]):
+                    message = f"{key} of {what} must be {wanted}, found {number_text(found[key][0])}"
                     self.reader.error(message, child)
-        self.analysis.joints.append(JointMaterial(found["Friction"], found["Cohesion"], found["Tensile"]))
+                if key in LEFT and any(found[key]):
+                    self.warn(child, f"<{child.name}> of {what} is not converted: {LEFT[key]}")
+        return found
 
     def _check_order(self, element: Element, n: int, what: str) -> None:
         kind = element.attributes.get("type")
@@ -323,7 +308,7 @@ class _State:
 
     def loads(self, element: Element) -> None:
         for child in _children(self.reader, element, ["Loadpoint"]):
-            n = len(self.analysis.loads) + 1
+            n = len(self.analysis.loading_tables) + 1
             rows: list[TimeRow] = []
             record: list[Word] = []
             for word in [*child.words, Word(";", child.line, child.column)]:
@@ -337,7 +322,7 @@ class _State:
             if len(rows) != wanted and not self.reader.report.errors:
                 message = f"load point {n}: numpoints is {wanted}, but there are {len(rows)} records (';' ends one)"
                 self.reader.error(message, child)
-            self.analysis.loads.append(rows)
+            self.analysis.loading_tables.append(rows)
 
     def _load_row(self, record: list[Word], n: int, before: list[TimeRow]) -> list[TimeRow]:
         first, what = record[0], f"load point {n}, record {len(before) + 1}"

@@ -12,8 +12,8 @@ from pathlib import Path
 from xml.parsers import expat
 
 from ..deck import number_text
-from ..text import shown
-from .report import Report, read_text
+from ..text import read_text, shown
+from .report import Report
 
 TOKEN = re.compile(r"[^\s,;]+")
 

@@ -23,12 +23,12 @@ import numpy as np
 
 from ..arrays import AnyArray
 from ..errors import InputError, need
-from ..text import short
+from ..text import read_bytes, short
 from ..writing import complete_file
 from .dxf_blocks import DRAWN, MOST_ENTITIES, Clip, Shown, drawn
 from .geometry import KINDS, LARGEST_MATERIAL, POINT_KINDS, REGION_KINDS, STEEL_KINDS, Geometry, Point
 from .placing import from_unit, metres_of
-from .report import LONGEST_MESSAGE, MOST_LINES, Report, check_size
+from .report import LONGEST_MESSAGE, MOST_LINES, Report
 
 if TYPE_CHECKING:
     from ..results import Frame
@@ -219,12 +219,9 @@ def _read(path: Path, report: Report) -> Any:
     """The drawing; a damaged one is repaired as far as ezdxf can, with a warning."""
     ezdxf = need("ezdxf", "dxf", "reading DXF drawings")
     recover = importlib.import_module("ezdxf.recover")
-    check_size(path)
     _check_work(path)
     try:
         return ezdxf.readfile(path)
-    except FileNotFoundError as error:
-        raise InputError("no such file", path) from error
     except OSError as error:
         raise InputError(f"is no DXF drawing, or cannot be read: {error}", path) from error
     except Exception as error:  # broken drawings end in errors of any kind there
@@ -239,10 +236,7 @@ def _read(path: Path, report: Report) -> Any:
 
 def _check_work(path: Path) -> None:
     """InputError for a drawing that takes too long and too much memory to read, by what it holds."""
-    try:
-        data = path.read_bytes()
-    except OSError:
-        return  # the reader says why
+    data = read_bytes(path)
     if data.startswith(b"AutoCAD Binary DXF"):
         what, found, most = "bytes in its binary form", len(data), 32 * MOST_ENTITIES  # a point has 32
     elif (rows := data.count(b"\n") or data.count(b"\r")) > MOST_ROWS:
@@ -325,18 +319,11 @@ class _Adding:
         if kind in REGION_KINDS:
             geometry.chains.append((kind, material, corners))
             return
-        pairs = [(*a, *b) for a, b in itertools.pairwise(corners) if a != b]
-        if kind == "fixed":
-            geometry.fixed += pairs
-        elif kind == "bolt":
-            geometry.bolts.append((*corners[0], *corners[-1]))
-        elif kind in STEEL_KINDS:
-            geometry.steel.append(((*corners[0], *corners[-1]), kind.removeprefix("bolt_")))
-        elif kind == "liner":
-            geometry.liners.append(corners)
-        else:
-            lines = {"joint": geometry.joints, "boundary": geometry.boundary, "material": geometry.material_lines}[kind]
-            lines += [(pair, material) for pair in pairs]
+        straight = kind == "bolt" or kind in STEEL_KINDS
+        if straight and meets:
+            self.leave(entity, layer, "of bolts", "closed ")
+            return
+        geometry.add_corners(kind, material, [corners[0], corners[-1]] if straight else corners)
 
     def leave(self, entity: Any, layer: str, why: str, how: str = "") -> None:
         """Count an entity that is not taken."""
@@ -345,7 +332,7 @@ class _Adding:
 
     def _add_point(self, shown: Shown, kind: str) -> None:
         entity, layer = shown.entity, shown.layer
-        dxf, geometry = entity.dxf, self.geometry
+        dxf = entity.dxf
         if entity.dxftype() == "POINT":
             place = self._flat(dxf.location)
         elif entity.dxftype() == "CIRCLE":
@@ -359,12 +346,7 @@ class _Adding:
             if window.covers(shapely.Point(place)) == clip.keeps_outside:
                 self.leave(entity, layer, "outside of a clipping path")
                 return
-        into = {"loading": geometry.loading, "measured": geometry.measured, "hole": geometry.holes}.get(kind)
-        if kind == "fixed":
-            geometry.fixed.append((*place, *place))
-        elif into is not None:
-            into.append(place)
-        else:
+        if not self.geometry.add_point(kind, place):
             self.leave(entity, layer, "of lines")
 
     def _flat(self, point: Any) -> Point:

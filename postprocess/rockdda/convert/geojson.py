@@ -9,7 +9,6 @@ polygons areas and points measured points. The property `material` is its materi
 
 from __future__ import annotations
 
-import itertools
 import json
 import re
 from collections import Counter
@@ -18,10 +17,10 @@ from pathlib import Path
 from typing import Any
 
 from ..errors import InputError
-from ..text import short, shown
+from ..text import read_text, short, shown
 from . import systems
-from .geometry import KINDS, LARGEST_MATERIAL, POINT_KINDS, REGION_KINDS, STEEL_KINDS, Geometry, Point, Ring
-from .report import MOST_ERRORS, MOST_LINES, Report, check_json, read_text
+from .geometry import KINDS, LARGEST_MATERIAL, POINT_KINDS, REGION_KINDS, Geometry, Point, Ring
+from .report import MOST_ERRORS, MOST_LINES, Report, read_json
 from .systems import System
 
 TOKEN = re.compile(r'"(?:[^"\\]|\\.)*"|[\[\]{},:]|[^\s\[\]{},:"]+')
@@ -85,7 +84,6 @@ class Reader:
 
     def __init__(self, path: Path, default: str | None = None) -> None:
         text = read_text(path)
-        check_json(path, text)
         self.set_up(path, text, Report(path, text), default)
 
     def set_up(self, path: Path, text: str, report: Report, default: str | None) -> None:
@@ -118,16 +116,9 @@ class Reader:
 
     def read(self) -> None:
         """Read the file; InputError with all errors."""
-        try:
-            # whole numbers of thousands of digits: Python refuses them, and none is a coordinate
-            data = json.loads(self.text, parse_int=lambda digits: int(digits) if len(digits) < 40 else float(digits))
-        except json.JSONDecodeError as error:
-            self.report.error(f"the JSON is broken: {error.msg}", error.lineno, error.colno)
-        except RecursionError:
-            self.report.error("the JSON is nested too deeply")
-        else:
-            self._read_system(data)
-            self.item(data, (), {})
+        data = read_json(self.path, self.text, self.report)
+        self._read_system(data)
+        self.item(data, (), {})
         self.finish()
 
     def _read_system(self, data: Any) -> None:
@@ -235,8 +226,8 @@ class Reader:
         self.report.take(f"{shape} as {kind}", f"{shape}s as {kind}")
         if shape == "Point":
             point = self.point(coordinates, here)
-            if point:
-                self._add_point(kind, point, owner)
+            if point and not self.geometry.add_point(kind, point):
+                self.fail(owner, f"a Point cannot be of kind {kind!r}: that takes lines")
             return
         if kind in POINT_KINDS:
             self.fail(owner, f"a {shape} cannot be of kind {kind!r}: that takes Points")
@@ -250,16 +241,8 @@ class Reader:
         rings = coordinates if shape == "Polygon" and isinstance(coordinates, list) else [coordinates]
         for i, ring in enumerate(rings):
             is_ring = shape == "Polygon"
-            self._add_lines(kind, material, ring, (*here, i) if is_ring else here, is_ring)
-
-    def _add_point(self, kind: str, point: Point, owner: JsonPath) -> None:
-        geometry = self.geometry
-        if kind == "fixed":
-            geometry.fixed.append((*point, *point))
-        elif kind in POINT_KINDS:
-            {"loading": geometry.loading, "measured": geometry.measured, "hole": geometry.holes}[kind].append(point)
-        else:
-            self.fail(owner, f"a Point cannot be of kind {kind!r}: that takes lines")
+            corners = self._corners(ring, (*here, i) if is_ring else here)
+            self.geometry.add_corners(kind, material, [*corners, *corners[: int(is_ring)]])
 
     def _add_region(self, kind: str, material: int, shape: str, coordinates: Any, here: JsonPath) -> None:
         """An area or opening: a polygon with its holes, or lines that close to one."""
@@ -269,9 +252,7 @@ class Reader:
             return
         if not isinstance(coordinates, list) or not coordinates:
             self.fail(here, "expected a list of rings")
-            return
-        rings = [self._corners(ring, (*here, i)) for i, ring in enumerate(coordinates)]
-        if all(rings):
+        elif all(rings := [self._corners(ring, (*here, i)) for i, ring in enumerate(coordinates)]):
             self.geometry.regions.append((kind, material, rings))
 
     def _add_block(self, material: int, joint: Any, shape: str, coordinates: Any, here: JsonPath) -> None:
@@ -282,11 +263,9 @@ class Reader:
             self.fail(here, f"{message}, found {shown(joint)}")
         elif shape != "Polygon" or not isinstance(coordinates, list) or not coordinates:
             self.fail(here, f"a {shape} cannot be a block: that takes Polygons")
-        else:
-            rings = [self._corners(ring, (*here, i)) for i, ring in enumerate(coordinates)]
-            if all(rings):
-                open_rings = [ring[:-1] if ring[0] == ring[-1] else ring for ring in rings]
-                self.geometry.blocks.append((material, joint_material, open_rings))
+        elif all(rings := [self._corners(ring, (*here, i)) for i, ring in enumerate(coordinates)]):
+            open_rings = [ring[:-1] if ring[0] == ring[-1] else ring for ring in rings]
+            self.geometry.blocks.append((material, joint_material, open_rings))
 
     def _corners(self, ring: Any, here: JsonPath) -> Ring:
         """The positions of a line; [] after an error."""
@@ -298,23 +277,6 @@ class Reader:
             raise InputError(f"has more than {MOST_LINES} positions", self.path)
         corners = [self.point(position, (*here, i)) for i, position in enumerate(ring)]
         return [corner for corner in corners if corner is not None] if all(corners) else []
-
-    def _add_lines(self, kind: str, material: int, ring: Any, here: JsonPath, closed: bool) -> None:
-        corners = self._corners(ring, here)
-        corners += corners[:1] if closed else []
-        pairs = [(*a, *b) for a, b in itertools.pairwise(corners) if a != b]
-        geometry = self.geometry
-        if kind == "fixed":
-            geometry.fixed += pairs
-        elif kind == "bolt":
-            geometry.bolts += pairs
-        elif kind in STEEL_KINDS:
-            geometry.steel += [(pair, kind.removeprefix("bolt_")) for pair in pairs]
-        elif kind == "liner":
-            geometry.liners += [corners] if pairs else []
-        else:
-            lines = {"joint": geometry.joints, "boundary": geometry.boundary, "material": geometry.material_lines}
-            lines[kind] += [(pair, material) for pair in pairs]
 
     def point(self, position: Any, here: JsonPath) -> Point | None:
         """A position as x, y; None after an error."""

@@ -3,16 +3,16 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections import Counter
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
-from ..deck import AnalysisDeck, BlockMaterial, GeometryDeck, JointMaterial, number_text
+from ..deck import AnalysisDeck, GeometryDeck, Segment, number_text
 
 Point = tuple[float, float]
-Segment = tuple[float, float, float, float]
 TimeRow = tuple[float, float, float]
 Ring = list[Point]
 
@@ -29,23 +29,14 @@ _POINTS = ("loading", "measured", "holes")
 
 
 @dataclass
-class Geometry:
+class Geometry(GeometryDeck):
     """Lines and points before cutting."""
 
-    e0: float = 0.0
-    boundary: list[tuple[Segment, int]] = field(default_factory=list)  # with joint materials
-    joints: list[tuple[Segment, int]] = field(default_factory=list)
-    material_lines: list[tuple[Segment, int]] = field(default_factory=list)  # with block materials
-    bolts: list[Segment] = field(default_factory=list)
     bolt_values: tuple[float, float, float] | None = None  # stiffness, pretension, strength of all bolts
     steel: list[tuple[Segment, str]] = field(default_factory=list)  # with a kind of &bolt; from the head to the toe
     liners: list[Ring] = field(
         default_factory=list
     )  # lines of linings, for groups &liner; closed ones end as they begin
-    fixed: list[Segment] = field(default_factory=list)  # both ends equal: a point
-    loading: list[Point] = field(default_factory=list)
-    measured: list[Point] = field(default_factory=list)
-    holes: list[Point] = field(default_factory=list)
     # areas and openings, before lines are clipped: kind, joint material, outer ring and holes
     regions: list[tuple[str, int, list[Ring]]] = field(default_factory=list)
     chains: list[tuple[str, int, Ring]] = field(default_factory=list)  # pieces of their outlines
@@ -130,31 +121,41 @@ class Geometry:
         self.liners = [[change(p) for p in line] for line in self.liners]
         self.blocks = [(m, j, [[change(p) for p in ring] for ring in rings]) for m, j, rings in self.blocks]
 
+    def add_point(self, kind: str, place: Point) -> bool:
+        """Add a point; False where its kind is none of points."""
+        if kind == "fixed":
+            self.fixed.append((*place, *place))
+        elif kind in POINT_KINDS:
+            {"loading": self.loading, "measured": self.measured, "hole": self.holes}[kind].append(place)
+        return kind == "fixed" or kind in POINT_KINDS
+
+    def add_corners(self, kind: str, material: int, corners: Ring) -> None:
+        """Add a line through corners, of a kind that is drawn by lines; of bolts each piece is one."""
+        pairs = [(*a, *b) for a, b in itertools.pairwise(corners) if a != b]
+        if kind == "fixed":
+            self.fixed += pairs
+        elif kind == "bolt":
+            self.bolts += pairs
+        elif kind in STEEL_KINDS:
+            self.steel += [(pair, kind.removeprefix("bolt_")) for pair in pairs]
+        elif kind == "liner":
+            self.liners += [corners] if pairs else []
+        else:
+            lines = {"joint": self.joints, "boundary": self.boundary, "material": self.material_lines}[kind]
+            lines += [(pair, material) for pair in pairs]
+
     def text(self, title: str = "") -> str:
         """The geometry file."""
-        values = self.bolt_values or ()
-        return GeometryDeck(
-            self.e0, boundary=self.boundary, joints=self.joints, material_lines=self.material_lines,
-            bolts=[(*bolt, *values) for bolt in self.bolts], fixed=self.fixed, loading=self.loading,
-            measured=self.measured, holes=self.holes,
-        ).text(title)  # fmt: skip
+        bolts = [(*bolt, *(self.bolt_values or ())) for bolt in self.bolts]
+        return GeometryDeck.text(replace(self, bolts=bolts), title)
 
 
 @dataclass
-class Analysis:
-    """Run control and materials."""
+class Analysis(AnalysisDeck):
+    """Run control and materials; in dialect g0 where there are tables, else in that of DDA for Windows."""
 
-    k01: float
-    steps: int
-    g2: float  # largest displacement of a step over w0
-    g1: float  # largest time step
-    blocks: list[BlockMaterial]
-    joints: list[JointMaterial]
-    stiffness: float = 0.0  # of contact springs; 0: automatic
     fixed_count: int = 0  # points, after cutting
-    loads: list[list[TimeRow]] = field(default_factory=list)  # t fx fy of each loading point
     options: dict[str, list[tuple[str, str]]] = field(default_factory=dict)  # group -> (name, value)
-    has_stiffness: bool = False  # write it into the analysis file, in dialect g0, also without tables
 
     def set_option(self, group: str, name: str, value: str) -> None:
         """An entry of the options file."""
@@ -162,35 +163,19 @@ class Analysis:
 
     @property
     def has_tables(self) -> bool:
-        """True with time-dependent values, which need the dialect with g0."""
-        return any(self.loads)
-
-    @property
-    def names_points(self) -> bool:
-        """True for an analysis file in dialect g0, which counts the fixed points."""
-        return self.has_tables or self.has_stiffness
+        """True with time-dependent values, which need the dialect with g0, and that all points are counted."""
+        return any(self.loading_tables)
 
     def text(self, title: str = "") -> str:
-        """The analysis file: in dialect g0 where there are tables or a stiffness, else in that of DDA for Windows."""
-        has_points = self.fixed_count > 0 or len(self.loads) > 0
-        return AnalysisDeck(
-            self.k01,
-            self.steps,
-            self.g2,
-            self.g1,
-            self.blocks,
-            self.joints,
-            stiffness=self.stiffness if self.names_points else None,
-            fixed_tables=[[]] * self.fixed_count if self.names_points else [],
-            loading_tables=self.loads if self.names_points else [],
-            # without points, only the SOR factor distinguishes the two dialects
-            sor_factor=1.4 if self.names_points and not has_points else None,
-        ).text(title)
+        """The analysis file."""
+        if not self.has_tables:
+            return AnalysisDeck.text(replace(self, stiffness=None, loading_tables=[]), title)
+        return AnalysisDeck.text(replace(self, fixed_tables=[[]] * self.fixed_count), title)
 
     def options_text(self) -> str:
         """The options file; empty without options."""
         options = {group: list(entries) for group, entries in self.options.items()}
-        if self.stiffness > 0 and not self.names_points:  # the dialect of DDA for Windows has no place for it
+        if self.stiffness and not self.has_tables:  # the dialect of DDA for Windows has no place for it
             options.setdefault("contact", []).insert(0, ("stiffness", number_text(self.stiffness)))
         out: list[str] = []
         for group, entries in options.items():

@@ -9,6 +9,7 @@ are compared with the bytes that are left before anything is read, since GEOS tr
 
 from __future__ import annotations
 
+import contextlib
 import sqlite3
 import struct
 import warnings
@@ -20,12 +21,12 @@ from typing import Any
 import numpy as np
 
 from ..errors import InputError, need
-from ..text import shown
+from ..text import LARGEST_FILE, read_bytes, shown
 from . import systems
 from .dxf import SPEAKING, kind_of, parse_kind
 from .geojson import JsonPath, Reader
 from .geometry import Geometry
-from .report import LARGEST_FILE, MOST_LINES, Report, check_size
+from .report import MOST_LINES, Report
 from .systems import ADVICE, System
 
 SHAPES = {1: "Point", 2: "LineString", 3: "Polygon", 4: "MultiPoint", 5: "MultiLineString", 6: "MultiPolygon",
@@ -148,7 +149,7 @@ def read_gis(
     """Lines, regions and points of a GeoPackage or Shapefile, and its reference system.
 
     `layers` maps names of layers to kinds, `default` is the kind of lines and polygons that have none."""
-    check_size(path)
+    read_bytes(path)
     report = Report(path)
     sources = _shapefile(path, report) if path.suffix.lower() == ".shp" else _geopackage(path, report)
     reader = _Features(path, default, report)
@@ -201,27 +202,20 @@ def _properties_of(layer: str, asked: dict[str, str]) -> dict[str, Any]:
 
 def _geopackage(path: Path, report: Report) -> list[Source]:
     """All layers of features of a GeoPackage; what its tables ask SQLite to do is bounded."""
-    try:
-        file = sqlite3.connect(f"{path.resolve().as_uri()}?mode=ro&immutable=1", uri=True)
-    except sqlite3.Error as error:
-        raise InputError(f"is no GeoPackage, or is damaged: {error}", path) from error
     work = iter(range(MOST_WORK))
+    address = f"{path.resolve().as_uri()}?mode=ro&immutable=1"
     try:
-        file.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, max(path.stat().st_size, 1_000_000))
-        file.text_factory = lambda text: text.decode("utf-8", "replace")
-        file.execute("pragma trusted_schema = off")
-        file.set_progress_handler(lambda: next(work, -1) < 0, 100_000)
-        return list(_layers(file, path, report))
-    except sqlite3.OperationalError as error:
-        if "interrupted" in str(error):
-            raise InputError(
-                "reading the GeoPackage takes too long: its tables are not what they should be", path
-            ) from error
-        raise InputError(f"is no GeoPackage, or is damaged: {error}", path) from error
+        with contextlib.closing(sqlite3.connect(address, uri=True)) as file:
+            file.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, max(path.stat().st_size, 1_000_000))
+            file.text_factory = lambda text: text.decode("utf-8", "replace")
+            file.execute("pragma trusted_schema = off")
+            file.set_progress_handler(lambda: next(work, -1) < 0, 100_000)
+            return list(_layers(file, path, report))
     except (sqlite3.Error, MemoryError, UnicodeDecodeError) as error:
-        raise InputError(f"is no GeoPackage, or is damaged: {error}", path) from error
-    finally:
-        file.close()
+        problem = f"is no GeoPackage, or is damaged: {error}"
+        if isinstance(error, sqlite3.OperationalError) and "interrupted" in str(error):
+            problem = "reading the GeoPackage takes too long: its tables are not what they should be"
+        raise InputError(problem, path) from error
 
 
 def _layers(file: sqlite3.Connection, path: Path, report: Report) -> Iterator[Source]:

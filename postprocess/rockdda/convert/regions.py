@@ -9,6 +9,7 @@ outline encloses that is no rock gets a hole point.
 from __future__ import annotations
 
 import itertools
+import math
 from typing import Any
 
 import numpy as np
@@ -29,11 +30,11 @@ def apply_regions(geometry: Geometry, report: Report) -> None:
     """Turn areas and openings into boundary lines and hole points, and clip joints and boundary lines to the rock."""
     if not geometry.regions and not geometry.chains:
         return
-    polygons = [(kind, material, _polygon(kind, rings, report)) for kind, material, rings in geometry.regions]
+    polygons = [(kind, material, polygon_of(kind, rings, report)) for kind, material, rings in geometry.regions]
     for kind, material in dict.fromkeys((kind, material) for kind, material, _ in geometry.chains):
         chains = [chain for k, m, chain in geometry.chains if (k, m) == (kind, material)]
         rings = close_chains(chains, geometry.e0, kind, report)
-        polygons += [(kind, material, _polygon(kind, [ring], report)) for ring in rings]
+        polygons += [(kind, material, polygon_of(kind, [ring], report)) for ring in rings]
     report.raise_errors()
     areas = [polygon for kind, _, polygon in polygons if kind == "area"]
     openings = [polygon for kind, _, polygon in polygons if kind == "opening"]
@@ -93,18 +94,21 @@ def _warn_of_strips(areas: list[Any], union: Any, least: float, most: float, rep
             report.warning(f"{len(numbers) - MOST_NAMED} more pairs of areas {what.rstrip(',')}")
 
 
-def _polygon(kind: str, rings: list[Ring], report: Report) -> Any:
+def polygon_of(kind: str, rings: list[Ring], report: Report) -> Any:
     """A polygon of an outer ring and holes; an empty one after an error."""
-    article = "an" if kind[0] in "aeiou" else "a"
+    x, y = rings[0][0] if rings and rings[0] else (math.nan, math.nan)
+    where = f"{'an' if kind[0] in 'aeiou' else 'a'} {kind} at {x:g}, {y:g}"
     if any(len(set(ring)) < 3 for ring in rings):
-        x, y = rings[0][0]
-        report.error(f"{article} {kind} at {x:g}, {y:g} has fewer than three corners")
+        report.error(f"{where} has fewer than three corners")
         return Polygon()
     polygon = Polygon(rings[0], rings[1:])
     if not polygon.is_valid:
-        report.error(f"{article} {kind} is no simple polygon: {shapely.is_valid_reason(polygon)}")
-        return Polygon()
-    return shapely.remove_repeated_points(polygon)
+        report.error(f"{where} is no simple polygon: {shapely.is_valid_reason(polygon)}")
+    elif not polygon.area > 0:
+        report.error(f"{where} has no area")
+    else:
+        return shapely.remove_repeated_points(polygon)
+    return Polygon()
 
 
 def close_chains(chains: list[Ring], tolerance: float, kind: str, report: Report) -> list[Ring]:

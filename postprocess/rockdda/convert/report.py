@@ -3,19 +3,19 @@
 
 from __future__ import annotations
 
+import json
 from collections import Counter
 from pathlib import Path
-from typing import NoReturn
+from typing import Any, NoReturn
 
 from ..errors import InputError, Problem
-from ..text import decoded, short
+from ..text import short
 
 MOST_SHOWN = 50
 MOST_ERRORS = 1000  # then the conversion ends
 MOST_WARNINGS = 1000  # further ones are counted
 LONGEST_LINE = 400
 LONGEST_MESSAGE = 500
-LARGEST_FILE = 64_000_000  # bytes
 MOST_PARTS = 1_000_000  # half of the lists and members of JSON, and lines that are counted
 MOST_LINES = 500_000  # that drawings may give; they take 250 MB
 
@@ -95,38 +95,15 @@ class Report:
             raise InputError("\n".join(parts), problems=errors)
 
 
-def check_size(path: Path) -> None:
-    """InputError for a file that is too large to be read."""
-    try:
-        size = path.stat().st_size
-    except OSError:
-        return  # the reader says why
-    if size > LARGEST_FILE:
-        raise InputError(_too_large(), path)
-
-
-def check_json(path: Path, text: str) -> None:
-    """InputError for JSON whose values need much more memory than its text."""
+def read_json(path: Path, text: str, report: Report) -> Any:
+    """What a text in JSON holds; InputError for a broken one, and where values need much more memory than it."""
     for letters, most, what in (("[{", 2, "lists and objects"), (":", 2, "members"), (",", 6, "values")):
         if sum(map(text.count, letters)) > most * MOST_PARTS:
             raise InputError(f"has more than {most * MOST_PARTS} {what}: JSON that large is not converted", path)
-
-
-def _too_large() -> str:
-    return f"has more than {LARGEST_FILE // 1_000_000} MB: files that large are not converted"
-
-
-def read_text(path: Path) -> str:
-    """The text of an input file; InputError when it cannot be read."""
     try:
-        with path.open("rb") as stream:
-            data = stream.read(LARGEST_FILE + 1)
-    except FileNotFoundError as error:
-        raise InputError("no such file", path) from error
-    except IsADirectoryError as error:
-        raise InputError("is a folder, not a file", path) from error
-    except OSError as error:
-        raise InputError(f"cannot be read: {error.strerror}", path) from error
-    if len(data) > LARGEST_FILE:
-        raise InputError(_too_large(), path)
-    return decoded(data)
+        # whole numbers of thousands of digits: Python refuses them, and none is a coordinate
+        return json.loads(text, parse_int=lambda digits: int(digits) if len(digits) < 40 else float(digits))
+    except json.JSONDecodeError as error:
+        report.fail(f"the JSON is broken: {error.msg}", error.lineno, error.colno)
+    except RecursionError:
+        report.fail("the JSON is nested too deeply")

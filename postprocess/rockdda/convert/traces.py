@@ -6,16 +6,15 @@ Numbers stand between tabs, blanks, commas or semicolons; between tabs or semico
 
 from __future__ import annotations
 
-import itertools
 import math
 import re
 from pathlib import Path
 
 from ..errors import InputError
 from ..native import Session
-from ..text import shown
+from ..text import read_text, shown
 from .geometry import Geometry
-from .report import MOST_LINES, Report, read_text
+from .report import MOST_LINES, Report
 
 LARGEST = 1e30  # as the program allows
 WORD = re.compile(r"[^\s,;]+")
@@ -41,13 +40,12 @@ def _number(word: str) -> float | None:
     return value if abs(value) < LARGEST else None
 
 
-def read_traces(path: Path, material: int = 1, kind: str = "joint") -> tuple[Geometry, Report]:
-    """The lines of a file of traces, all of one kind and material."""
+def read_traces(path: Path) -> tuple[Geometry, Report]:
+    """The lines of a file of traces, all of joint material 1."""
     text = read_text(path)
     report, geometry = Report(path, text), Geometry()
     if "," in text:  # which may be a decimal sign
         text = Session().plain_table(path, least=4, multiple=2)
-    into = {"joint": geometry.joints, "boundary": geometry.boundary, "material": geometry.material_lines}
     first = True
     for number, row in enumerate(text.split("\n"), start=1):
         words = list(WORD.finditer(row))
@@ -69,15 +67,15 @@ def read_traces(path: Path, material: int = 1, kind: str = "joint") -> tuple[Geo
             continue
         numbers = [float(value) for value in values if value is not None]
         corners = list(zip(numbers[::2], numbers[1::2], strict=True))
-        pairs = [(*a, *b) for a, b in itertools.pairwise(corners) if a != b]
-        if not pairs:
+        before = len(geometry.joints)
+        geometry.add_corners("joint", 1, corners)
+        if len(geometry.joints) == before:
             report.leave("trace of one point", "traces of one point")
             continue
-        into[kind] += [(pair, material) for pair in pairs]
         report.take("trace", "traces")
-        if sum(map(len, into.values())) > MOST_LINES:
+        if len(geometry.joints) > MOST_LINES:
             raise InputError(f"has more than {MOST_LINES} lines", path)
-    if not report.errors and not any(into.values()):
+    if not report.errors and not geometry.joints:
         report.error("there is no trace: expected a trace x1 y1 x2 y2 ... in each line")
     report.raise_errors()
     return geometry, report

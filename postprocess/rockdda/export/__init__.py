@@ -3,8 +3,7 @@
 
 from __future__ import annotations
 
-from .common import parse_frames
-from .tables import to_csv, to_dxf, to_text
+from .tables import parse_frames, to_csv, to_dxf, to_text
 from .tables_of import to_geopandas, to_xarray
 from .vtk import to_vtk, to_vtkhdf
 

@@ -4,10 +4,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from ..arrays import AnyArray, IntArray
+from ..columns import Columns
 from ..frames import FIELDS
 from ..joints import JOINT_FIELDS, joint_points
 from ..results import Frame, Results
@@ -90,35 +92,34 @@ def _blocks(frame: Frame) -> Grid:
     return Grid(vertices, offset, POLYGON, points, cells, np.concatenate(parts))
 
 
+def _support(frame: Frame, what: str) -> tuple[Columns, AnyArray, dict[str, Any]]:
+    """What of the bolts or linings is there, where that stands among all pieces, and what a grid of lines takes."""
+    all_now, at_start = (getattr(one, f"{what}_pieces") for one in (frame, frame.results.frames[0]))
+    there = all_now["there"]
+    ends, start = (one.stack("x1", "y1", "x2", "y2")[there].reshape(-1, 2) for one in (all_now, at_start))
+    offset = 2 * np.arange(len(ends) // 2 + 1)
+    moved = {"displacement": in_space(ends - start)}
+    return all_now.rows(there), there, {"vertices": ends, "offset": offset, "points": moved}
+
+
 def _bolts(frame: Frame) -> Grid:
     """The bolts of a frame as a grid of lines."""
-    pieces, first = frame.bolt_pieces, frame.results.frames[0].bolt_pieces
-    there = pieces["there"]
-    n_springs = len(frame.bolt_ends)
-    ends, at_start = (p.stack("x1", "y1", "x2", "y2")[there].reshape(-1, 2) for p in (pieces, first))
-    n = len(ends) // 2
+    pieces, there, lines = _support(frame, "bolt")
     blocks = np.full((len(there), 2), -1)  # of parts between nodes none is known
-    blocks[:n_springs] = frame.results.bolt_blocks + 1
-    cells: Arrays = {
-        "force": pieces["force"][there],
-        "use": pieces["use"][there],
-        "bolt": (pieces["bolt"][there] + 1).astype(np.int32),
-        "blocks": blocks[there].astype(np.int32),
-    }
+    blocks[: len(frame.bolt_ends)] = frame.results.bolt_blocks + 1
+    cells: Arrays = {name: pieces[name] for name in ("force", "use")}
+    cells |= {"bolt": (pieces["bolt"] + 1).astype(np.int32), "blocks": blocks[there].astype(np.int32)}
     if frame.results.bolt_names:
-        cells["force_per_metre"] = cells["force"] / frame.results.bolt_spacing[cells["bolt"] - 1]
-    return Grid(ends, 2 * np.arange(n + 1), LINE, {"displacement": in_space(ends - at_start)}, cells)
+        cells["force_per_metre"] = cells["force"] / frame.results.bolt_spacing[pieces["bolt"]]
+    return Grid(shape=LINE, cells=cells, **lines)
 
 
 def _liners(frame: Frame) -> Grid:
     """The linings of a frame as a grid of lines; N, M, Q are means of both ends, the share of the strength the
     larger one."""
-    pieces, at_start = frame.liner_pieces, frame.results.frames[0].liner_pieces
-    there = pieces["there"]
-    ends, start = (p.stack("x1", "y1", "x2", "y2")[there].reshape(-1, 2) for p in (pieces, at_start))
-    cells: Arrays = {name: pieces[name][there] for name in ("N", "M", "Q", "use")}
-    cells["liner"] = (pieces["liner"][there] + 1).astype(np.int32)
-    return Grid(ends, 2 * np.arange(len(ends) // 2 + 1), LINE, {"displacement": in_space(ends - start)}, cells)
+    pieces, _, lines = _support(frame, "liner")
+    cells: Arrays = {name: pieces[name] for name in ("N", "M", "Q", "use")}
+    return Grid(shape=LINE, cells=cells | {"liner": (pieces["liner"] + 1).astype(np.int32)}, **lines)
 
 
 def _joints(frame: Frame) -> Grid:

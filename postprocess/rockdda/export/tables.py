@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: MIT
-"""Results as tables of comma-separated values; outlines of blocks as plain text or as a DXF drawing."""
+"""Results as tables: CSV, plain text for old plotting scripts, DXF outlines; which frames are written."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import Any, TextIO
 
@@ -17,7 +17,31 @@ from ..results import FIELDS, Frame, Results
 from ..text import PathLike, csv_text
 from ..units import Units, description, with_units
 from ..writing import write_file
-from .common import Progress, chosen
+
+#: Called with the number of frames written and the number to write.
+Progress = Callable[[int, int], None]
+
+
+def chosen(results: Results, frames: Iterable[int] | None) -> list[int]:
+    """Frame numbers from 0, all of them by default; negative ones count from the end."""
+    return [results.frames[k].index for k in (range(results.n_frames) if frames is None else frames)]
+
+
+def parse_frames(text: str | None, count: int) -> Sequence[int] | None:
+    """Frame numbers from '3', '-1', '0,5,10', '0:50:10' or '::5'; None for all."""
+    if text is None or text in ("", "all", ":"):
+        return None
+    found: list[int] = []
+    for part in text.split(","):
+        numbers = part.split(":")
+        try:
+            if len(numbers) == 1:
+                found.append(int(part))
+            else:
+                found += range(count)[slice(*(int(number) if number else None for number in numbers))]
+        except ValueError:
+            raise InputError(f"frames {text!r}: expected numbers and ranges, such as -1, 0,5,10 or 0:50:10") from None
+    return found
 
 
 def to_csv(
@@ -43,9 +67,11 @@ def to_csv(
         return _write_columns(path, results.history_columns(), units)
     if what == "boundaries":
         return _write_columns(path, results.boundary_columns(), units)
-    tables = {
-        "blocks": _block_rows, "vertices": _vertex_rows, "contacts": _contact_rows, "joints": _joint_rows,
-        "joint_points": _joint_point_rows, "bolts": _bolt_rows, "liner": _liner_rows,
+    tables: dict[str, Callable[[Frame], dict[str, Any]]] = {
+        "blocks": _block_rows, "vertices": _vertex_rows, "contacts": contact_rows,
+        "joints": lambda frame: counted_from_1(summary_columns(joint_points(frame))),
+        "joint_points": lambda frame: counted_from_1(joint_points(frame).without("edge")),
+        "bolts": _bolt_rows, "liner": _liner_rows,
     }  # fmt: skip
     if what not in tables:
         raise InputError(f"there is no table {what!r}; the tables are: history, boundaries, {', '.join(tables)}")
@@ -91,22 +117,14 @@ def _vertex_rows(frame: Frame) -> dict[str, Any]:
     return {"block": owner + 1, "vertex": number + 1, "x": frame.vertices[:, 0], "y": frame.vertices[:, 1]}
 
 
-def _contact_rows(frame: Frame) -> dict[str, Any]:
+def contact_rows(frame: Frame) -> dict[str, Any]:
     contacts = frame.contacts
     columns: dict[str, Any] = {"first": contacts.blocks[:, 0] + 1, "second": contacts.blocks[:, 1] + 1}
     columns |= {"x": contacts.point[:, 0], "y": contacts.point[:, 1], "state": contacts.state}
     return columns | {"force_x": contacts.force[:, 0], "force_y": contacts.force[:, 1]}
 
 
-def _joint_point_rows(frame: Frame) -> dict[str, Any]:
-    return _counted_from_1(joint_points(frame).without("edge"))
-
-
-def _joint_rows(frame: Frame) -> dict[str, Any]:
-    return _counted_from_1(summary_columns(joint_points(frame)))
-
-
-def _counted_from_1(table: Columns) -> dict[str, Any]:
+def counted_from_1(table: Columns) -> dict[str, Any]:
     """The columns of a table whose joints and blocks count from 0."""
     counted = ("joint", "first", "second")
     return {name: values + (name in counted) for name, values in table.items()}

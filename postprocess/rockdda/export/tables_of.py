@@ -18,6 +18,7 @@ from ..results import Frame, Results
 from ..stages import STAGE_TABLES
 from ..storage.tables import TABLES, names_in
 from ..units import description
+from .tables import contact_rows, counted_from_1
 
 if TYPE_CHECKING:
     import geopandas
@@ -152,15 +153,11 @@ def _joints(frame: Frame) -> tuple[dict[str, Any], Any]:
 
     table = joint_points(frame)
     ends = table.stack("x1", "y1", "x2", "y2").reshape(-1, 2, 2)
-    counted = ("joint", "first", "second")
-    rest = table.without("edge", "x1", "y1", "x2", "y2")
-    return {name: values + (name in counted) for name, values in rest.items()}, linestrings(ends)
+    return counted_from_1(table.without("edge", "x1", "y1", "x2", "y2")), linestrings(ends)
 
 
 def _contact_points(frame: Frame) -> tuple[dict[str, Any], Any]:
     from shapely import points
 
-    contacts = frame.contacts
-    columns: dict[str, Any] = {"first": contacts.blocks[:, 0] + 1, "second": contacts.blocks[:, 1] + 1}
-    columns |= {"state": contacts.state, "force_x": contacts.force[:, 0], "force_y": contacts.force[:, 1]}
-    return columns, points(contacts.point)
+    columns = contact_rows(frame)
+    return {name: values for name, values in columns.items() if name not in "xy"}, points(frame.contacts.point)

@@ -22,8 +22,8 @@ from ..results import Frame, Results
 from ..text import PathLike
 from ..units import description
 from ..writing import complete_file, make_folder, write_file
-from .common import Progress, chosen
 from .grids import Grid, grids_of, in_space
+from .tables import Progress, chosen
 
 ROWS = 4096  # of a chunk
 
@@ -144,7 +144,7 @@ def to_vtk(
         (number,) = [results.n_frames - 1] if frames is None else chosen(results, frames)
         now = results.frames[number]
         for name, grid in grids_of(results, now).items():
-            _write_grid(path.with_name(f"{path.stem}{name}.vtu"), _grid(now, grid))
+            _write_grid(path.with_name(f"{path.stem}{name}.vtu"), now, grid)
         return path
     if path.suffix.lower() != ".pvd":
         raise InputError(
@@ -160,7 +160,7 @@ def to_vtk(
         files = []
         for name, grid in grids_of(results, now).items():
             files.append(folder / f"{path.stem}{name}_{number:05d}.vtu")
-            _write_grid(files[-1], _grid(now, grid))
+            _write_grid(files[-1], now, grid)
         for k, file in enumerate(files):
             part = {"part": str(k)} if len(files) > 1 else {}
             entry = {"timestep": repr(now.time), **part, "file": f"{folder.name}/{file.name}"}
@@ -215,16 +215,14 @@ def _grid(frame: Frame, found: Grid) -> Any:
     return grid
 
 
-def _write_grid(path: Path, grid: Any) -> None:
-    """Write a .vtu file, compressed."""
+def _write_grid(path: Path, frame: Frame, found: Grid) -> None:
     from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridWriter
 
     writer = vtkXMLUnstructuredGridWriter()
-    writer.SetInputData(grid)
+    writer.SetInputData(_grid(frame, found))
     writer.SetDataModeToBinary()
     writer.SetCompressorTypeToZLib()
     writer.WriteToOutputStringOn()
     if not writer.Write():
         raise OutputError(f"{path}: VTK cannot write the file")
-    text = writer.GetOutputString()
-    write_file(path, text)
+    write_file(path, writer.GetOutputString())

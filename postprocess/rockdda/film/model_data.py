@@ -8,7 +8,7 @@ import re
 import secrets
 import subprocess
 import threading
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 from urllib.parse import urlsplit
@@ -19,7 +19,7 @@ from ..errors import InputError
 from ..namelist import parse_groups
 from ..plot.style import MATERIALS, PALETTE
 from ..program import find_program
-from ..text import decoded
+from ..text import read_text
 from ..units import SYSTEMS
 from .page import page
 
@@ -65,31 +65,21 @@ def _geometry_of(path: Path | None) -> Path | None:
     """The geometry that a labelled file names."""
     if path is None:
         return None
-    named = re.search(r"^\s*&model\b[^/]*?\bgeometry\s*=\s*['\"]([^'\"]+)['\"]", _text_of(path), re.M | re.I)
+    named = re.search(r"^\s*&model\b[^/]*?\bgeometry\s*=\s*['\"]([^'\"]+)['\"]", read_text(path), re.M | re.I)
     return path.parent / named.group(1) if named else None
-
-
-def _text_of(path: Path) -> str:
-    try:
-        return decoded(path.read_bytes())
-    except OSError as error:
-        raise InputError(f"cannot be read: {error.strerror}", path) from error
 
 
 def read_model(path: Path, before: ModelData | None = None) -> ModelData:
     """Read the files as they are now."""
     options, geometry = model_files(path)
     found = ModelData()
-    text = _text_of(options) if options is not None else ""
+    text = read_text(options) if options is not None else ""
     _take_groups(found, text, before)
     problems: list[dict[str, Any]] = []
     try:
         _take_geometry(found, geometry)
     except InputError as error:
-        problems = [
-            {"severity": "error", "message": p.message, "file": p.file or "", "line": p.line, "column": p.column}
-            for p in error.problems
-        ]
+        problems = [asdict(problem) for problem in error.problems]
         if before is not None:
             found.geometry, found.places, found.rows = before.geometry, before.places, before.rows
     told = _check(path)
@@ -168,15 +158,10 @@ def _take_geometry(found: ModelData, path: Path | None) -> None:
     sections = [lines, material_lines, bolts, fixed, loading, measured, holes]
     found.places = [_middle(row) for section in sections for row in section]
     if sizes["lines"]:
-        found.rows = _data_lines(_text_of(path))[8:]
+        rows_of_file = enumerate(read_text(path).split("\n"), start=1)
+        found.rows = [k for k, row in rows_of_file if re.split(r"[#!]", row, maxsplit=1)[0].strip()][8:]
         if len(found.rows) != len(found.places):  # counts on one line, or the like
             found.rows = []
-
-
-def _data_lines(text: str) -> list[int]:
-    """Numbers of the lines that hold more than a comment."""
-    rows = enumerate(text.split("\n"), start=1)
-    return [number for number, row in rows if re.split(r"[#!]", row, maxsplit=1)[0].strip()]
 
 
 def _short(rows: Any) -> list[Any]:

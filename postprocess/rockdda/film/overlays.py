@@ -12,6 +12,7 @@ from ..joints import JOINT_FIELDS, joint_points
 from ..plot.boundary_marks import boundary_tables, edge_arrows
 from ..plot.water_levels import water_tables, wetted_stretches
 from ..results import Frame, Results
+from ..rings import after_on_block
 from ..units import Units
 
 Shown = dict[str, tuple[float, str]]  # factor and unit of fields
@@ -52,9 +53,7 @@ def joint_rows(frame: Frame, shown: Shown | None = None) -> FloatArray:
     results = frame.results
     points = joint_points(frame)
     edge = points["edge"]
-    offset = results.vertex_offset
-    block = np.searchsorted(offset, edge, side="right") - 1
-    after = np.where(edge + 1 < offset[block + 1], edge + 1, offset[block])
+    after = after_on_block(results.vertex_offset)[edge]
     start, along = frame.vertices[edge], frame.vertices[after] - frame.vertices[edge]
     square = np.maximum(np.einsum("ij,ij->i", along, along), np.finfo(float).tiny)
     shares = [np.einsum("ij,ij->i", points.stack(f"x{end}", f"y{end}") - start, along) / square for end in (1, 2)]

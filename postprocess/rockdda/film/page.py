@@ -16,6 +16,7 @@ import numpy as np
 
 from ..arrays import AnyArray
 from ..columns import Columns
+from ..frames import FIELDS, Frame
 from ..plot.style import (
     DIVERGING,
     MATERIALS,
@@ -27,7 +28,7 @@ from ..plot.style import (
     limits_of,
     usual_range,
 )
-from ..results import Frame, Results
+from ..results import Results
 from ..units import Units
 from .overlays import Shown, boundary_rows, has_water, joint_entries, joint_ranges, joint_rows, shown_joints, water_of
 
@@ -84,7 +85,7 @@ def describe(
 
     The values come in the units of `shown`, those of `shown_fields`."""
     shown = shown_fields(results, fields, units, joints=joints) if shown is None else shown
-    now = results.frames[-1].vertices
+    now, names = results.frames[-1].vertices, results.bolt_names
     place = units.multiple("length", 1.0)
     corners = np.concatenate([results.vertices, now])
     return {
@@ -99,7 +100,7 @@ def describe(
         "stageNames": results.stage_names if results.has_stages else [],
         "hasWater": has_water(results),
         "bolts": results.frames[0].bolt_pieces.stack("x1", "y1", "x2", "y2").tolist(),
-        "boltNames": bolt_titles(results),
+        "boltNames": [names[k] if names else f"bolt {k + 1}" for k in results.frames[0].bolt_pieces["bolt"].tolist()],
         "boltLabel": _with_unit("axial force", shown["bolts"][1]),
         "liners": results.frames[0].liner_pieces.stack("x1", "y1", "x2", "y2").tolist(),
         "linerNames": [results.liner_names[k] for k in results.frames[0].liner_pieces["liner"].tolist()],
@@ -111,7 +112,7 @@ def describe(
         if units.length
         else None,
         "fields": [
-            {"name": name, "label": _plain(_with_unit(field_words(name)[0], shown[name][1]))}
+            {"name": name, "label": _with_unit(FIELDS[name].label.split(" [")[0], shown[name][1])}
             | ({"map": "materials"} if name == "material" else {})
             for name in fields
         ]
@@ -132,12 +133,6 @@ def liner_ranges(results: Results, shown: Shown) -> list[float]:
         pieces = results.frames[index].moved_pieces("liner")
         found = np.maximum(found, [shown[name][0] * np.abs(pieces[name]).max(initial=0.0) for name in "NMQ"])
     return [float(f"{value:.6g}") for value in found]
-
-
-def bolt_titles(results: Results) -> list[str]:
-    """The bolt that each piece belongs to: its name, or its number."""
-    names = results.bolt_names
-    return [names[k] if names else f"bolt {k + 1}" for k in results.frames[0].bolt_pieces["bolt"].tolist()]
 
 
 def bolt_rows(frame: Frame, shown: Shown) -> AnyArray:
@@ -162,13 +157,6 @@ def _places(pieces: Columns) -> AnyArray:
 def _use(pieces: Columns) -> AnyArray:
     """Shares of a strength, at most 10 (of a cracked section that is pulled: infinite); -1: none is known."""
     return np.where(np.isnan(pieces["use"]), -1.0, np.minimum(pieces["use"], 10.0))
-
-
-def _plain(label: str) -> str:
-    """A label without TeX."""
-    for tex, text in ((r"$\sigma_x$", "σx"), (r"$\sigma_y$", "σy"), (r"$\tau_{xy}$", "τxy")):
-        label = label.replace(tex, text)
-    return label
 
 
 def page(title: str, setup: dict[str, Any], name: str = "player") -> str:

@@ -159,13 +159,6 @@ class _BlockInTime(Frame):
         return self._cache[name]
 
 
-def block_history(results: Results, field: str, block: int) -> AnyArray:
-    """(nk,) a field of one block in every frame."""
-    if field == "block":
-        return np.full(results.n_frames, block + 1)
-    return _BlockInTime(results, block).field(field)
-
-
 class PairViewer:
     """Answers for two results, `a` and `b`, with common ranges of colours."""
 

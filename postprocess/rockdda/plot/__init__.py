@@ -13,17 +13,15 @@ from __future__ import annotations
 
 from ..units import Units
 from .block_maps import blocks, contact_forces, displacements, stress_crosses
-from .bolt_maps import bolts
 from .curves import energy, history, iterations, profile, profile_data
 from .ground_reaction import ground_reaction, ground_reaction_data
 from .input_files import INPUT_KINDS, input_plot, is_input
-from .joint_lines import joint_profile, joint_profile_data, thrust
-from .joint_maps import joint_field_name, joints
+from .joint_maps import joint_field_name, joint_profile, joint_profile_data, joints, thrust
 from .kinds import KINDS, plot, save, small_multiples
-from .liner_maps import capacity, liner
 from .records import record
 from .search_maps import draw_search, draw_trials, factor, mechanism
 from .stress_maps import contours, trajectories
+from .support_maps import bolts, capacity, liner
 from .water_maps import water
 from .window import interactive, slider
 

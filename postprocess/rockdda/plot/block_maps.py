@@ -159,7 +159,8 @@ def frame_map(
 
 def add_rest(axes: Axes, results: Results, now: Frame, shown: FloatArray, scale: float = 1.0) -> None:
     """Add supports (with displacements times a factor), fixed points and boundaries."""
-    add_support(axes, now, scale)
+    add_lines(axes, now.moved_pieces("liner", scale), LINER, 2.2)
+    add_lines(axes, now.moved_pieces("bolt", scale), BOLT)
     add_fixed_points(axes, results)
     add_boundaries(axes, results, shown, now.time)
 
@@ -197,12 +198,6 @@ def add_fixed_points(axes: Axes, results: Results) -> None:
         axes.plot(*points.T, "^", color="black", markersize=4, markerfacecolor="white", zorder=4, clip_on=False)
 
 
-def add_support(axes: Axes, frame: Frame, scale: float = 1.0) -> None:
-    """Add the linings and bolts of a frame, with displacements times a factor."""
-    add_lines(axes, frame.moved_pieces("liner", scale), LINER, 2.2)
-    add_lines(axes, frame.moved_pieces("bolt", scale), BOLT)
-
-
 def add_bolts(axes: Axes, ends: FloatArray, *, label: str | None = None) -> None:
     """Add bolts, (n, 2, 2) places of their ends."""
     names = ("x1", "y1", "x2", "y2")
@@ -219,11 +214,6 @@ def add_lines(
     rim = {"colors": "white", "linewidths": width + 1.8, "zorder": 3.5, "capstyle": "projecting"}
     line = {"colors": colour, "linewidths": width, "zorder": 3.51, "capstyle": "round", "label": label or ""}
     return [add_strokes(axes, ends, in_layout=False, **options) for options in (rim, line)]
-
-
-def _enlarged(axes: Axes, scale: float) -> None:
-    if scale != 1:
-        axes.set_title(f"{axes.get_title(loc='left')}, displacements × {scale:g}")
 
 
 def add_colour_bar(
@@ -307,7 +297,8 @@ def blocks(
             add_start(axes, results, shown)
         add_rest(axes, results, now, shown, scale)
         add_water_tables(axes, results, now)
-        _enlarged(axes, scale)
+        if scale != 1:
+            axes.set_title(f"{axes.get_title(loc='left')}, displacements × {scale:g}")
     return axes
 
 

@@ -14,7 +14,7 @@ from ..errors import InputError
 from ..frames import field_name
 from ..results import Results
 from ..text import plain_text
-from ..units import Units
+from ..units import Units, dimension_of
 from .style import (
     PALETTE,
     PAPER_WIDTH,
@@ -41,24 +41,14 @@ def _line_style(i: int) -> dict[str, Any]:
     return {"color": PALETTE[i % len(PALETTE)], "linestyle": DASHES[(i // len(PALETTE) + i) % len(DASHES)]}
 
 
-def _legend(axes: Axes, columns: int = 1) -> None:
-    axes.legend(loc="upper left", bbox_to_anchor=(1.01, 1.03), ncols=columns, handlelength=2.2)
+def _legend(axes: Axes) -> None:
+    axes.legend(loc="upper left", bbox_to_anchor=(1.01, 1.03), handlelength=2.2)
 
 
 def _time_axis(axes: Axes, units: Units, largest: float, least: float = 0.0) -> None:
     axes.set_xlabel(units.label("time", "time"))
     axes.set_xlim(least, largest if largest > least else least + 1.0)
     axes.grid(color="#E4E4E4", lw=0.5)
-
-
-def _dimension(column: str) -> str:
-    """Dimension of a column of the history table."""
-    for part, dimension in (("displacement", "length"), ("stress", "stress"), ("rotation", "rad"), ("force", "force")):
-        if part in column:
-            return dimension
-    if column.startswith("energy"):
-        return "energy"
-    return "time" if column in ("time", "dt") else ""
 
 
 def _readable(column: str) -> str:
@@ -144,7 +134,7 @@ def history(
         if not found:
             raise InputError(f"there is no column {name!r}; the columns are: {', '.join(known)}")
         chosen += found
-    kinds = {_dimension(name) for name in chosen}
+    kinds = {dimension_of(name) for name in chosen}
     if "energy" in kinds:
         _need_energies(results)
     if len(kinds) > 1:

@@ -19,12 +19,9 @@ from ..text import LONGEST_IN_PICTURE, PathLike, plain_text
 from ..units import Units
 from ..writing import complete_file
 from .block_maps import blocks, contact_forces, displacements, stress_crosses
-from .bolt_maps import bolts
 from .curves import energy, history, iterations, profile
 from .ground_reaction import ground_reaction
-from .joint_lines import joint_profile, thrust
-from .joint_maps import joints
-from .liner_maps import capacity, liner
+from .joint_maps import joint_profile, joints, thrust
 from .search_maps import factor, mechanism
 from .stress_maps import contours, trajectories
 from .style import (
@@ -38,6 +35,7 @@ from .style import (
     window_axes,
     without_splinters,
 )
+from .support_maps import bolts, capacity, liner
 from .water_maps import water
 
 if TYPE_CHECKING:

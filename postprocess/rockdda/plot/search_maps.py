@@ -71,8 +71,8 @@ def mechanism(
         labels = [f"{kind} ({count[kind]})" for kind in kinds] + [f"at rest ({results.n_blocks - len(motion)})"]
         axes.legend(handles, labels, loc="upper left", bbox_to_anchor=(1.01, 1))
         if title is None:
-            name = title_of(results)
-            axes.set_title(f"{name + ', ' if name else ''}{_words(found)}")
+            value = f"{NAMES[found.search]} {found.value:.4g}{UNITS.get(found.search, '')}: {found.mechanism.kind}"
+            axes.set_title(", ".join(part for part in (title_of(results), value) if part))
     return axes
 
 
@@ -92,10 +92,6 @@ def _outline_of(axes: Axes, results: Results, vertices: FloatArray, blocks: list
     if parts:
         ends = np.concatenate([[0], np.cumsum([len(part) for part in parts])])
         add_outline(axes, np.concatenate(parts), ends, zorder=3.5)
-
-
-def _words(found: CriticalFactor) -> str:
-    return f"{NAMES[found.search]} {found.value:.4g}{UNITS.get(found.search, '')}: {found.mechanism.kind}"
 
 
 def factor(

@@ -6,6 +6,8 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from functools import cache
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -38,30 +40,15 @@ COMPRESSION, TENSION = "#0072B2", "#D55E00"
 SCALE = "scale"  #: group of what shows the scale beside a map
 PAPER_WIDTH = 6.3  # inches: the text width of an A4 page
 SEQUENTIAL, DIVERGING = "viridis", "RdBu_r"
-RC: Any = {
-    "axes.axisbelow": True,
-    "axes.labelsize": 9,
-    "axes.linewidth": 0.6,
-    "axes.spines.right": False,
-    "axes.spines.top": False,
-    "axes.titlesize": 9,
-    "axes.titlelocation": "left",
-    "figure.dpi": 120,
-    "font.family": "sans-serif",
-    "font.size": 9,
-    "legend.fontsize": 8,
-    "legend.frameon": False,
-    "lines.linewidth": 1.3,
-    "pdf.fonttype": 42,  # text stays text in vector files
-    "savefig.dpi": 200,
-    "svg.fonttype": "none",
-    "xtick.labelsize": 8,
-    "xtick.major.width": 0.6,
-    "ytick.labelsize": 8,
-    "ytick.major.width": 0.6,
-}
 DIMENSIONS = {name: dimension for name, (_, _, dimension) in FIELD_TEXTS.items()}  # of fields, for their units
 SYMBOLS = {"σx": r"$\sigma_x$", "σy": r"$\sigma_y$", "τxy": r"$\tau_{xy}$"}
+
+
+@cache
+def _settings() -> Any:
+    import matplotlib as mpl
+
+    return mpl.rc_params_from_file(Path(__file__).with_name("pictures.mplstyle"), use_default_template=False)
 
 
 @contextmanager
@@ -71,7 +58,7 @@ def style() -> Iterator[None]:
 
     interactive = mpl.is_interactive()
     try:
-        with mpl.rc_context(RC):
+        with mpl.rc_context(_settings()):
             yield
             interactive = mpl.is_interactive()
     finally:

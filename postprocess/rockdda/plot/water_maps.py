@@ -38,7 +38,8 @@ def water(
     now, units = results.frames[frame], Units.parse(units, results)
     stretches = wetted_stretches(results, frame)
     if joints is not None:
-        stretches = [one for one in stretches if _of_joints(results, one, joints) and _is_above(one)]
+        there = [one for one in stretches if not one.free and int(results.edge_joint[one.first]) in joints]
+        stretches = [one for one in there if _is_above(one)]
         if not stretches:
             raise InputError(f"no water presses on joints of material {', '.join(map(str, joints))}", results.path)
     largest = max((float(one.pressure.max()) for one in stretches), default=0.0)
@@ -75,10 +76,6 @@ def water(
             labels.append("head")
         axes.legend(handles, labels, loc="upper left", bbox_to_anchor=(1.01, 1))
     return axes
-
-
-def _of_joints(results: Results, stretch: Stretch, joints: Sequence[int]) -> bool:
-    return not stretch.free and int(results.edge_joint[stretch.first]) in joints
 
 
 def _is_above(stretch: Stretch) -> bool:

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import RockddaError, how_to_install, need
+from ..errors import need
 from ..frames import FIELDS, field_name
 from ..results import Results
 from ..units import Units
@@ -20,7 +20,7 @@ from .style import SEQUENTIAL, field_words, limits_of
 
 def polygons_mesh(results: Results, frame: int = -1) -> Any:
     """The blocks of a frame as a PyVista mesh with one polygon for each."""
-    pyvista = _pyvista()
+    pyvista = need("pyvista", "vtk", "the window")
     offset = results.vertex_offset
     count = np.diff(offset)
     faces = np.insert(np.arange(offset[-1]), offset[:-1], count)
@@ -35,7 +35,7 @@ def interactive(
     """Open a window with a slider for the frames; a click on a block shows its number and value.
 
     With `show=False` the plotter is returned without a window."""
-    pyvista = _pyvista()
+    pyvista = need("pyvista", "vtk", "the window")
     units = Units.parse(units, results)
     field = field_name(field)
     frames = results.frames
@@ -74,14 +74,6 @@ def interactive(
     if show:
         plotter.show()
     return plotter
-
-
-def _pyvista() -> Any:
-    try:
-        import pyvista
-    except ImportError as error:
-        raise RockddaError(f"the window needs PyVista: {how_to_install('vtk')} ({error})") from error
-    return pyvista
 
 
 DPI = 100

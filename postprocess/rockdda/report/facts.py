@@ -12,20 +12,18 @@ import numpy as np
 from .. import records
 from ..certainty.half_step import FILES, HalfStep, path_of
 from ..certainty.variants import chosen
+from ..critical import search_title
 from ..errors import InputError
-from ..joints import after_on_block, joint_points, summary_columns
+from ..joints import joint_points, summary_columns
 from ..materials import material_rows
 from ..options import option_rows
 from ..records import Record
 from ..results import Results, Stage
+from ..rings import after_on_block
 from ..text import number
 from ..units import Units
 from .support import liner_forces
 
-SEARCHES = {
-    "strength": "factor of safety", "tilt": "critical tilt [°]", "push": "critical push over weight",
-    "gravity": "critical factor of gravity", "load": "load factor",
-}  # fmt: skip
 Table = tuple[list[str], list[list[str]]]  # names of the columns, rows
 BLOCK_COLUMNS = {"density": "density", "unit_weight": "unit weight", "young": "E", "poisson": "ν"}
 JOINT_COLUMNS = {
@@ -165,14 +163,16 @@ def material_tables(results: Results, units: Units | None = None) -> tuple[Table
         for group in groups.get(kind, []):
             materials.setdefault(group.get("number"), {}).update(group)
     units = units or Units()
-    unit = _material_units(units)
-    for materials in found.values() if units.multiples else ():
+    unit: dict[str, str] = {}
+    for materials in found.values() if units.length else ():
         unit |= _in_multiples(materials, units)
+    if (units.length, units.time, units.force) != ("m", "s", "N") and not units.multiples:
+        unit.pop("density", None)
     return _table(found["block_material"], BLOCK_COLUMNS, unit), _table(found["joint_material"], JOINT_COLUMNS, unit)
 
 
 def _in_multiples(materials: Mapping[Any, dict[str, Any]], units: Units) -> dict[str, str]:
-    """Replace the values of materials by those in multiples; the unit of each column."""
+    """Replace the values of materials by those that are shown; the unit of each column."""
     found = {}
     for name, dimension in MATERIAL_DIMENSIONS.items():
         values = [row[name] for row in materials.values() if isinstance(row.get(name), int | float)]
@@ -182,19 +182,6 @@ def _in_multiples(materials: Mapping[Any, dict[str, Any]], units: Units) -> dict
         for row in materials.values():
             if isinstance(row.get(name), int | float):
                 row[name] = factor * row[name]
-    return found
-
-
-def _material_units(units: Units) -> dict[str, str]:
-    """Units of the values of materials, where those of the file are known."""
-    if not units.length:
-        return {}
-    stress = units.of("stress")
-    found = dict.fromkeys(("young", "cohesion", "tension"), stress)
-    found |= dict.fromkeys(("normal_stiffness", "shear_stiffness"), f"{stress}/{units.length}")
-    found["unit_weight"] = f"{units.force}/{units.length}³"
-    if (units.length, units.time, units.force) == ("m", "s", "N"):
-        found["density"] = "kg/m³"
     return found
 
 
@@ -349,7 +336,7 @@ def search_table(results: Results) -> list[tuple[str, str]]:
     if "search/factor" not in results:
         return []
     value, low, high = (float(np.ravel(results[f"search/{name}"])[0]) for name in ("factor", "low", "high"))
-    name = SEARCHES.get(str(results.attribute("search", "search")).strip(), "critical factor")
+    name = search_title(str(results.attribute("search", "search")).strip())
     kind, n = str(results.attribute("search", "kind")).strip(), np.size(results["search/blocks"])
     trials = f"{np.size(results['search/value'])} trials"
     return [

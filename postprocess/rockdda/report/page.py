@@ -10,6 +10,7 @@ import io
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
+from importlib.resources import files
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -36,32 +37,6 @@ MOST_ROWS = 20  # of a table
 SHEET_LINES = 45  # of an input text that is kept on one sheet
 MOST_LINES = 400  # of an input text that is printed
 FILL = "\0"  # a cell to be filled in by hand, on the screen or on paper
-STYLE = """
-:root { color: #1a1a1a; background: #fff; font: 15px/1.5 system-ui, "Segoe UI", Roboto, Helvetica, Arial, sans-serif; }
-body { max-width: 60rem; margin: 2rem auto; padding: 0 1.2rem; }
-h1 { font-size: 1.8rem; margin: 0 0 .2rem; } .sub { color: #5a646e; margin: 0 0 1.2rem; }
-h2 { font-size: 1.3rem; margin: 2.2rem 0 .6rem; border-bottom: 1px solid #c8ced4; padding-bottom: .2rem; }
-h3 { font-size: 1.05rem; margin: 1.4rem 0 .4rem; }
-table { border-collapse: collapse; font-size: .86rem; line-height: 1.35; font-variant-numeric: tabular-nums; margin: .5rem 0 1rem; }
-th { text-align: left; border-bottom: 1.5px solid #444; padding: .25rem .8rem .25rem 0; vertical-align: bottom; }
-td { border-bottom: 1px solid #e0e4e8; padding: .25rem .8rem .25rem 0; vertical-align: top; overflow-wrap: break-word; }
-.facts td:first-child { font-weight: 600; white-space: nowrap; }
-.warning { border-left: 4px solid #b03a00; background: #fdf1ea; padding: .5rem .8rem; }
-td.fill { min-width: 9rem; border-bottom: 1px dotted #888; } .cover td:nth-child(odd) { font-weight: 600; white-space: nowrap; } .cover td:nth-child(even) { width: 42%; }
-td.bad { color: #b03a00; font-weight: 700; } td.good { color: #1b6e3c; }
-figure { margin: .8rem 0 1.2rem; } figure img { max-width: 100%; height: auto; display: block; }
-figcaption { color: #5a646e; font-size: .86rem; margin-top: .3rem; }
-pre { background: #f4f6f8; padding: .6rem .8rem; font: .76rem/1.35 ui-monospace, Menlo, Consolas, monospace; white-space: pre-wrap; overflow-wrap: anywhere; orphans: 6; widows: 6; }
-pre.short { break-inside: avoid; }
-@page { size: A4; margin: 16mm 16mm 18mm; @bottom-right { content: counter(page) " / " counter(pages); font: 8pt sans-serif; color: #5a646e; } }
-@media print {
-  :root { font-size: 10.5px; } body { max-width: none; margin: 0; padding: 0; }
-  h2, h3, .lead, thead, thead tr { break-after: avoid; } figure, table, tr { break-inside: avoid; } figure img { max-height: 105mm; max-width: 165mm; }
-  figure.tall img { max-height: 165mm; }
-  table.long { break-inside: auto; } table.long tr:first-child { break-after: avoid; }
-  a { color: inherit; }
-}
-"""  # noqa: E501
 
 
 @dataclass(frozen=True)
@@ -145,8 +120,9 @@ def _page(
         *_checks_part(checked, half, drawn),
         *_input_part(results),
     ]
+    style = files("rockdda").joinpath("web", "report.css").read_text("utf-8")
     head = '<meta charset="utf-8">\n<meta name="viewport" content="width=device-width, initial-scale=1">\n'
-    head += f"<title>{_text(title)}</title>\n<style>{STYLE}</style>"
+    head += f"<title>{_text(title)}</title>\n<style>\n{style}</style>"
     body = "\n".join(part for part in parts if part)
     return f'<!DOCTYPE html>\n<html lang="en">\n<head>\n{head}\n</head>\n<body>\n{body}\n</body>\n</html>\n'
 

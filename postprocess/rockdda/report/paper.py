@@ -10,7 +10,8 @@ import subprocess
 import tempfile
 from pathlib import Path
 
-from ..errors import OutputError, RockddaError, how_to_install
+from ..errors import RockddaError, how_to_install
+from ..writing import written_to
 
 BROWSERS = ("chromium", "chromium-browser", "google-chrome")
 LONGEST = 300  #: seconds for a page
@@ -38,10 +39,8 @@ def pdf_of(target: Path, *, page: Path | None = None, text: str | None = None) -
 
     logging.getLogger("weasyprint").setLevel(logging.ERROR)
     source = weasyprint.HTML(filename=str(page)) if page is not None else weasyprint.HTML(string=text)
-    try:
+    with written_to(target):
         source.write_pdf(str(target))
-    except OSError as error:
-        raise OutputError(f"{target}: cannot be written: {error.strerror or error}") from error
     return target
 
 
@@ -61,8 +60,6 @@ def _by_browser(browser: str, target: Path, page: Path | None, text: str | None)
             raise RockddaError(f"{browser} did not lay out the page: {error}") from error
         if not printed.exists():
             raise RockddaError(f"{browser} did not lay out the page: it wrote no PDF")
-        try:
+        with written_to(target):
             shutil.copyfile(printed, target)
-        except OSError as error:
-            raise OutputError(f"{target}: cannot be written: {error.strerror or error}") from error
     return target

@@ -26,23 +26,20 @@ from typing import Any
 import numpy as np
 
 from ..errors import InputError, OutputError
-from ..program import find_program
+from ..program import errors_in, find_program
 from ..results import Results
 from ..text import decoded
-from ..writing import make_folder, write_file
-from .definition import Case, Quantity, Study
+from ..writing import make_folder, write_file, written_to
+from .definition import TAKE, Case, Quantity, Study
 
-#: How one number is made of those of all steps.
-TAKE: dict[str, Callable[[Any], Any]] = {
-    "last": lambda x: x[-1], "first": lambda x: x[0], "min": np.min, "max": np.max, "mean": np.mean,
-    "absmax": lambda x: np.max(np.abs(x)),
-}  # fmt: skip
 #: Exit code of a case that took longer than its timeout.
 TIMED_OUT = 124
 
 #: What a search has answered, in the folder of its case.
 SEARCHED = "out.json"
 
+#: Status of a case that can continue where it was stopped.
+_OPEN = ("stopped", "running", "waiting")
 #: What is said of a case that another process runs.
 ELSEWHERE = "another process runs this case"
 
@@ -88,7 +85,7 @@ def prepare_case(study: Study, case: Case) -> Path:
 
 def _write_case(study: Study, case: Case, folder: Path, digest: str) -> Path:
     """Write the files of a case into its folder, which is locked."""
-    try:
+    with written_to(folder):
         before = read_status(folder)
         if before.get("digest") not in (digest, None):
             for old in folder.iterdir():  # the folder stays, and with it its lock
@@ -98,6 +95,7 @@ def _write_case(study: Study, case: Case, folder: Path, digest: str) -> Path:
             (folder / "out.ckpt.h5").unlink(missing_ok=True)
         for name, data in study.files(case).items():
             write_file(folder / name, data)
+        continues = before.get("digest") == digest and before.get("status") in _OPEN
         write_status(
             folder,
             {
@@ -108,7 +106,7 @@ def _write_case(study: Study, case: Case, folder: Path, digest: str) -> Path:
                 "status": "waiting",
                 "quantities": wanted_quantities(study),
                 "complete": before.get("digest") == digest and before.get("complete", False),
-                "seconds": before.get("seconds", 0.0) if _can_continue(before, digest) else 0.0,
+                "seconds": before.get("seconds", 0.0) if continues else 0.0,  # its times add up
                 "command": {
                     "name": study.command,
                     "threads": study.threads,
@@ -117,16 +115,7 @@ def _write_case(study: Study, case: Case, folder: Path, digest: str) -> Path:
                 },
             },
         )
-    except OutputError:
-        raise
-    except OSError as problem:
-        raise OutputError(f"{folder}: cannot be written: {problem.strerror}") from None
     return folder
-
-
-def _can_continue(before: dict[str, Any], digest: str) -> bool:
-    """Can a case continue where it was stopped? Its times then add up."""
-    return before.get("digest") == digest and before.get("status") in ("stopped", "running", "waiting")
 
 
 def finished_case(study: Study, case: Case) -> Outcome | None:
@@ -216,7 +205,7 @@ def _run_locked(
     complete = bool(status.pop("complete", False)) and (here / "out.h5").is_file()
     if complete:
         pass  # only the results are to be taken
-    elif (here / "out.ckpt.h5").is_file() and status.get("status") in ("stopped", "running", "waiting"):
+    elif (here / "out.ckpt.h5").is_file() and status.get("status") in _OPEN:
         code, message = call("resume", "out.ckpt.h5", "--quiet", *threads)
         if code == 2:  # another version of the program, or a damaged file: from the start, then
             (here / "out.ckpt.h5").unlink(missing_ok=True)
@@ -230,7 +219,10 @@ def _run_locked(
             written = ["-o", "out.h5", "--force", "--quiet", *threads, *command["options"]]
             if command.get("name", "run") == "fos":
                 code, message = call("fos", *files, *written, "--json", answer=SEARCHED)
-                message = message or _error_of(here / SEARCHED)
+                if not message and (here / SEARCHED).is_file():
+                    message = "\n".join(
+                        one.message for one in errors_in((here / SEARCHED).read_text("utf-8", "replace"))
+                    )
             else:
                 code, message = call("run", *files, *written)
     seconds = time.monotonic() - start + status.get("seconds", 0.0)
@@ -241,23 +233,16 @@ def _run_locked(
         message = f"killed by signal {-code}" if code < 0 else f"exit code {code}"
     if ending == "done":
         try:
-            numbers = {entry["name"]: quantity(here / "out.h5", Quantity(**entry)) for entry in _quantities(status)}
-            status["results"] = numbers
+            status["results"] = {
+                entry["name"]: quantity(here / "out.h5", Quantity(**entry | {"at": tuple(entry["at"])}))
+                for entry in status["quantities"]
+            }
         except (InputError, KeyError, IndexError) as problem:
             ending, code, message = "failed", 2, str(problem).strip("'\"").removeprefix("error: ")
             status["complete"] = True
     status |= {"status": ending, "seconds": seconds, "exit_code": code, "message": message[-2000:]}
     write_status(here, status)
     return Outcome(status["number"], status["name"], ending, seconds, code, message)
-
-
-def _error_of(path: Path) -> str:
-    """The errors in an answer of the program; '' where there are none."""
-    try:
-        messages = json.loads(path.read_text(encoding="utf-8")).get("messages", [])
-        return "\n".join(str(one["message"]) for one in messages if one.get("severity") == "error")
-    except (OSError, ValueError, AttributeError, KeyError, TypeError):
-        return ""
 
 
 def _end_with_parent() -> None:
@@ -269,11 +254,6 @@ def _end_with_parent() -> None:
 def wanted_quantities(study: Study) -> list[dict[str, Any]]:
     """The quantities of a study, as `status.json` keeps them."""
     return [{**asdict(wanted), "at": list(wanted.at)} for wanted in study.quantities]
-
-
-def _quantities(status: dict[str, Any]) -> Iterator[dict[str, Any]]:
-    for entry in status["quantities"]:
-        yield {**entry, "at": tuple(entry["at"])}
 
 
 def quantity(path: Path, wanted: Quantity) -> float:

@@ -10,7 +10,7 @@ import os
 import shutil
 import subprocess
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -40,7 +40,7 @@ def run_dask(study: Study, folders: list[str], where: str, workers: int | None) 
     except ImportError:
         raise RockddaError(f"Dask is not installed: {how_to_install('study')}") from None
     with contextlib.ExitStack() as stack:
-        check = _nothing
+        check: Callable[[], None] | None = None
         if "://" in where:
             client = stack.enter_context(Client(where))
         else:
@@ -59,13 +59,9 @@ def run_dask(study: Study, folders: list[str], where: str, workers: int | None) 
             left -= finished
             for future in finished:
                 yield _outcome(future, Path(names[future.key]))
-            if left and time.monotonic() - looked > _BETWEEN:
+            if check and left and time.monotonic() - looked > _BETWEEN:
                 check()
                 looked = time.monotonic()
-
-
-def _nothing() -> None:
-    pass
 
 
 def _outcome(future: Any, folder: Path) -> Outcome:

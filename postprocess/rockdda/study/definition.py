@@ -7,23 +7,28 @@ and the results to keep of each run. `docs/hpc.md` describes the file; `rockdda.
 
 from __future__ import annotations
 
-import difflib
 import hashlib
 import itertools
 import json
 import math
 import re
 import tomllib
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from ..errors import InputError
-from ..text import PathLike, decoded, has_controls, short, shown
+from ..text import PathLike, did_you_mean, has_controls, read_text, short, shown
 from .formula import Value, evaluate, formatted, names_in
 
-_TAKE = ("last", "first", "min", "max", "mean", "absmax")
+#: How one number is made of those of all steps.
+TAKE: dict[str, Callable[[Any], Any]] = {
+    "last": lambda x: x[-1], "first": lambda x: x[0], "min": np.min, "max": np.max, "mean": np.mean,
+    "absmax": lambda x: np.max(np.abs(x)),
+}  # fmt: skip
 _TOP = ("title", "template", "output", "parameters", "constants", "cases", "run", "results", "cluster")
 _FOR_TEMPLATE = ("parameters", "constants", "cases")
 _RUN = ("command", "threads", "timeout", "options")
@@ -98,16 +103,7 @@ def read_study(path: PathLike, output: PathLike | None = None) -> Study:
     output: a folder to write to in the place of the one that the file names, which must lie in the folder of the file.
     """
     path = Path(path)
-    try:
-        with path.open("rb") as stream:
-            raw = stream.read(_LARGEST_STUDY + 1)
-        text = decoded(raw)
-    except FileNotFoundError:
-        raise InputError("no such file", path) from None
-    except OSError as problem:
-        raise InputError(f"cannot be read: {problem}", path) from None
-    if len(raw) > _LARGEST_STUDY:
-        raise InputError(f"a study file has at most {_LARGEST_STUDY} bytes", path)
+    text = read_text(path, _LARGEST_STUDY)
     runs = re.findall(r"[\w.\"' \t-]+", text)
     if any(len(re.findall(r"\.[ \t]*[\w\"']", run)) > _DEEPEST_KEY for run in runs):  # their cost is quadratic
         raise InputError("lists or tables are nested too deeply", path)
@@ -151,9 +147,7 @@ class _Reader:
     def known(self, table: Mapping[str, Any], names: tuple[str, ...], where: str) -> None:
         for key in table:
             if key not in names:
-                near = difflib.get_close_matches(key, names, 1)
-                hint = f"; did you mean '{near[0]}'?" if near else ""
-                raise self.fail(f"unknown name '{key}' in {where}{hint}", key)
+                raise self.fail(f"unknown name '{key}' in {where}{did_you_mean(key, names)}", key)
 
     def study(self, output: Path | None) -> Study:
         self.known(self.data, _TOP, "the study")
@@ -298,8 +292,8 @@ class _Reader:
             at, take = entry.get("at", []), entry.get("take", "last")
             if not isinstance(at, list) or not all(isinstance(i, int) for i in at):
                 raise self.fail(f"result '{name}': at: expected whole numbers, found {shown(at)}", name)
-            if not isinstance(take, str) or take not in _TAKE:
-                raise self.fail(f"result '{name}': take: must be one of {', '.join(_TAKE)}, found {shown(take)}", name)
+            if not isinstance(take, str) or take not in TAKE:
+                raise self.fail(f"result '{name}': take: must be one of {', '.join(TAKE)}, found {shown(take)}", name)
             yield Quantity(name, entry["dataset"].strip("/"), tuple(at), take, str(entry.get("unit", "")))
 
     def check_placeholders(self, study: Study) -> None:
@@ -308,8 +302,7 @@ class _Reader:
             for name in _names_in(path):
                 used.add(name)
                 if name not in study.cases[0].values:
-                    near = difflib.get_close_matches(name, list(study.cases[0].values), 1)
-                    hint = f"; did you mean '{near[0]}'?" if near else ""
+                    hint = did_you_mean(name, study.cases[0].values)
                     raise InputError(f"'{name}' is no parameter or constant of {study.file.name}{hint}", path)
         for name in study.parameters:
             if name not in used:

@@ -11,7 +11,6 @@ import shutil
 import site
 import subprocess
 import sys
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -142,7 +141,10 @@ def last_words(study: Study) -> dict[int, tuple[bool, str]]:
     A case says itself how it ended, in its folder. This is for tasks that could not begin one, and for those that the
     scheduler ended; the log of a task that came to its end without an error is not named."""
     found: dict[int, tuple[bool, str]] = {}
-    for _, path in sorted(_logs(study)):
+    logs: list[tuple[float, Path]] = []
+    with contextlib.suppress(OSError):
+        logs = sorted((path.stat().st_mtime, path) for path in logs_of(study).glob("*.log"))
+    for _, path in logs:
         with path.open("rb") as stream:
             stream.seek(max(0, path.stat().st_size - _LONGEST_LOG))
             text = stream.read().decode("utf-8", "replace")
@@ -162,12 +164,6 @@ def last_words(study: Study) -> dict[int, tuple[bool, str]]:
                 if line.startswith(("slurmstepd", "srun: ")):
                     found[case] = (False, f"{line} ({path})")
     return found
-
-
-def _logs(study: Study) -> Iterator[tuple[float, Path]]:
-    with contextlib.suppress(OSError):
-        for path in logs_of(study).glob("*.log"):
-            yield path.stat().st_mtime, path
 
 
 def _environment() -> str:

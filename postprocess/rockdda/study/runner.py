@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Doing the runs of a study, on this machine or through Dask, and collecting their results."""
+"""Doing the runs of a study, on this machine or through Dask; its table, and small multiples of it."""
 
 from __future__ import annotations
 
@@ -13,7 +13,10 @@ from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from ..errors import InputError, need
+from ..plot.style import style
 from .case import (
     Outcome,
     folder_of,
@@ -30,6 +33,7 @@ from .job_array import last_words
 
 if TYPE_CHECKING:
     import pandas
+    from matplotlib.figure import Figure
 
 #: Called to report progress: cases finished in this call, cases to do, the last outcome.
 Progress = Callable[[int, int, Outcome], None]
@@ -143,3 +147,43 @@ def _results_of(study: Study, status: dict[str, Any], path: Path) -> tuple[dict[
         except (InputError, KeyError, IndexError) as problem:
             message = str(problem).strip("'\"").removeprefix("error: ")
     return numbers, message
+
+
+def plot_study(study: Study, table: pandas.DataFrame) -> Figure:
+    """Every result against the first parameter of numbers that varies; further ones distinguish lines and rows.
+
+    Cases without a result are left out, so that gaps show."""
+    import matplotlib.pyplot as plt
+    from pandas.api.types import is_numeric_dtype
+
+    varying = [name for name in study.parameters if table[name].nunique() > 1]
+    numeric = [name for name in varying if is_numeric_dtype(table[name])]
+    if not numeric:
+        raise InputError("nothing to draw: no parameter of numbers varies", study.file)
+    if not study.quantities:
+        raise InputError("nothing to draw: the study has no [results]", study.file)
+    across = numeric[0]
+    others = [name for name in varying if name != across]
+    lines, rows = others[:1], others[1:]
+    groups = list(table.groupby(rows)) if rows else [((), table)]
+    with style():
+        figure, grid = plt.subplots(
+            len(groups), len(study.quantities), figsize=(3.4 * len(study.quantities), 2.7 * len(groups)), squeeze=False,
+            layout="constrained",
+        )  # fmt: skip
+        for axes_row, (key, part) in zip(grid, groups, strict=True):
+            for axes, wanted in zip(axes_row, study.quantities, strict=True):
+                curves = list(part.groupby(lines[0])) if lines else [(None, part)]
+                colours = plt.get_cmap("viridis")(np.linspace(0, 0.9, len(curves)))
+                for (value, curve), colour in zip(curves, colours, strict=True):
+                    curve = curve.dropna(subset=[wanted.name]).sort_values(across)
+                    label = f"{lines[0]} = {value!s}" if lines else None
+                    axes.plot(curve[across], curve[wanted.name], "o-", ms=3, color=colour, label=label)
+                axes.set_xlabel(across)
+                axes.set_ylabel(f"{wanted.name} [{wanted.unit}]" if wanted.unit else wanted.name)
+                if rows:
+                    axes.set_title(", ".join(f"{name} = {value}" for name, value in zip(rows, key, strict=True)))
+        if lines:
+            grid[0, -1].legend()
+        figure.suptitle(study.title)
+    return figure

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Pictures of linings: axial force, moment and shear force drawn normal to them, and the capacity of their sections."""
+"""Pictures of support: forces of linings normal to them, the capacity of their sections, forces along bolts."""
 
 from __future__ import annotations
 
@@ -13,9 +13,10 @@ from ..errors import InputError
 from ..frames import BEAM_ENDS, Frame, both_sides
 from ..results import Results
 from ..units import Units
-from .block_maps import add_fixed_points, add_plain_blocks, frame_axes
+from .block_maps import add_fixed_points, add_lines, add_plain_blocks, frame_axes
 from .block_maps import moment as moment_of
-from .style import PAPER_WIDTH, clip_to_window, style
+from .boundary_marks import add_boundaries
+from .style import LINER, PAPER_WIDTH, USE_MAP, add_strokes, clip_to_window, style
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -107,6 +108,13 @@ def _nodes(results: Results, now: Frame) -> Columns:
     return nodes
 
 
+def _mark(axes: Axes, nodes: Columns, marks: dict[int, tuple[str, str]]) -> None:
+    for state, (words, mark) in marks.items():
+        at = nodes.rows(nodes["state"] == state)
+        if at.n_rows:
+            axes.plot(at["x"], at["y"], mark, color="black", markersize=3.5, zorder=4, label=words)
+
+
 def _label(words: str, unit: str) -> str:
     return f"{words} [{unit}]" if unit else words
 
@@ -148,10 +156,7 @@ def _draw(
         outline = np.concatenate([ends, np.where(corner, lines, ends)[:, 1:]], axis=1)
         axes.plot(*outline.reshape(-1, 2).T, color="black", linewidth=0.6, zorder=3.2)
         axes.plot(*lines.reshape(-1, 2).T, color="black", linewidth=1.6, zorder=3.4)
-        for state, (words, mark) in MARKS.items():
-            at = chosen["state"] == state
-            if at.any():
-                axes.plot(chosen["x"][at], chosen["y"][at], mark, color="black", markersize=3.5, zorder=4, label=words)
+        _mark(axes, chosen, MARKS)
     values = factor * both_sides(nodes, name)
     words = _label(f"{FIELDS[name]} {name}", unit)
     axes.set_xlabel(f"{words}: {values.min():.4g} … {values.max():.4g}")
@@ -210,3 +215,49 @@ def plastic_limit(thickness: float, compression: float) -> tuple[FloatArray, Flo
         return np.zeros(0), np.zeros(0)
     n = compression * np.linspace(0, thickness, 41)
     return n, 0.5 * n * (thickness - n / compression)
+
+
+BOLT_MARKS = {2: ("slips", "o"), 3: ("yields", "s"), 4: ("broken", "X")}
+
+
+BOLT_FIELDS = ("force", "use")
+
+
+def bolts(
+    results: Results, field: str = "force", frame: int = -1, *, axes: Axes | None = None, size: float = 1.0,
+    units: str | Units | None = None, title: str | None = None,
+) -> Axes:  # fmt: skip
+    """Axial force along the bolts as colour, per bolt, and marks at nodes that slip, yield or are broken.
+
+    `field='use'` shows the largest share of a strength instead, of the steel or of its grout; bolts without a strength
+    are grey. `size` is a factor on the width of the lines."""
+    from matplotlib import colormaps
+
+    now, units = results.frames[frame], Units.parse(units, results)
+    if field not in BOLT_FIELDS:
+        raise InputError(f"bolts are coloured by {' or '.join(map(repr, BOLT_FIELDS))}, not by {field!r}")
+    pieces = now.bolt_pieces.rows(now.bolt_pieces["there"])
+    parts, force = pieces.stack("x1", "y1", "x2", "y2").reshape(-1, 2, 2), pieces["force"]
+    if not len(parts):
+        raise InputError(f"{results.path} has no bolts in this frame")
+    factor, unit = units.of_bolt(bool(results.bolt_names), float(np.abs(force).max()))
+    # the colours begin or end at zero: equal forces differ by rounding alone
+    low, high = factor * min(0.0, float(force.min())), factor * max(0.0, float(force.max()))
+    shown, label = factor * force, _label("axial force per bolt", unit)
+    if field == "use":
+        shown, low, high, label = 100 * pieces["use"], 0.0, 100.0, "largest share of a strength [%]"
+    with style():
+        axes = frame_axes(results, now, now.shown_vertices, axes, units, title)
+        add_plain_blocks(axes, results, now.shown_vertices)
+        colours = colormaps["viridis" if field == "force" else USE_MAP].with_extremes(bad="#999999")
+        add_lines(axes, now.moved_pieces("liner"), LINER, 2.2)
+        lines = add_strokes(axes, parts, array=shown, cmap=colours, linewidths=2.4 * size, zorder=3.5)
+        lines.set_clim(low, high if high > low else 1.0)
+        axes.figure.colorbar(lines, ax=axes, label=label, shrink=0.7)
+        nodes = now.bolt_node_columns
+        _mark(axes, nodes, BOLT_MARKS)
+        add_fixed_points(axes, results)
+        add_boundaries(axes, results, now.shown_vertices, now.time)
+        if max(nodes["state"], default=0) > 1:
+            axes.legend(loc="upper left", bbox_to_anchor=(1.01, 1))
+    return axes
