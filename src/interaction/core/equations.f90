@@ -20,9 +20,9 @@ module rockdda_interaction_equations
    use rockdda_base_kinds, only : wp, i1
    use rockdda_base_parallel, only : parallel_blocks, parallel_contacts
    use rockdda_interaction_link_vectors, only : link_numbers, pack_vectors, unpack_vectors, add_stiffness, &
-      add_loads, add_force, elongations, many_elongations
+      add_loads, add_forces, elongations
    use rockdda_linear_matrix, only : block_matrix_type
-   use rockdda_linear_pattern, only : build_pattern, pattern_work_type
+   use rockdda_linear_pattern, only : build_pattern
    use rockdda_linear_small_blocks, only : n_packed
    implicit none
    private
@@ -71,7 +71,6 @@ module rockdda_interaction_equations
       logical :: same_pairs = .false.                !! all of `pair` was set since `set_size`, as it was before
       integer, private :: n_pairs = -1, n_begun = 0  !! n_begun: links in use so far; room behind takes no memory
       integer, allocatable, private :: inner(:, :), inner_slot(:)
-      type(pattern_work_type), private :: work
    contains
       procedure :: set_size
       procedure :: set_rows
@@ -255,9 +254,8 @@ contains
          if (joins_the_same()) return
       end if
       self%n_pairs = n
-      ! `incident` is new afterwards: until then it is room for work
       if (n_inner == n .and. .not. allocated(self%row_of)) then
-         call build_pattern(self%n_blocks, self%pair(:, 1:n), self%matrix, self%slot(1:n), self%work, self%incident)
+         call build_pattern(self%n_blocks, self%pair(:, 1:n), self%matrix, self%slot(1:n))
       else
          n_inner = 0
          do c = 1, n
@@ -266,8 +264,7 @@ contains
             self%inner(:, n_inner) = self%pair(:, c)
             if (allocated(self%row_of)) self%inner(:, n_inner) = self%row_of(self%pair(:, c))
          end do
-         call build_pattern(self%n_rows(), self%inner(:, 1:n_inner), self%matrix, self%inner_slot(1:n_inner), &
-                            self%work, self%incident)
+         call build_pattern(self%n_rows(), self%inner(:, 1:n_inner), self%matrix, self%inner_slot(1:n_inner))
          n_inner = 0
          do c = 1, n
             self%slot(c) = 0
@@ -367,7 +364,7 @@ contains
       class(equations_type), intent(in) :: self
       integer, intent(in) :: c
       real(wp), intent(out) :: along(2)
-      call elongations(self%vectors(:, c), self%x(:, self%pair(1, c)), self%x(:, self%pair(2, c)), along)
+      call elongations(1, self%vectors(:, c), self%pair(:, c), self%x, along)
    end subroutine link_motion
 
    !> `link_motion` of links one after the other.
@@ -375,7 +372,7 @@ contains
       class(equations_type), intent(in) :: self
       integer, intent(in) :: first, last
       real(wp), intent(inout), contiguous :: along(:, :)   !! (2, >= last - first + 1)
-      call many_elongations(last - first + 1, self%vectors(:, first:last), self%pair(:, first:last), self%x, along)
+      call elongations(last - first + 1, self%vectors(:, first:last), self%pair(:, first:last), self%x, along)
    end subroutine link_motions
 
    !> Forces along the two lines of a link that stand in the equations, for the solution.
@@ -402,8 +399,8 @@ contains
       integer, intent(in) :: c
       real(wp), intent(in) :: force(2)
       real(wp), intent(inout), contiguous :: f(:, :)       !! (6, nb)
-      call add_force(self%vectors(:, c), .true., force, f(:, self%pair(1, c)))
-      call add_force(self%vectors(:, c), .false., force, f(:, self%pair(2, c)))
+      call add_forces(1, [1], self%vectors(:, c), force, f(:, self%pair(1, c)))
+      call add_forces(1, [-1], self%vectors(:, c), force, f(:, self%pair(2, c)))
    end subroutine add_link_force
 
    !> Begin with new terms of single blocks: all of them, and all vectors, are new, or those of some blocks.

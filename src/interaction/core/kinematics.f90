@@ -13,23 +13,10 @@ module rockdda_interaction_kinematics
    use rockdda_base_kinds, only : wp
    implicit none
    private
-   public :: displacement_rows, displacement_at, point_load, displacement_gradient, move_point, move_points
-   public :: direction
+   public :: displacement_at, displacement_gradient, move_point, move_points, direction
    public :: mass_matrix, mass_times, rotate_stress, rotate_strain_rate, logarithmic_strain
 
 contains
-
-   !> The matrix T of thesis Eq. 3.2 at one point.
-   pure function displacement_rows(point, centroid) result(t)
-      real(wp), intent(in) :: point(2)     !! (x, y) [length]
-      real(wp), intent(in) :: centroid(2)  !! of the block [length]
-      real(wp) :: t(2, 6)                  !! d(displacement)/d(unknowns) [1 or length]
-      real(wp) :: x, y
-      x = point(1) - centroid(1)
-      y = point(2) - centroid(2)
-      t(1, :) = [1.0_wp, 0.0_wp, -y, x, 0.0_wp, 0.5_wp*y]
-      t(2, :) = [0.0_wp, 1.0_wp, x, 0.0_wp, y, 0.5_wp*x]
-   end function displacement_rows
 
    !> First-order displacement T d of one point (thesis Eq. 3.2), or its velocity when d is a velocity.
    pure function displacement_at(d, point, centroid) result(u)
@@ -43,19 +30,6 @@ contains
       u(1) = d(1) - d(3)*y + d(4)*x + 0.5_wp*d(6)*y
       u(2) = d(2) + d(3)*x + d(5)*y + 0.5_wp*d(6)*x
    end function displacement_at
-
-   !> Load T^T f of a force at a point (Eqs. 3.7, 3.7.1); with a unit vector for f, the derivative
-   !> of the point's motion along it.
-   pure function point_load(force, point, centroid) result(f)
-      real(wp), intent(in) :: force(2)     !! (fx, fy) [force]
-      real(wp), intent(in) :: point(2)     !! where it acts [length]
-      real(wp), intent(in) :: centroid(2)  !! of the block [length]
-      real(wp) :: f(6)                     !! load [force, force length]
-      real(wp) :: x, y
-      x = point(1) - centroid(1)
-      y = point(2) - centroid(2)
-      f = [force(1), force(2), x*force(2) - y*force(1), x*force(1), y*force(2), 0.5_wp*(y*force(1) + x*force(2))]
-   end function point_load
 
    !> Gradient H of the motion of a step: a point moves by (u0, v0) + H (x - c).
    !>

@@ -16,22 +16,21 @@ module rockdda_interaction_link_vectors
    use rockdda_base_kinds, only : wp
    implicit none
    private
-   public :: link_numbers, pack_vectors, unpack_vectors, elongations, many_elongations
-   public :: add_stiffness, add_loads, add_forces, add_force
+   public :: link_numbers, pack_vectors, unpack_vectors, elongations, add_stiffness, add_loads, add_forces
 
    !> Numbers that are stored of a link.
    integer, parameter :: link_numbers = 18
 
    interface
       !> Elongations of n links with two blocks, one after the other.
-      pure subroutine many_elongations(n, vectors, pair, x, along) bind(c, name='rockdda_many_elongations')
+      pure subroutine elongations(n, vectors, pair, x, along) bind(c, name='rockdda_many_elongations')
          import :: c_int, c_double
          integer(c_int), value :: n
          real(c_double), intent(in) :: vectors(18, *)     !! of the n links
          integer(c_int), intent(in) :: pair(2, *)         !! their blocks
          real(c_double), intent(in) :: x(6, *)            !! of all blocks
          real(c_double), intent(inout) :: along(2, *)     !! of the n links
-      end subroutine many_elongations
+      end subroutine elongations
 
       !> Stiffness of the links of block i and its own terms, as its diagonal block; stiffness of the links as its
       !> couplings with blocks of larger numbers, which follow the diagonal block.
@@ -99,51 +98,5 @@ contains
       v(2, 2) = side*p(1)
       v(3:6, 2) = p(k + 7:k + 10)
    end subroutine unpack_vectors
-
-   !> Elongations of a link along its two lines, for the unknowns of its blocks: sums of six, which a register of two
-   !> numbers adds up.
-   pure subroutine elongations(p, xa, xb, along)
-      real(wp), intent(in) :: p(link_numbers)
-      real(wp), intent(in) :: xa(6), xb(6)
-      real(wp), intent(out) :: along(2)
-      real(wp) :: t(2), n(2)
-      n = p(1:2)
-      t = ((n*xa(1:2) + p(3:4)*xa(3:4)) + p(5:6)*xa(5:6)) + ((-n*xb(1:2) + p(11:12)*xb(3:4)) + p(13:14)*xb(5:6))
-      along(1) = t(1) + t(2)
-      n = [-p(2), p(1)]
-      t = ((n*xa(1:2) + p(7:8)*xa(3:4)) + p(9:10)*xa(5:6)) + ((-n*xb(1:2) + p(15:16)*xb(3:4)) + p(17:18)*xb(5:6))
-      along(2) = t(1) + t(2)
-   end subroutine elongations
-
-   !> Directions of both lines, as the first two numbers of the vectors of one of the blocks. The other four are
-   !> p(i + 1:i + 4) of line 1 and p(i + 5:i + 8) of line 2.
-   pure subroutine unpack_lines(p, is_first, n, t, i)
-      real(wp), intent(in) :: p(link_numbers)
-      logical, intent(in) :: is_first
-      real(wp), intent(out) :: n(2), t(2)
-      integer, intent(out) :: i
-      if (is_first) then
-         n = p(1:2)
-         i = 2
-      else
-         n = -p(1:2)
-         i = 10
-      end if
-      t(1) = -n(2)
-      t(2) = n(1)
-   end subroutine unpack_lines
-
-   !> Forces along both lines of a link on one of its blocks.
-   pure subroutine add_force(p, is_first, force, r)
-      real(wp), intent(in) :: p(link_numbers)
-      logical, intent(in) :: is_first
-      real(wp), intent(in) :: force(2)
-      real(wp), intent(inout) :: r(6)
-      real(wp) :: n(2), t(2)
-      integer :: i
-      call unpack_lines(p, is_first, n, t, i)
-      r(1:2) = r(1:2) + (force(1)*n + force(2)*t)
-      r(3:6) = r(3:6) + (force(1)*p(i + 1:i + 4) + force(2)*p(i + 5:i + 8))
-   end subroutine add_force
 
 end module rockdda_interaction_link_vectors

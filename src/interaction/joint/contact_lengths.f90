@@ -20,31 +20,41 @@ module rockdda_interaction_contact_lengths
    use rockdda_interaction_attempt, only : attempt_type
    use rockdda_interaction_context, only : step_context_type
    use rockdda_interaction_equations, only : equations_type
-   use rockdda_interaction_finite_rotation, only : moving_block_type, moved_block_type, mean_vectors, end_lengths, &
-      end_point, turns
+   use rockdda_interaction_finite_rotation, only : moving_block_type, moved_block_type
    use rockdda_interaction_open_close, only : open_close_type
    implicit none
    private
-   public :: place_contacts, measure_lengths, contact_vectors, spring_vectors, contact_lengths, move_contacts
+   public :: place_contacts, measure_lengths, place_rows, find_lengths, move_contacts
 
    !> Lengths that differ by so many roundings of the coordinates that they are found from are not wrong: a stiff tie on
    !> which little acts would never be right.
    real(wp), parameter :: roundings = 16.0_wp
 
    interface
-      !> `contact_vectors` of some rows, packed (rockdda_interaction_link_vectors): in contact_kernels_shim.c.
+      !> Derivatives of gap (1) and slip (2) of some rows over the step, for the expected motion of their blocks, packed
+      !> (rockdda_interaction_link_vectors): in contact_kernels_shim.c.
+      !>
+      !> Of a vertex p of block a and an edge of block b, with what the blocks turn by in the step left aside:
+      !>
+      !> Normal: the gap is (p - s).n, s any point of the edge. Its exact first derivative, the turning of the edge
+      !> included, is n.(motion of p with block a - motion of the foot p - gap n with block b), which is Eq. 3.14 divided
+      !> by the length.
+      !> Tangential: the slip is t.(motion of p with block a - motion of p with block b), both at the one point p, so that
+      !> the couple of the two shear forces is zero. A rigid motion of both blocks together changes neither, to first
+      !> order.
       pure subroutine place_rows(n, rows, block_a, block_b, point, distance, normal, share, lean, moving, vectors) &
          bind(c, name='rockdda_place_contacts')
          import :: c_int, c_double, moving_block_type
          integer(c_int), value :: n
          integer(c_int), intent(in) :: rows(*)                 !! (n)
          integer(c_int), intent(in) :: block_a(*), block_b(*)  !! of all rows, as what follows
-         real(c_double), intent(in) :: point(2, *), distance(*), normal(2, *), share(*), lean(3, *)
+         real(c_double), intent(in) :: point(2, *), distance(*), normal(2, *), share(*)
+         real(c_double), intent(in) :: lean(3, *)              !! where the slip is: from the point, and the gap there
          type(moving_block_type), intent(in) :: moving(*)      !! all blocks
          real(c_double), intent(inout) :: vectors(18, *)       !! of all rows
       end subroutine place_rows
 
-      !> `contact_lengths` of some rows.
+      !> Distance (1) of the blocks at some rows, and slip (2), at the end of a step [length].
       pure subroutine find_lengths(n, rows, block_a, block_b, point, distance, normal, share, lean, moved, lengths) &
          bind(c, name='rockdda_contact_lengths')
          import :: c_int, c_double, moved_block_type
@@ -97,132 +107,6 @@ contains
       end do
       !$omp end parallel do
    end subroutine place_contacts
-
-   !> Derivatives of gap (1) and slip (2) of row c over the step, for the expected motion of its blocks.
-   pure subroutine contact_vectors(table, c, lean, a, b, e, g)
-      type(contact_table_type), intent(in) :: table
-      integer, intent(in) :: c                       !! row
-      real(wp), intent(in) :: lean(3)                !! where the slip is: from the point, and the gap there [length]
-      type(moving_block_type), intent(in) :: a, b    !! its blocks
-      real(wp), intent(out) :: e(6, 2)               !! with respect to d_a
-      real(wp), intent(out) :: g(6, 2)               !! with respect to d_b
-      real(wp) :: p(2), n(2), other_e(6, 2), other_g(6, 2)
-      ! sums of sections of the table would be temporary arrays on the heap
-      p = table%point(:, c)
-      n = table%normal(:, c)
-      call view(p, table%distance(c), e, g)
-      call view(p + lean(1:2), lean(3), other_e, other_g)
-      e(:, 2) = other_e(:, 2)
-      g(:, 2) = other_g(:, 2)
-
-   contains
-
-      !> The same at a point.
-      pure subroutine view(point, gap, e, g)
-         real(wp), intent(in) :: point(2), gap
-         real(wp), intent(out) :: e(6, 2), g(6, 2)
-         if (table%share(c) <= 0) then
-            call view_from(a, b, point, gap, n, e, g)
-         else if (table%share(c) >= 1) then
-            call view_from(b, a, point, gap, -n, g, e)
-         else
-            call view_from_both(a, b, point, gap, n, e, g)
-         end if
-      end subroutine view
-
-   end subroutine contact_vectors
-
-   !> A point half-way between block a and block b.
-   pure subroutine view_from_both(a, b, p, gap, n, e, g)
-      type(moving_block_type), intent(in) :: a, b
-      real(wp), intent(in) :: p(2), gap, n(2)
-      real(wp), intent(out) :: e(6, 2), g(6, 2)
-      real(wp) :: other_e(6, 2), other_g(6, 2), half(2)
-      half = 0.5_wp*gap*n
-      call view_from(a, b, p + half, gap, n, e, g)
-      call view_from(b, a, p - half, gap, -n, other_g, other_e)
-      e = 0.5_wp*(e + other_e)
-      g = 0.5_wp*(g + other_g)
-   end subroutine view_from_both
-
-   !> A vertex p of block a on an edge of block b with normal n.
-   pure subroutine view_from(a, b, p, gap, n, e, g)
-      type(moving_block_type), intent(in) :: a, b
-      real(wp), intent(in) :: p(2), gap, n(2)
-      real(wp), intent(out) :: e(6, 2), g(6, 2)
-      if (abs(a%angle) > 0 .or. abs(b%angle) > 0) then
-         call mean_vectors(p, gap, n, a, b, e, g)
-      else
-         call spring_vectors(p, gap, n, a%centroid, b%centroid, e, g)
-      end if
-   end subroutine view_from
-
-   !> First derivatives of gap (1) and slip (2) of one contact: vertex p of block a, an edge of block b.
-   !>
-   !> Normal: the gap is (p - s).n, s any point of the edge. Its exact first derivative, the turning of the edge
-   !> included, is n.(motion of p with block a - motion of the foot p - gap n with block b), which is Eq. 3.14 divided
-   !> by the length.
-   !> Tangential: the slip is t.(motion of p with block a - motion of p with block b), both at the one point p,
-   !> so that the couple of the two shear forces is zero. A rigid motion of both blocks together changes
-   !> neither, to first order.
-   pure subroutine spring_vectors(p, gap, normal, centroid_a, centroid_b, e, g)
-      real(wp), intent(in) :: p(2)           !! vertex of block a [length]
-      real(wp), intent(in) :: gap            !! > 0 open, < 0 overlapping [length]
-      real(wp), intent(in) :: normal(2)      !! outward unit normal of the edge
-      real(wp), intent(in) :: centroid_a(2)  !! [length]
-      real(wp), intent(in) :: centroid_b(2)  !! [length]
-      real(wp), intent(out) :: e(6, 2)       !! with respect to d_a; slip > 0: p moves along the edge
-      real(wp), intent(out) :: g(6, 2)       !! with respect to d_b
-      real(wp) :: tangent(2)
-      tangent = [-normal(2), normal(1)]
-      e(:, 1) = derivative(normal, p - centroid_a)
-      g(:, 1) = -derivative(normal, p - gap*normal - centroid_b)
-      e(:, 2) = derivative(tangent, p - centroid_a)
-      g(:, 2) = -derivative(tangent, p - centroid_b)
-   end subroutine spring_vectors
-
-   !> T^T u at a point of a block: `point_load` of the kinematics, here so that the compiler can unfold it.
-   pure function derivative(u, x) result(f)
-      real(wp), intent(in) :: u(2)   !! unit vector
-      real(wp), intent(in) :: x(2)   !! point about the block's centroid [length]
-      real(wp) :: f(6)
-      f = [u(1), u(2), x(1)*u(2) - x(2)*u(1), x(1)*u(1), x(2)*u(2), 0.5_wp*(x(2)*u(1) + x(1)*u(2))]
-   end function derivative
-
-   !> Distance (1) of the blocks at row c, and slip (2), at the end of a step.
-   pure function contact_lengths(table, c, lean, a, b) result(lengths)
-      type(contact_table_type), intent(in) :: table
-      integer, intent(in) :: c                       !! row
-      real(wp), intent(in) :: lean(3)                !! where the slip is: from the point, and the gap there [length]
-      type(moved_block_type), intent(in) :: a, b     !! its blocks
-      real(wp) :: lengths(2)                         !! [length]
-      real(wp) :: p(2), n(2), beside(2)
-      ! sums of sections of the table would be temporary arrays on the heap
-      p = table%point(:, c)
-      n = table%normal(:, c)
-      lengths = lengths_at(p, table%distance(c))
-      beside = lengths_at(p + lean(1:2), lean(3))
-      lengths(2) = beside(2)
-
-   contains
-
-      !> The same at a point.
-      pure function lengths_at(point, gap) result(lengths)
-         real(wp), intent(in) :: point(2), gap
-         real(wp) :: lengths(2), half(2)
-         associate (share => table%share(c))
-            if (share <= 0) then
-               lengths = end_lengths(point, gap, n, a, b)
-            else if (share >= 1) then
-               lengths = end_lengths(point, gap, -n, b, a)
-            else
-               half = 0.5_wp*gap*n
-               lengths = 0.5_wp*(end_lengths(point + half, gap, n, a, b) + end_lengths(point - half, gap, -n, b, a))
-            end if
-         end associate
-      end function lengths_at
-
-   end function contact_lengths
 
    !> Gaps of closed contacts, and slips of locked ones, that the expected motion gives otherwise than the solution.
    subroutine measure_lengths(table, lean, trial, first_link, context, attempt, was_judged, mixed_only, equations)

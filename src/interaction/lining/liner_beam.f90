@@ -29,8 +29,7 @@ module rockdda_interaction_liner_beam
    implicit none
    private
    public :: liner_section_type, beam_type, beam_state_type, beam_response_type, new_beam, respond_beam, accept_beam, &
-      deformation_of, section_forces, section_response, section_energy, forces_at, n_sections, &
-      share_of_strength
+      deformation_of, section_response, forces_at, n_sections, share_of_strength
 
    integer, parameter :: n_sections = 3
    !> Shares of the stiffness beyond the compressive strength, and of cracked concrete in tension.
@@ -459,15 +458,6 @@ contains
       end do
       tangent(1, 2) = tangent(2, 1)
    end subroutine section_response
-
-   !> Axial force and moment alone.
-   pure function section_forces(section, cracked, strain) result(forces)
-      type(liner_section_type), intent(in) :: section
-      logical, intent(in) :: cracked
-      real(wp), intent(in) :: strain(2)
-      real(wp) :: forces(2), tangent(2, 2)
-      call section_response(section, cracked, strain, forces, tangent)
-   end function section_forces
 
    !> Energy of a section over its length, by Simpson's rule, which is exact in each part.
    pure real(wp) function section_energy(section, cracked, strain) result(stored)

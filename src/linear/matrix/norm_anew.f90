@@ -31,99 +31,69 @@ module rockdda_linear_norm_anew
 
 contains
 
-   !> |v| of a vector of forces on n blocks. Block i is number place(i) of `values`, or of `packed`, or number i.
-   subroutine norm(self, n, v, size_of_v, ok, values, packed, place)
+   !> |v| of a vector of forces on n blocks. Block i is number place(i) of `values`.
+   subroutine norm(self, n, v, width, values, place, size_of_v, ok)
       class(norm_anew_type), intent(inout) :: self
       integer, intent(in) :: n
       real(wp), intent(in), contiguous :: v(:, :)            !! (6, n)
+      integer, intent(in) :: width                           !! 36: whole blocks; n_packed: lower triangles
+      real(wp), intent(in) :: values(width, *)
+      integer, intent(in), contiguous :: place(:)            !! (>= n)
       real(wp), intent(out) :: size_of_v                     !! |v|
       logical, intent(out) :: ok                             !! all blocks have a factor
-      real(wp), intent(in), contiguous, optional :: values(:, :, :)   !! (6, 6, >= places), with `place`
-      real(wp), intent(in), contiguous, optional :: packed(:, :)      !! (n_packed, >= places) instead: lower triangles
-      integer, intent(in), contiguous, optional :: place(:)  !! (>= n)
       integer :: p
       if (allocated(self%partial)) then
          if (size(self%partial) < n_pieces(n)) deallocate (self%partial)
       end if
       if (.not. allocated(self%partial)) allocate (self%partial(n_pieces(n)))
       ok = .true.
-      ! each with what is present alone: a parallel region must not share what is not
-      if (present(values)) then
-         !$omp parallel do default(none) shared(self, n, v, values, place) private(p) reduction(.and.:ok) &
-         !$omp schedule(static) if (n > parallel_blocks)
-         do p = 1, n_pieces(n)
-            self%partial(p) = 0
-            call add_some((p - 1)*piece + 1, min(p*piece, n), v, self%partial(p), ok, values, place=place)
-         end do
-         !$omp end parallel do
-      else if (present(place)) then
-         !$omp parallel do default(none) shared(self, n, v, packed, place) private(p) reduction(.and.:ok) &
-         !$omp schedule(static) if (n > parallel_blocks)
-         do p = 1, n_pieces(n)
-            self%partial(p) = 0
-            call add_some((p - 1)*piece + 1, min(p*piece, n), v, self%partial(p), ok, packed=packed, place=place)
-         end do
-         !$omp end parallel do
-      else
-         !$omp parallel do default(none) shared(self, n, v, packed) private(p) reduction(.and.:ok) &
-         !$omp schedule(static) if (n > parallel_blocks)
-         do p = 1, n_pieces(n)
-            self%partial(p) = 0
-            call add_some((p - 1)*piece + 1, min(p*piece, n), v, self%partial(p), ok, packed=packed)
-         end do
-         !$omp end parallel do
-      end if
+      !$omp parallel do default(none) shared(self, n, v, width, values, place) private(p) reduction(.and.:ok) &
+      !$omp schedule(static) if (n > parallel_blocks)
+      do p = 1, n_pieces(n)
+         self%partial(p) = 0
+         call add_some((p - 1)*piece + 1, min(p*piece, n), v, width, values, place, self%partial(p), ok)
+      end do
+      !$omp end parallel do
       size_of_v = sqrt(sum(self%partial(1:n_pieces(n))))
    end subroutine norm
 
    !> |v| if the forces on all blocks but the first `group` of each `stride` blocks were 0.
-   subroutine norm_of_part(n, v, group, stride, size_of_v, ok, values, packed, place)
+   subroutine norm_of_part(n, v, width, values, place, group, stride, size_of_v, ok)
       integer, intent(in) :: n
       real(wp), intent(in), contiguous :: v(:, :)            !! (6, n)
+      integer, intent(in) :: width                           !! as above
+      real(wp), intent(in) :: values(width, *)
+      integer, intent(in), contiguous :: place(:)            !! (>= n)
       integer, intent(in) :: group, stride                   !! group: at most a piece
       real(wp), intent(out) :: size_of_v
       logical, intent(out) :: ok                             !! these blocks have a factor
-      real(wp), intent(in), contiguous, optional :: values(:, :, :)   !! (6, 6, >= places)
-      real(wp), intent(in), contiguous, optional :: packed(:, :)      !! (n_packed, >= places) instead
-      integer, intent(in), contiguous, optional :: place(:)  !! (>= n)
       real(wp) :: total
       integer :: first
       total = 0
       ok = .true.
       do first = 1, n, stride
-         ! each with what is present alone, as above
-         if (present(values)) then
-            call add_some(first, min(first + group - 1, n), v, total, ok, values, place=place)
-         else if (present(place)) then
-            call add_some(first, min(first + group - 1, n), v, total, ok, packed=packed, place=place)
-         else
-            call add_some(first, min(first + group - 1, n), v, total, ok, packed=packed)
-         end if
+         call add_some(first, min(first + group - 1, n), v, width, values, place, total, ok)
       end do
       size_of_v = sqrt(total)
    end subroutine norm_of_part
 
    !> Add the squares of some blocks, at most a piece of them, to a total.
-   subroutine add_some(first, last, v, total, ok, values, packed, place)
-      integer, intent(in) :: first, last
+   subroutine add_some(first, last, v, width, values, place, total, ok)
+      integer, intent(in) :: first, last, width
       real(wp), intent(in), contiguous :: v(:, :)
+      real(wp), intent(in) :: values(width, *)
+      integer, intent(in), contiguous :: place(:)
       real(wp), intent(inout) :: total
       logical, intent(inout) :: ok                           !! false when a block has no factor
-      real(wp), intent(in), contiguous, optional :: values(:, :, :), packed(:, :)
-      integer, intent(in), contiguous, optional :: place(:)
       real(wp) :: squares, blocks(6, 6, 4)
-      integer :: places(piece), i, q
-      do i = first, last
-         places(i - first + 1) = i
-         if (present(place)) places(i - first + 1) = place(i)
-      end do
+      integer :: i, q
       squares = 0
-      if (present(values)) then
-         if (sum_anew(last - first + 1, values, places, v(:, first:last), squares) == 0) ok = .false.
+      if (width == 36) then
+         if (sum_anew(last - first + 1, values, place(first:last), v(:, first:last), squares) == 0) ok = .false.
       else
          do i = first, last, 4
             do q = 1, min(4, last - i + 1)
-               call unpack_lower(packed(:, places(i - first + q)), blocks(:, :, q))
+               call unpack_lower(values(:, place(i + q - 1)), blocks(:, :, q))
             end do
             if (sum_anew(min(4, last - i + 1), blocks, [1, 2, 3, 4], v(:, i:min(i + 3, last)), squares) == 0) &
                ok = .false.

@@ -9,16 +9,10 @@
 !>     slots      3      5      2      3                place k    1  2  3     4  5     6
 module rockdda_linear_pattern
    use rockdda_base_kinds, only : wp
-   use rockdda_base_room, only : reserve
    use rockdda_linear_matrix, only : block_matrix_type
    implicit none
    private
-   public :: build_pattern, pattern_work_type
-
-   !> Arrays of `build_pattern`, kept to save their allocation.
-   type :: pattern_work_type
-      integer, allocatable :: start(:), row_start(:), column(:)
-   end type pattern_work_type
+   public :: build_pattern
 
 contains
 
@@ -27,51 +21,26 @@ contains
    !> The diagonal block of row i is always stored, at row_start(i). `column` and `values` are kept when they
    !> are large enough, so they may be longer than row_start(n + 1) - 1. When the pattern is that of
    !> the matrix already, values and pattern_id stay as they are; otherwise values are undefined.
-   subroutine build_pattern(n, pairs, matrix, slots, work, spare)
+   subroutine build_pattern(n, pairs, matrix, slots)
       integer, intent(in) :: n                         !! number of blocks
       integer, intent(in), contiguous :: pairs(:, :)   !! (2, m) blocks of each contact, any order, repeats allowed
       type(block_matrix_type), intent(inout) :: matrix !! receives the pattern
       integer, intent(out), contiguous :: slots(:)     !! (m) place k in values of block (min, max) of each pair
-      type(pattern_work_type), intent(inout), optional :: work !! to keep from call to call
-      integer, intent(inout), contiguous, optional :: spare(:) !! (>= m) room, with `work`
-      type(pattern_work_type) :: own
-      integer, allocatable :: by_small(:)
-      if (present(work) .and. present(spare)) then
-         call build_with(n, pairs, matrix, slots, work, spare)
-         return
-      end if
-      allocate (by_small(size(pairs, 2)))
-      if (present(work)) then
-         call build_with(n, pairs, matrix, slots, work, by_small)
-      else
-         call build_with(n, pairs, matrix, slots, own, by_small)
-      end if
-   end subroutine build_pattern
-
-   !> `build_pattern` with the arrays given.
-   subroutine build_with(n, pairs, matrix, slots, work, by_small)
-      integer, intent(in) :: n
-      integer, intent(in), contiguous :: pairs(:, :)
-      type(block_matrix_type), intent(inout) :: matrix
-      integer, intent(out), contiguous :: slots(:)
-      type(pattern_work_type), intent(inout) :: work
-      integer, intent(inout), contiguous :: by_small(:)        !! (>= m) work
+      integer, allocatable :: start(:), row_start(:), column(:), by_small(:)
       integer :: n_stored, m
       m = size(pairs, 2)
-      call reserve(work%start, n + 1)
-      call reserve(work%row_start, n + 1)
-      call reserve(work%column, n + m)
-      call sort_pairs(n, m, pairs, slots, work%start, by_small, work%row_start, work%column)
-      if (is_same_pattern(matrix, n, work%row_start(1:n + 1), work%column)) return
+      allocate (start(n + 1), row_start(n + 1), column(n + m), by_small(m))
+      call sort_pairs(n, m, pairs, slots, start, by_small, row_start, column)
+      if (is_same_pattern(matrix, n, row_start, column)) return
       if (matrix%n /= n .and. allocated(matrix%row_start)) deallocate (matrix%row_start)
       if (.not. allocated(matrix%row_start)) allocate (matrix%row_start(n + 1))
       matrix%n = n
       matrix%pattern_id = matrix%pattern_id + 1
-      matrix%row_start(1:n + 1) = work%row_start(1:n + 1)
+      matrix%row_start(1:n + 1) = row_start
       n_stored = matrix%row_start(n + 1) - 1
       call reserve_blocks(matrix, n_stored)
-      matrix%column(1:n_stored) = work%column(1:n_stored)
-   end subroutine build_with
+      matrix%column(1:n_stored) = column(1:n_stored)
+   end subroutine build_pattern
 
    !> Rows of the upper half with their columns ascending, and the place of each pair.
    pure subroutine sort_pairs(n, m, pairs, slots, start, by_small, row_start, column)

@@ -6,7 +6,7 @@ module rockdda_linear_products
    use rockdda_linear_matrix, only : block_matrix_type
    implicit none
    private
-   public :: multiply, rounding_level, n_stored_blocks, find_block, add_product, subtract_own, subtract_foreign
+   public :: rounding_level, n_stored_blocks, subtract_own, subtract_foreign
 
    ! in residual_kernels_shim.c
    interface
@@ -39,46 +39,6 @@ contains
       n_stored_blocks = 0
       if (matrix%n > 0) n_stored_blocks = matrix%row_start(matrix%n + 1) - 1
    end function n_stored_blocks
-
-   !> Place in `values` of block (min(i,j), max(i,j)); 0 when it is not in the pattern.
-   pure integer function find_block(matrix, i, j) result(k)
-      type(block_matrix_type), intent(in) :: matrix
-      integer, intent(in) :: i, j   !! block numbers
-      integer :: low, high, wanted
-      wanted = max(i, j)
-      low = matrix%row_start(min(i, j))
-      high = matrix%row_start(min(i, j) + 1) - 1
-      do while (low <= high)
-         k = (low + high)/2
-         if (matrix%column(k) == wanted) return
-         if (matrix%column(k) < wanted) then
-            low = k + 1
-         else
-            high = k - 1
-         end if
-      end do
-      k = 0
-   end function find_block
-
-   !> y = K x.
-   pure subroutine multiply(matrix, x, y)
-      type(block_matrix_type), intent(in) :: matrix
-      real(wp), intent(in), contiguous :: x(:, :)   !! (6, n)
-      real(wp), intent(out), contiguous :: y(:, :)  !! (6, n)
-      integer :: i, j, k
-      real(wp) :: own(6)
-      y = 0
-      do i = 1, matrix%n
-         own = y(:, i)
-         call add_product(matrix%values(:, :, matrix%row_start(i)), x(:, i), own)
-         do k = matrix%row_start(i) + 1, matrix%row_start(i + 1) - 1
-            j = matrix%column(k)
-            call add_product(matrix%values(:, :, k), x(:, j), own)
-            call add_transposed_product(matrix%values(:, :, k), x(:, i), y(:, j))
-         end do
-         y(:, i) = own
-      end do
-   end subroutine multiply
 
    !> w = |K| |x| + |f|, entry by entry: epsilon times w bounds the rounding error of f - K x.
    pure subroutine rounding_level(matrix, x, f, w)

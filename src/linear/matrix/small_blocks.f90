@@ -6,7 +6,7 @@ module rockdda_linear_small_blocks
    implicit none
    private
    public :: factorize_block, factorize_packed, solve_lower, solve_lower_transposed, solve_block, invert_lower, &
-      invert_packed, n_packed, pack_lower, unpack_lower, scale_rows, square_packed, add_symmetric_product
+      invert_packed, n_packed, pack_lower, unpack_lower, scale_rows, add_symmetric_product
 
    !> Numbers of a lower triangle that is packed column by column.
    integer, parameter :: n_packed = 21
@@ -131,7 +131,8 @@ contains
       packed(21) = a(6, 6)
    end subroutine pack_lower
 
-   !> y := y + A x with a symmetric block of which the lower triangle is packed. Single numbers, as in `square_packed`.
+   !> y := y + A x with a symmetric block of which the lower triangle is packed. Single numbers instead of arrays: no
+   !> vector waits for parts of it.
    pure subroutine add_symmetric_product(a, x, y)
       real(wp), intent(in) :: a(n_packed), x(6)
       real(wp), intent(inout) :: y(6)
@@ -142,19 +143,6 @@ contains
       y(5) = (((((y(5) + a(5)*x(1)) + a(10)*x(2)) + a(14)*x(3)) + a(17)*x(4)) + a(19)*x(5)) + a(20)*x(6)
       y(6) = (((((y(6) + a(6)*x(1)) + a(11)*x(2)) + a(15)*x(3)) + a(18)*x(4)) + a(20)*x(5)) + a(21)*x(6)
    end subroutine add_symmetric_product
-
-   !> r^T A^-1 r with a packed factor of A. Single numbers instead of arrays: no vector waits for parts of it.
-   pure real(wp) function square_packed(l, r) result(square)
-      real(wp), intent(in) :: l(n_packed), r(6)
-      real(wp) :: b1, b2, b3, b4, b5, b6
-      b1 = r(1)*l(1)
-      b2 = (r(2) - l(2)*b1)*l(7)
-      b3 = ((r(3) - l(3)*b1) - l(8)*b2)*l(12)
-      b4 = (((r(4) - l(4)*b1) - l(9)*b2) - l(13)*b3)*l(16)
-      b5 = ((((r(5) - l(5)*b1) - l(10)*b2) - l(14)*b3) - l(17)*b4)*l(19)
-      b6 = (((((r(6) - l(6)*b1) - l(11)*b2) - l(15)*b3) - l(18)*b4) - l(20)*b5)*l(21)
-      square = ((((b1*b1 + b2*b2) + b3*b3) + b4*b4) + b5*b5) + b6*b6
-   end function square_packed
 
    !> b := L^-T b with a factor made by `factorize_block`.
    pure subroutine solve_lower_transposed(l, b)

@@ -21,7 +21,7 @@ module rockdda_stepping_line_search
    use rockdda_interaction_families, only : families_type
    use rockdda_linear_norm_anew, only : norm_anew_type
    use rockdda_stepping_method, only : method_type
-   use rockdda_linear_small_blocks, only : add_symmetric_product
+   use rockdda_linear_small_blocks, only : add_symmetric_product, n_packed
    implicit none
    private
    public :: line_search_type
@@ -281,16 +281,25 @@ contains
       real(wp), intent(in), contiguous :: v(:, :)          !! (6, rows)
       associate (n => equations%n_rows())
          if (.not. self%by_terms) then
-            call self%weights%norm(n, v, norm, self%has_weights, equations%matrix%values, &
-                                   place=equations%matrix%row_start)
-         else if (allocated(equations%block_of)) then
-            call self%weights%norm(n, v, norm, self%has_weights, packed=equations%block_matrix, &
-                                   place=equations%block_of)
+            call self%weights%norm(n, v, 36, equations%matrix%values, equations%matrix%row_start, norm, &
+                                   self%has_weights)
          else
-            call self%weights%norm(n, v, norm, self%has_weights, packed=equations%block_matrix)
+            call self%weights%norm(n, v, n_packed, equations%block_matrix, blocks_of_rows(equations), norm, &
+                                   self%has_weights)
          end if
       end associate
    end function norm_of
+
+   !> Block of each row of the matrix.
+   pure function blocks_of_rows(equations) result(blocks)
+      type(equations_type), intent(in) :: equations
+      integer :: blocks(equations%n_rows()), i
+      if (allocated(equations%block_of)) then
+         blocks = equations%block_of
+      else
+         blocks = [(i, i=1, size(blocks))]
+      end if
+   end function blocks_of_rows
 
    !> Norm of the part of `r` that is a lower bound of the whole.
    real(wp) function norm_of_part(self, equations) result(norm)
@@ -299,13 +308,11 @@ contains
       logical :: ok   ! as it was for all blocks
       associate (n => equations%n_rows())
          if (.not. self%by_terms) then
-            call self%weights%norm_of_part(n, self%r, group, stride, norm, ok, equations%matrix%values, &
-                                           place=equations%matrix%row_start)
-         else if (allocated(equations%block_of)) then
-            call self%weights%norm_of_part(n, self%r, group, stride, norm, ok, packed=equations%block_matrix, &
-                                           place=equations%block_of)
+            call self%weights%norm_of_part(n, self%r, 36, equations%matrix%values, equations%matrix%row_start, group, &
+                                           stride, norm, ok)
          else
-            call self%weights%norm_of_part(n, self%r, group, stride, norm, ok, packed=equations%block_matrix)
+            call self%weights%norm_of_part(n, self%r, n_packed, equations%block_matrix, blocks_of_rows(equations), &
+                                           group, stride, norm, ok)
          end if
       end associate
    end function norm_of_part

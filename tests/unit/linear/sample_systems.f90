@@ -7,7 +7,7 @@ module sample_systems
    use rockdda_linear_pattern, only : build_pattern
    implicit none
    private
-   public :: brick_wall, random_system, difference, random_numbers
+   public :: brick_wall, random_system, difference, random_numbers, find_block, full_matrix
 
    !> A reproducible stream of numbers in [-1, 1).
    type, public :: random_numbers
@@ -17,6 +17,31 @@ module sample_systems
    end type random_numbers
 
 contains
+
+   !> Place in `values` of block (min(i,j), max(i,j)); 0 when it is not in the pattern.
+   pure integer function find_block(matrix, i, j) result(k)
+      type(block_matrix_type), intent(in) :: matrix
+      integer, intent(in) :: i, j
+      do k = matrix%row_start(min(i, j)), matrix%row_start(min(i, j) + 1) - 1
+         if (matrix%column(k) == max(i, j)) return
+      end do
+      k = 0
+   end function find_block
+
+   !> The matrix with both halves and its zeros.
+   pure function full_matrix(matrix) result(full)
+      type(block_matrix_type), intent(in) :: matrix
+      real(wp) :: full(6*matrix%n, 6*matrix%n)
+      integer :: i, j, k
+      full = 0
+      do i = 1, matrix%n
+         do k = matrix%row_start(i), matrix%row_start(i + 1) - 1
+            j = matrix%column(k)
+            full(6*i - 5:6*i, 6*j - 5:6*j) = matrix%values(:, :, k)
+            full(6*j - 5:6*j, 6*i - 5:6*i) = transpose(matrix%values(:, :, k))
+         end do
+      end do
+   end function full_matrix
 
    !> Next number of a linear congruential generator (modulus 2^31 - 1, multiplier 48271).
    real(wp) function next(self)

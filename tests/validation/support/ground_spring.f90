@@ -7,7 +7,8 @@ module ground_spring
    use rockdda_interaction_balance, only : energy_balance_type
    use rockdda_interaction_context, only : step_context_type
    use rockdda_interaction_equations, only : equations_type
-   use rockdda_interaction_kinematics, only : move_point, point_load
+   use rockdda_interaction_finite_rotation, only : mean_load
+   use rockdda_interaction_kinematics, only : move_point
    use rockdda_interaction_linked_interaction, only : linked_interaction_type
    implicit none
    private
@@ -60,7 +61,7 @@ contains
       real(wp) :: a(6, 2), b(6, 2)
       if (self%block == 0) return
       a = 0
-      a(:, 1) = point_load(self%direction, self%point, context%state%centroid(:, self%block))
+      a(:, 1) = mean_load(self%direction, self%point, attempt%moving(self%block))
       b = 0
       call equations%set_vectors(self%first_link + 1, a, b)
    end subroutine place
