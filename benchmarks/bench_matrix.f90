@@ -3,8 +3,7 @@
 module bench_matrix
    use rockdda_base_kinds, only : wp
    use rockdda_base_error, only : error_type
-   use rockdda_linear_matrix, only : block_matrix_type
-   use rockdda_linear_products, only : subtract_own, n_stored_blocks
+   use rockdda_linear_matrix, only : block_matrix_type, subtract_own, n_stored_blocks
    use rockdda_linear_solver, only : linear_solver_type, solve_report_type
    use rockdda_linear_factory, only : new_solver
    use bench_clock, only : stopwatch_type

@@ -27,7 +27,7 @@ program bench_steps
    use rockdda_model_options, only : run_options_type
    use rockdda_model_parameters, only : parameters_type
    use rockdda_contact_view, only : contact_view_type
-   use rockdda_linear_products, only : n_stored_blocks
+   use rockdda_linear_matrix, only : n_stored_blocks
    use rockdda_io_results, only : results_type, results_header_type
    use rockdda_stepping_simulation, only : simulation_type
    use bench_models, only : make_model
@@ -72,7 +72,7 @@ program bench_steps
    call sim%init(blocks, parameters, error)
    call stop_on(error)
    call watch%stop()
-   call line%text('solver', sim%solver%name())
+   call line%text('solver', trim(parameters%solver_method))
    call line%real('ratio', stiffness_ratio())
    call line%real('init_seconds', watch%wall)
    call line%put(output_unit)

@@ -13,8 +13,7 @@ module step_systems
    use rockdda_model_options, only : run_options_type
    use rockdda_model_parameters, only : parameters_type
    use rockdda_model_resolve, only : resolve_parameters
-   use rockdda_linear_matrix, only : block_matrix_type
-   use rockdda_linear_products, only : n_stored_blocks
+   use rockdda_linear_matrix, only : block_matrix_type, n_stored_blocks
    use rockdda_stepping_simulation, only : simulation_type
    implicit none
    private

@@ -18,11 +18,10 @@ module rockdda_check_options
    use rockdda_model_regions, only : blocks_of_region
    use rockdda_model_options, only : is_set
    use rockdda_interaction_joint_strength, only : joint_law_type, new_joint_laws
-   use rockdda_interaction_loads, only : loads_type
+   use rockdda_interaction_loads, only : loads_type, find_carriers
    use rockdda_interaction_boundaries, only : boundaries_type
    use rockdda_interaction_water, only : water_family_type
    use rockdda_interaction_boundary_edges, only : find_outer_edges, edges_along
-   use rockdda_interaction_line_loads, only : find_carriers
    use rockdda_check_tables, only : warn_of_tables, check_motion
    use rockdda_check_boundaries, only : check_boundaries
    implicit none

@@ -35,12 +35,11 @@ module rockdda_linear_auto
    use rockdda_base_kinds, only : wp
    use rockdda_base_error, only : error_type
    use rockdda_base_strings, only : to_string
-   use rockdda_linear_matrix, only : block_matrix_type
+   use rockdda_linear_matrix, only : block_matrix_type, n_stored_blocks
    use rockdda_linear_solver, only : linear_solver_type, solve_report_type, solve_effort_type
    use rockdda_linear_direct, only : direct_solver_type
    use rockdda_linear_block_cholesky, only : most_blocks
    use rockdda_linear_pcg, only : pcg_solver_type, many_iterations
-   use rockdda_linear_products, only : n_stored_blocks
    implicit none
    private
    public :: auto_solver_type
@@ -68,7 +67,6 @@ module rockdda_linear_auto
       integer, private :: inertia_id = 0
    contains
       procedure :: solve => solve_auto
-      procedure :: name => name_auto
       procedure :: pack => pack_auto
       procedure :: unpack => unpack_auto
    end type auto_solver_type
@@ -189,7 +187,7 @@ contains
       call self%direct%solve(matrix, f, x, report, error)
       call lend(self%direct, self)
       report%iterations = wasted
-      if (allocated(failure)) self%choice = self%direct%name()//' took over: '//failure
+      if (allocated(failure)) self%choice = trim(self%direct%label)//' took over: '//failure
       if (.not. allocated(report%detail)) report%detail = self%choice
 
    contains
@@ -236,7 +234,7 @@ contains
       use_direct = .false.
       if (matrix%n <= few_blocks) then
          use_direct = .true.
-         self%choice = self%direct%name()//': few blocks'
+         self%choice = trim(self%direct%label)//': few blocks'
          return
       end if
       if (self%is_small .and. self%waiting > 0) then
@@ -277,12 +275,12 @@ contains
       if (self%waiting == 0 .and. work_pcg < max_trial_cost*work_direct .and. affordable >= 1) then
          granted = nint(min(affordable, real(most_iterations, wp)))
          self%choice = kind_of_pcg(self)//'tried with '//to_string(granted)// &
-                       ' iterations, which cost as much as '//self%direct%name()
+                       ' iterations, which cost as much as '//trim(self%direct%label)
          return
       end if
       use_direct = .true.
       self%waiting = merge(wait_of_small, max(0, self%waiting - 1), self%is_small)
-      self%choice = self%direct%name()//': counted work is '//to_string(work_direct/work_pcg)//' of that of pcg'
+      self%choice = trim(self%direct%label)//': counted work is '//to_string(work_direct/work_pcg)//' of that of pcg'
    end subroutine choose
 
    !> How PCG iterates, to begin the reason of a choice.
@@ -381,12 +379,5 @@ contains
       end associate
       share = exp(total/max(1, matrix%n/stride))
    end subroutine measure_inertia
-
-   !> Name as in the options.
-   pure function name_auto(self) result(name)
-      class(auto_solver_type), intent(in) :: self
-      character(len=:), allocatable :: name
-      name = 'auto'
-   end function name_auto
 
 end module rockdda_linear_auto

@@ -14,11 +14,10 @@
 !> of the two corners has the only one then.
 module rockdda_contact_corner_search
    use rockdda_base_kinds, only : wp
-   use rockdda_contact_bonds, only : faces
    use rockdda_contact_candidates, only : candidate_type, other_rows_type, candidate_list_type
    use rockdda_contact_corners, only : corner_type, corner_station, meet_corners
    use rockdda_contact_exposure, only : exposure_type
-   use rockdda_contact_history, only : contact_history_type
+   use rockdda_contact_history, only : contact_history_type, faces
    use rockdda_contact_intervals, only : interval_type, measure_interval
    use rockdda_contact_outlines, only : outlines_type, outward
    use rockdda_contact_search_limits, only : search_limits_type

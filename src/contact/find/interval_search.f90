@@ -4,10 +4,9 @@
 module rockdda_contact_interval_search
    use rockdda_base_kinds, only : wp
    use rockdda_model_blocks, only : block_system_type
-   use rockdda_contact_bonds, only : faces
    use rockdda_contact_broad_phase, only : close_pairs_type
    use rockdda_contact_exposure, only : exposure_type
-   use rockdda_contact_history, only : contact_history_type
+   use rockdda_contact_history, only : contact_history_type, faces
    use rockdda_contact_table, only : contact_table_type, contact_state
    use rockdda_contact_topology, only : contact_topology_type
    use rockdda_contact_outlines, only : outlines_type

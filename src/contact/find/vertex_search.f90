@@ -29,9 +29,8 @@ module rockdda_contact_vertex_search
    use rockdda_contact_table, only : contact_table_type, contact_state
    use rockdda_contact_topology, only : contact_topology_type
    use rockdda_contact_outlines, only : outlines_type, outward, is_outside
-   use rockdda_contact_history, only : contact_history_type
+   use rockdda_contact_history, only : contact_history_type, faces
    use rockdda_contact_search_limits, only : search_limits_type
-   use rockdda_contact_bonds, only : faces
    use rockdda_contact_candidates, only : candidate_type, candidate_list_type
    use rockdda_contact_corner_search, only : search_corners
    use rockdda_contact_exposure, only : exposure_type

@@ -11,7 +11,7 @@ module rockdda_interaction_bar_bolt
    use rockdda_model_blocks, only : block_system_type
    use rockdda_model_bolt_layout, only : trace_bolt, hold_ends
    use rockdda_model_bolt_numbers, only : bolt_numbers_type
-   use rockdda_interaction_affine_motion, only : affine_motion
+   use rockdda_interaction_kinematics, only : affine_motion
    use rockdda_interaction_bar, only : bar_type, bar_state_type, bar_response_type, new_bar, respond, condense, &
       tension, stored_energy, largest_share
    use rockdda_interaction_context, only : step_context_type

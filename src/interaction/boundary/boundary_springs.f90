@@ -23,8 +23,7 @@ module rockdda_interaction_boundary_springs
    use rockdda_interaction_context, only : step_context_type
    use rockdda_interaction_equations, only : equations_type
    use rockdda_interaction_finite_rotation, only : mean_displacement
-   use rockdda_interaction_point_springs, only : add_line_spring, measure_point, spring_step_energy
-   use rockdda_interaction_support_stiffness, only : support_stiffness
+   use rockdda_interaction_point_springs, only : add_line_spring, measure_point, spring_step_energy, support_stiffness
    use rockdda_interaction_time_tables, only : factor_integral
    implicit none
    private

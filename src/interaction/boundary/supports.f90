@@ -14,8 +14,8 @@ module rockdda_interaction_supports
    use rockdda_interaction_equations, only : equations_type
    use rockdda_interaction_finite_rotation, only : mean_displacement
    use rockdda_interaction_interaction, only : interaction_type
-   use rockdda_interaction_point_springs, only : add_point_spring, measure_point, spring_step_energy
-   use rockdda_interaction_support_stiffness, only : support_stiffness
+   use rockdda_interaction_point_springs, only : add_point_spring, measure_point, spring_step_energy, &
+      support_stiffness
    use rockdda_interaction_time_tables, only : table_value
    use rockdda_linear_small_blocks, only : pack_lower, unpack_lower
    implicit none

@@ -11,10 +11,13 @@
 !> Not here: polygons and their moments (rockdda_geometry), the springs (rockdda_interaction_contact_lengths).
 module rockdda_interaction_kinematics
    use rockdda_base_kinds, only : wp
+   use rockdda_model_blocks, only : block_system_type
    implicit none
    private
-   public :: displacement_at, displacement_gradient, move_point, move_points, direction
-   public :: mass_matrix, mass_times, rotate_stress, rotate_strain_rate, logarithmic_strain
+   public :: displacement_at, displacement_gradient, move_point, move_points, direction, mass_matrix, mass_times, &
+      rotate_stress, rotate_strain_rate, logarithmic_strain, affine_motion
+
+   ! The affine motion of a block since it was drawn, by its vertices: by it points move that are fixed to the block.
 
 contains
 
@@ -198,5 +201,34 @@ contains
       rotated(2) = s*s*strain_rate(1) + c*c*strain_rate(2) + c*s*strain_rate(3)
       rotated(3) = 2*c*s*(strain_rate(1) - strain_rate(2)) + (c*c - s*s)*strain_rate(3)
    end function rotate_strain_rate
+
+   !> Motion of a block since it was drawn: place = m(:, 1) + m(:, 2:3) place when drawn, the least-squares fit of its
+   !> vertices.
+   pure function affine_motion(blocks, vertices, block) result(m)
+      type(block_system_type), intent(in) :: blocks   !! as drawn
+      real(wp), intent(in) :: vertices(:, :)          !! (2, vertices) where they are now [length]
+      integer, intent(in) :: block
+      real(wp) :: m(2, 3), was(2), is(2), a(2, 2), b(2, 2), x(2)
+      integer :: first, last, v
+      first = blocks%vertex_offset(block) + 1
+      last = blocks%vertex_offset(block + 1)
+      associate (old => blocks%vertices(:, first:last), new => vertices(:, first:last))
+         m(:, 1) = 0
+         m(:, 2:3) = reshape([1.0_wp, 0.0_wp, 0.0_wp, 1.0_wp], [2, 2])
+         if (all(abs(old - new) <= 0)) return
+         was = sum(old, 2)/size(old, 2)
+         is = sum(new, 2)/size(new, 2)
+         a = 0
+         b = 0
+         do v = 1, size(old, 2)
+            x = old(:, v) - was
+            a = a + spread(new(:, v) - is, 2, 2)*spread(x, 1, 2)
+            b = b + spread(x, 2, 2)*spread(x, 1, 2)
+         end do
+         b = reshape([b(2, 2), -b(2, 1), -b(1, 2), b(1, 1)], [2, 2])/(b(1, 1)*b(2, 2) - b(1, 2)*b(2, 1))
+         m(:, 2:3) = matmul(a, b)
+         m(:, 1) = is - matmul(m(:, 2:3), was)
+      end associate
+   end function affine_motion
 
 end module rockdda_interaction_kinematics

@@ -13,7 +13,7 @@ module rockdda_interaction_contact_end
    use rockdda_interaction_contact_stiffness, only : joint_stiffness_type
    use rockdda_interaction_context, only : step_context_type
    use rockdda_interaction_intervals, only : find_extremes, interval_response_type, respond, bond_after
-   use rockdda_interaction_joint_end, only : joint_end_type
+   use rockdda_interaction_joint_response, only : joint_end_type
 use rockdda_interaction_joint_response, only : joint_settings_type, joint_type, opening_gap, spring_energy, spring_force
    use rockdda_interaction_open_close, only : open_close_type
    use rockdda_interaction_ties, only : break_ties

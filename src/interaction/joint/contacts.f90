@@ -20,8 +20,8 @@ module rockdda_interaction_contacts
    use rockdda_interaction_equations, only : equations_type
    use rockdda_interaction_friction_search, only : friction_search_type
    use rockdda_interaction_intervals, only : find_leans
-   use rockdda_interaction_joint_response, only : joint_settings_type, joint_type, new_joint_settings
-   use rockdda_interaction_joint_links, only : linearise_joints
+   use rockdda_interaction_joint_response, only : joint_settings_type, joint_type, new_joint_settings, &
+      linearise_joints
    use rockdda_interaction_linked_interaction, only : linked_interaction_type
    use rockdda_interaction_open_close, only : open_close_type
    use rockdda_interaction_trial_states, only : at_level

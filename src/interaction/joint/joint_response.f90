@@ -40,10 +40,24 @@ module rockdda_interaction_joint_response
    use rockdda_interaction_time_scheme, only : time_scheme_type
    implicit none
    private
-   public :: joint_settings_type, new_joint_settings, joint_state_type, joint_extra_type, joint_type, recall_joint
-   public :: joint_response_type
-   public :: map_joint, map_steady, keep_steady, miss_of_joint, opening_gap
-   public :: sliding_friction, strength, spring_force, spring_energy
+   public :: joint_settings_type, new_joint_settings, joint_state_type, joint_extra_type, joint_type, recall_joint, &
+      joint_response_type, map_joint, map_steady, keep_steady, miss_of_joint, opening_gap, sliding_friction, &
+      strength, spring_force, spring_energy, joint_end_type, end_joint, end_joints, linearise_joint, &
+      linearise_joints
+
+   ! Stiffness and loads of contacts in their trial states, as the equations of a step have them.
+
+   ! Closed contacts at the end of an accepted step: forces, memory and energy by the law of their joints
+   ! (rockdda_interaction_joint_response).
+
+   !> A closed contact at the end of an accepted step.
+   type :: joint_end_type
+      real(wp) :: shear                !! elongation of the shear spring [length]
+      real(wp) :: normal_force         !! of the spring, compression positive
+      real(wp) :: shear_force          !! on block a along the edge
+      real(wp) :: slipped              !! slip to sum up [length], >= 0
+      real(wp) :: energy               !! in both springs
+   end type joint_end_type
 
    !> Lengths below this share of w0 are round-off.
    real(wp), parameter, public :: round_off = 1.0e-12_wp
@@ -402,5 +416,121 @@ contains
       rate = 0
       if (share > 0) rate = abs(slip)/(share*settings%dt)
    end function slip_rate
+
+   !> A contact that was closed in the last solve, at the end of the step: what the step leaves in its memory. State,
+   !> slip direction and friction force are those of the solve, which the joint may have left since.
+   pure subroutine end_joint(joint, state, slip_sign, friction, gap, slip, last)
+      type(joint_type), intent(in) :: joint
+      integer(i1), intent(in) :: state, slip_sign
+      real(wp), intent(in) :: friction             !! [force]
+      real(wp), intent(in) :: gap, slip            !! [length]
+      type(joint_end_type), intent(out) :: last
+      real(wp) :: limit
+      last%shear = joint%shear + slip
+      last%normal_force = -joint%k_n*gap
+      if (state == contact_state%locked) then
+         last%shear_force = -joint%k_s*last%shear
+         last%slipped = 0
+      else
+         limit = friction/joint%k_s
+         last%shear = max(-limit, min(limit, last%shear))
+         last%shear_force = -slip_sign*friction
+         last%slipped = abs(slip)
+      end if
+      last%energy = 0.5_wp*joint%k_n*gap**2 + 0.5_wp*joint%k_s*last%shear**2
+   end subroutine end_joint
+
+   !> `end_joint` for rows of the table at the start of the step; nothing for those that were open.
+   pure subroutine end_joints(n, k_n, k_s, shear, joint, state, slip_sign, friction, gap, slip, last)
+      integer, intent(in) :: n
+      real(wp), intent(in) :: k_n(n), k_s(n)         !! [force/length]
+      real(wp), intent(in) :: shear(n)               !! elongation at the start of the step [length]
+      type(joint_state_type), intent(in) :: joint(n)
+      integer(i1), intent(in) :: state(n), slip_sign(n)
+      real(wp), intent(in) :: friction(n), gap(n), slip(n)
+      type(joint_end_type), intent(inout) :: last(n)
+      type(joint_type) :: whole
+      integer :: c
+      do c = 1, n
+         if (state(c) == contact_state%open) cycle
+         whole%shear = shear(c)
+         if (joint(c)%worn) whole%shear = 0
+         whole%k_n = k_n(c)
+         whole%k_s = k_s(c)
+         call end_joint(whole, state(c), slip_sign(c), friction(c), gap(c), slip(c), last(c))
+      end do
+   end subroutine end_joints
+
+   !> Stiffness and load of a contact in its present state, along the normal (1) and the edge (2). The normal force that
+   !> friction depends on is left to the iteration, so that the stiffness is symmetric.
+   pure subroutine linearise_joint(joint, stiffness, force)
+      type(joint_type), intent(in) :: joint
+      real(wp), intent(out) :: stiffness(2)   !! [force/length]
+      real(wp), intent(out) :: force(2)       !! [force]
+      stiffness = 0
+      force = 0
+      if (joint%state == contact_state%open) return
+      stiffness(1) = joint%k_n + joint%normal_drag
+      force(1) = -joint%k_n*(joint%gap + joint%late) - joint%normal_drag*((joint%gap + joint%late) - joint%drag_gap)
+      if (joint%state == contact_state%locked) then
+         stiffness(2) = joint%k_s + joint%drag
+         force(2) = -joint%k_s*joint%shear
+      else
+         force(2) = -joint%slip_sign*joint%friction
+      end if
+   end subroutine linearise_joint
+
+   !> `linearise_joint` for some rows of the table at the start of the step. Those of an interval that is closed on a
+   !> part are coupled along the normal, by the second one.
+   pure subroutine linearise_joints(n, rows, table, state, extra, own, cross, push, stiffness, force, coupling)
+      integer, intent(in) :: n
+      integer, intent(in) :: rows(n)
+      type(contact_table_type), intent(in) :: table
+      type(joint_state_type), intent(in), contiguous :: state(:)    !! (>= rows)
+      type(joint_extra_type), allocatable, intent(in) :: extra(:)   !! (>= rows), or none
+      real(wp), intent(in), contiguous :: own(:), cross(:)          !! (>= rows) stiffness of those closed on a part
+      real(wp), intent(in), contiguous :: push(:)                   !! (>= rows) their forces at the gaps 0
+      real(wp), intent(inout) :: stiffness(2, n), force(2, n)       !! [force/length], [force]
+      real(wp), intent(inout) :: coupling(n)                        !! with the next row [force/length]
+      type(joint_type) :: joint
+      real(wp) :: other, drag_ratio
+      integer :: c, d, k
+      logical :: has_extra
+      has_extra = allocated(extra)
+      joint%normal_drag = 0
+      joint%drag = 0
+      do k = 1, n
+         c = rows(k)
+         ! what the springs need of `recall_joint`, without a call
+         joint%joint_state_type = state(c)
+         joint%gap = table%gap(c)
+         joint%shear = table%shear(c)
+         if (joint%worn) joint%shear = 0
+         joint%k_n = table%k_n(c)
+         joint%k_s = table%k_s(c)
+         if (has_extra) then
+            joint%normal_drag = extra(c)%normal_drag
+            joint%drag = extra(c)%drag
+            joint%drag_gap = extra(c)%drag_gap
+            joint%late = extra(c)%late
+         end if
+         coupling(k) = 0
+         if (joint%partly .and. joint%state /= contact_state%open) then
+            ! the dashpot acts on the closed part as the spring does
+            drag_ratio = joint%normal_drag/joint%k_n
+            joint%k_n = own(c)
+            joint%normal_drag = drag_ratio*own(c)
+            d = other_row(table, c)
+            call linearise_joint(joint, stiffness(:, k), force(:, k))
+            other = table%gap(d)
+            if (has_extra) other = other + extra(d)%late
+            force(1, k) = force(1, k) - cross(c)*other + push(c)
+            if (has_extra) force(1, k) = force(1, k) - drag_ratio*cross(c)*(other - extra(d)%drag_gap)
+            if (c < d) coupling(k) = (1 + drag_ratio)*cross(c)
+         else
+            call linearise_joint(joint, stiffness(:, k), force(:, k))
+         end if
+      end do
+   end subroutine linearise_joints
 
 end module rockdda_interaction_joint_response

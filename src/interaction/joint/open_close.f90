@@ -9,16 +9,19 @@ module rockdda_interaction_open_close
    use rockdda_base_runs, only : run_length
    use rockdda_contact_interval_law, only : end_gaps
    use rockdda_contact_table, only : contact_table_type, contact_state, is_of_interval, other_row
-   use rockdda_interaction_closing, only : closing_gap, stays_closed
    use rockdda_interaction_joint_strength, only : joint_law_type
    use rockdda_interaction_intervals, only : find_extremes, mean_gap, interval_response_type, respond, &
       place_to_linearise
-   use rockdda_interaction_joint_response, only : joint_settings_type, joint_state_type, joint_extra_type, joint_type, &
-      joint_response_type, map_joint, map_steady, keep_steady, miss_of_joint, spring_force
+   use rockdda_interaction_joint_response, only : joint_settings_type, joint_state_type, joint_extra_type, &
+      joint_type, joint_response_type, map_joint, map_steady, keep_steady, miss_of_joint, spring_force, opening_gap
    use rockdda_interaction_trial_states, only : trial_states_type, no_state, at_level, piece_of_rows, widest_piece
    implicit none
    private
-   public :: open_close_type
+   public :: open_close_type, count_unsettled, largest_normal, closing_gap
+
+   ! Whether a contact is open or closed at the end of a motion, by its gap and that of its partner.
+
+   ! Contacts whose forces miss their laws by more than is accepted, after a round of the open-close iteration.
 
    !> A contact that closes after so many changes of state in an attempt has opened twice: its shear spring is free.
    integer, parameter :: worn_changes = 3
@@ -516,5 +519,128 @@ contains
       moved = gap - extra%drag_gap
       force = (extra(1)%normal_drag/k_n)*(interval%own*moved + interval%cross*moved([2, 1]))
    end function interval_drag
+
+   !> Contacts that the rounds have not settled: the force that the last solve gave them misses their law at its motion
+   !> by more than `tolerance` times the largest force on the less loaded of their two blocks, and, if it is only the
+   !> friction force of a contact that goes on sliding, by more than `small`. Forces on a block are the normal forces of
+   !> its contacts and the one given, its weight: in blocks that fall together normal forces are rounding.
+   subroutine count_unsettled(trial, table, tolerance, small, largest, n)
+      type(open_close_type), intent(in) :: trial
+      type(contact_table_type), intent(in) :: table
+      real(wp), intent(in) :: tolerance
+      real(wp), intent(in) :: small           !! [force]
+      real(wp), intent(inout) :: largest(:)   !! (blocks) weight on entry [force]; the largest force
+      integer, intent(out) :: n
+      real(wp) :: allowed
+      integer :: c
+      n = 0
+      !$omp parallel do default(none) shared(trial, table) private(c) reduction(+:n) schedule(static) &
+      !$omp if (table%n > parallel_contacts)
+      do c = 1, table%n
+         if (trial%miss(c) > 0) n = n + 1
+      end do
+      !$omp end parallel do
+      if (n == 0) return
+      n = 0
+      do c = 1, table%n
+         associate (a => table%block_a(c), b => table%block_b(c), force => trial%normal_force(c))
+            largest(a) = max(largest(a), force)
+            largest(b) = max(largest(b), force)
+         end associate
+      end do
+      do c = 1, table%n
+         if (.not. trial%miss(c) > 0) cycle
+         allowed = tolerance*min(largest(table%block_a(c)), largest(table%block_b(c)))
+         if (trial%joint(c)%state == trial%state_used(c) .and. trial%joint(c)%slip_sign == trial%sign_used(c)) &
+            allowed = max(allowed, small)
+         if (trial%miss(c) > allowed) n = n + 1
+      end do
+   end subroutine count_unsettled
+
+   !> Largest normal force of the last solve, of n contacts.
+   real(wp) function largest_normal(trial, n) result(largest)
+      type(open_close_type), intent(in) :: trial
+      integer, intent(in) :: n
+      integer :: c
+      largest = 0
+      !$omp parallel do default(none) shared(trial, n) private(c) reduction(max:largest) schedule(static) &
+      !$omp if (n > parallel_contacts)
+      do c = 1, n
+         largest = max(largest, abs(trial%normal_force(c)))
+      end do
+      !$omp end parallel do
+   end function largest_normal
+
+   !> Is a contact closed at the end of a motion? An open one must close, a closed one must not open.
+   pure logical function stays_closed(joint, states, table, law, settings, c, gap, partner_gap)
+      type(joint_type), intent(in) :: joint           !! of row c
+      type(joint_state_type), intent(in), contiguous :: states(:)   !! (>= rows)
+      type(contact_table_type), intent(in) :: table
+      type(joint_law_type), intent(in) :: law
+      type(joint_settings_type), intent(in) :: settings
+      integer, intent(in) :: c                        !! row
+      real(wp), intent(in) :: gap, partner_gap        !! the partner's is not used without one [length]
+      real(wp) :: limit, between
+      integer :: p
+      stays_closed = .true.
+      if (joint%tied) return
+      if (joint%state == contact_state%open) then
+         stays_closed = closes(states, table, settings, c, gap, partner_gap)
+         return
+      end if
+      limit = settings%open_tolerance
+      if (((joint%bonded .and. law%tension > 0) .or. law%residual_tension > 0) .and. .not. joint%worn) &
+         limit = opening_gap(law, settings, joint)
+      stays_closed = .not. gap > limit
+      ! outside the partner's line: the corner has been passed
+      p = table%partner(c)
+      if (p == 0) return
+      between = partner_gap + table%offset(p)
+      if (between > settings%open_tolerance .and. between > gap + table%offset(c)) stays_closed = .false.
+   end function stays_closed
+
+   !> Gap of the springs below which an open contact closes. The tolerance counts from where the blocks touch: what the
+   !> offset has used up of it is gone.
+   pure real(wp) function closing_gap(settings, offset, strikes)
+      type(joint_settings_type), intent(in) :: settings
+      real(wp), intent(in) :: offset   !! gap that is free of force [length]
+      logical, intent(in) :: strikes   !! it never closes in this attempt
+      if (strikes) then
+         closing_gap = -huge(closing_gap)
+         return
+      end if
+      closing_gap = -max(settings%close_tolerance + min(0.0_wp, offset), &
+                         min(settings%close_tolerance, settings%open_tolerance))
+   end function closing_gap
+
+   !> Does an open contact close with this motion?
+   pure logical function closes(states, table, settings, c, gap, partner_gap)
+      type(joint_state_type), intent(in), contiguous :: states(:)   !! (>= rows)
+      type(contact_table_type), intent(in) :: table
+      type(joint_settings_type), intent(in) :: settings
+      integer, intent(in) :: c                        !! row
+      real(wp), intent(in) :: gap, partner_gap        !! the partner's is not used without one [length]
+      real(wp) :: start(2), between(2)                !! of the contact and its partner, offsets left aside [length]
+      integer :: p
+      closes = .false.
+      if (gap >= closing_gap(settings, table%offset(c), logical(states(c)%strikes))) return
+      p = table%partner(c)
+      if (p > 0) then
+         ! inside only when behind both lines; the line with the larger gap closes: through it is the shorter way out
+         if (states(p)%state /= contact_state%open) return
+         between = [gap + table%offset(c), partner_gap + table%offset(p)]
+         if (between(2) >= -settings%close_tolerance) return
+         start = [table%gap(c) + table%offset(c), table%gap(p) + table%offset(p)]
+         if (minval(start) < -settings%close_tolerance) then
+            ! behind one of them from the start: the corner comes through the other
+            if (start(1) < start(2)) return
+            if (start(1) <= start(2) .and. p < c) return
+         else
+            if (between(1) < between(2)) return
+            if (between(1) <= between(2) .and. p < c) return
+         end if
+      end if
+      closes = .true.
+   end function closes
 
 end module rockdda_interaction_open_close

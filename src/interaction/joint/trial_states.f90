@@ -9,9 +9,8 @@ module rockdda_interaction_trial_states
    use rockdda_interaction_dashpots, only : has_dashpots
    use rockdda_interaction_joint_strength, only : joint_law_type, is_friction_alone
    use rockdda_interaction_intervals, only : interval_response_type, mean_gap, respond
-   use rockdda_interaction_joint_end, only : joint_end_type, end_joints
-   use rockdda_interaction_joint_response, only : joint_settings_type, joint_state_type, joint_extra_type, joint_type, &
-      recall_joint, sliding_friction, spring_force_of => spring_force
+   use rockdda_interaction_joint_response, only : joint_settings_type, joint_state_type, joint_extra_type, &
+      joint_type, recall_joint, sliding_friction, spring_force_of => spring_force, joint_end_type, end_joints
    implicit none
    private
    public :: trial_states_type, no_state, at_level, piece_of_rows, widest_piece

@@ -7,7 +7,7 @@ module rockdda_interaction_liner_places
    use rockdda_geometry_polygons, only : distance_to_outline
    use rockdda_model_blocks, only : block_system_type
    use rockdda_model_liner_layout, only : lift
-   use rockdda_interaction_affine_motion, only : affine_motion
+   use rockdda_interaction_kinematics, only : affine_motion
    implicit none
    private
    public :: stretch_type, find_stretches, follow_rock, faces_of_path, segment_outline, opening_side, &

@@ -9,11 +9,9 @@ module rockdda_linear_cholmod
    use rockdda_base_kinds, only : wp
    use rockdda_base_error, only : error_type, error_code, make_error
    use rockdda_base_strings, only : to_string
-   use rockdda_linear_matrix, only : block_matrix_type
-   use rockdda_linear_direct, only : direct_solver_type, least_pivot
-   use rockdda_linear_workspace, only : check_workspace
+   use rockdda_linear_matrix, only : block_matrix_type, n_stored_blocks
+   use rockdda_linear_direct, only : direct_solver_type, least_pivot, check_workspace
    use rockdda_linear_residual, only : not_positive_definite
-   use rockdda_linear_products, only : n_stored_blocks
    implicit none
    private
    public :: cholmod_solver_type
@@ -34,7 +32,6 @@ module rockdda_linear_cholmod
       procedure :: count_work => count_work_cholmod
       procedure :: factorize => factorize_cholmod
       procedure :: backsolve => backsolve_cholmod
-      procedure :: name => name_cholmod
       final :: free_cholmod
    end type cholmod_solver_type
 
@@ -222,13 +219,6 @@ contains
          call make_error(error, error_code%internal, 'CHOLMOD '//what//' failed with status '//to_string(int(status)))
       end if
    end subroutine report_status
-
-   !> Name as in the options.
-   pure function name_cholmod(self) result(name)
-      class(cholmod_solver_type), intent(in) :: self
-      character(len=:), allocatable :: name
-      name = 'cholmod'
-   end function name_cholmod
 
    !> Free the memory of CHOLMOD.
    impure elemental subroutine free_cholmod(self)

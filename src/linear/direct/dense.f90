@@ -5,8 +5,7 @@ module rockdda_linear_dense
    use rockdda_base_error, only : error_type, error_code, make_error
    use rockdda_base_strings, only : to_string
    use rockdda_linear_matrix, only : block_matrix_type
-   use rockdda_linear_direct, only : direct_solver_type, least_pivot
-   use rockdda_linear_workspace, only : check_workspace
+   use rockdda_linear_direct, only : direct_solver_type, least_pivot, check_workspace
    use rockdda_linear_residual, only : not_positive_definite
    implicit none
    private
@@ -21,7 +20,6 @@ module rockdda_linear_dense
       procedure :: count_work => count_work_dense
       procedure :: factorize => factorize_dense
       procedure :: backsolve => backsolve_dense
-      procedure :: name => name_dense
    end type dense_solver_type
 
    interface
@@ -117,12 +115,5 @@ contains
       call dpotrs('U', n, 1, self%a, n, x, n, info)
       if (info /= 0) call make_error(error, error_code%internal, 'dpotrs refused its arguments')
    end subroutine backsolve_dense
-
-   !> Name as in the options.
-   pure function name_dense(self) result(name)
-      class(dense_solver_type), intent(in) :: self
-      character(len=:), allocatable :: name
-      name = 'dense'
-   end function name_dense
 
 end module rockdda_linear_dense

@@ -12,8 +12,9 @@
 !>
 !> is its share of x in the energy of the motion; up to `rounding_limit` the solution counts.
 module rockdda_linear_direct
+   use, intrinsic :: iso_c_binding, only : c_int, c_size_t
    use rockdda_base_kinds, only : wp
-   use rockdda_base_error, only : error_type, error_code
+   use rockdda_base_error, only : error_type, error_code, make_error
    use rockdda_base_room, only : resize
    use rockdda_base_strings, only : to_string
    use rockdda_linear_matrix, only : block_matrix_type
@@ -21,7 +22,20 @@ module rockdda_linear_direct
    use rockdda_linear_residual, only : residual_type, sum_of_magnitudes, not_finite, rounding_limit
    implicit none
    private
-   public :: direct_solver_type, least_pivot
+   public :: direct_solver_type, least_pivot, check_workspace
+
+   ! Check of the memory for BLAS. OpenBLAS allocates 128 MB at the first call and repeats the request for ever when the
+   ! system refuses.
+
+   !> Required address space [bytes]: that of OpenBLAS, its code and some for the factor.
+   integer(c_size_t), parameter :: least_room = 210000000_c_size_t
+
+   interface
+      integer(c_int) function c_is_there(bytes) bind(C, name='rockdda_memory_is_there')
+         import :: c_int, c_size_t
+         integer(c_size_t), value :: bytes
+      end function c_is_there
+   end interface
 
    !> A pivot below this share of its diagonal entry consists of rounding errors and counts as zero.
    real(wp), parameter :: least_pivot = 64*epsilon(1.0_wp)
@@ -29,6 +43,7 @@ module rockdda_linear_direct
    real(wp), parameter :: clearly_small = 0.01_wp
 
    type, abstract, extends(linear_solver_type) :: direct_solver_type
+      character(len=8) :: label = 'cholmod'  !! in the log of the automatic choice
       real(wp) :: tolerance = 1.0e-10_wp     !! wanted relative residual, see rockdda_linear_residual
       ! time of the parts of a solve, in the unit of rockdda_linear_auto
       real(wp) :: per_operation = 0.05_wp    !! factorisation
@@ -160,5 +175,14 @@ contains
          ' is at the rounding of K x; the error of the solution in energy is '// &
          to_string(sqrt(max(of_error, 0.0_wp)/energy))//' of it'
    end subroutine judge_error
+
+   !> To be called before the first call of BLAS. Error: too little memory.
+   subroutine check_workspace(name, error)
+      character(len=*), intent(in) :: name   !! of the solver
+      type(error_type), allocatable, intent(out) :: error
+      if (c_is_there(least_room) == 0) call make_error(error, error_code%computation, &
+         'out of memory: the solver '//name//' needs 210 MB of address space to begin; choose pcg', &
+         is_fatal=.true.)
+   end subroutine check_workspace
 
 end module rockdda_linear_direct

@@ -19,18 +19,37 @@
 !> Any division into groups makes a valid coarse space. It is made of the centroids, so that it is the same after a
 !> restart of the run, and for any number of threads; sums are taken group by group.
 module rockdda_linear_deflation
-   use rockdda_base_kinds, only : wp
+   use rockdda_base_kinds, only : wp, i8
    use rockdda_linear_matrix, only : block_matrix_type
    use rockdda_linear_graph, only : graph_type, reverse_cuthill_mckee
    use rockdda_linear_chunk_order, only : chunk_order_type
    use rockdda_linear_preconditioner, only : preconditioner_type
-   use rockdda_linear_small_blocks, only : invert_packed, n_packed, scale_rows, unpack_lower
-   use rockdda_linear_aggregates, only : divide_by_place
-   use rockdda_linear_coarse_factor, only : coarse_factor_type
+   use rockdda_linear_small_blocks, only : invert_packed, n_packed, scale_rows, unpack_lower, factorize_block, &
+      invert_lower
    use rockdda_linear_kernels, only : sp, pack_block, pack_transposed, subtract_products
    implicit none
    private
-   public :: deflation_type
+   public :: deflation_type, divide_by_place, coarse_factor_type
+
+   ! Cholesky factor of a small symmetric matrix of 6x6 blocks, stored from the first block of each row to the diagonal.
+   !
+   ! row 4      .  K42  K43  K44        first(4) = 2; K43 may be zero, the factor fills it
+   !
+   ! Nothing fills in before the first block of a row.
+
+   type :: coarse_factor_type
+      integer :: n = 0                          !! rows of blocks
+      integer, allocatable :: first(:)          !! (n) first column of each row
+      integer, allocatable :: offset(:)         !! (n) block (i, j) is values(:, :, offset(i) + j)
+      real(wp), allocatable :: values(:, :, :)  !! (6, 6, blocks) the matrix
+      real(wp), allocatable, private :: l(:, :, :)  !! (6, 6, blocks) its factor, the diagonal blocks inverted
+   contains
+      procedure :: set_pattern => set_coarse_pattern
+      procedure :: factorize => factorize_coarse
+      procedure :: solve => solve_with_factor
+   end type coarse_factor_type
+
+   ! Groups of blocks that lie together, for the coarse space of rockdda_linear_deflation.
 
    !> Blocks in a group, about, and the largest number of groups.
    integer, parameter :: group_size = 48, max_groups = 1000
@@ -424,5 +443,196 @@ contains
       call self%factor%solve(self%load)
       self%a = real(sign*self%load, sp)
    end subroutine solve_coarse
+
+   !> Divide blocks into groups of equal number, to one block, by recursive bisection across the longer side of the box
+   !> around the centroids of a group (Berger and Bokhari 1987). Equal coordinates: by number of the block.
+   pure subroutine divide_by_place(centroid, n_groups, group)
+      real(wp), intent(in) :: centroid(:, :)   !! (2, n) [length]
+      integer, intent(in) :: n_groups          !! >= 1, at most n
+      integer, intent(out) :: group(:)         !! (n) group of each block, 1 to n_groups
+      integer :: block(size(group))
+      integer :: first(n_groups), groups(n_groups)   ! of the pieces: place of the first block, groups to be made of it
+      integer :: i, at, n_pieces, last, middle, left, axis
+      block = [(i, i=1, size(group))]
+      first(1) = 1
+      groups(1) = n_groups
+      n_pieces = 1
+      at = 1
+      do while (at <= n_pieces)
+         if (groups(at) == 1) then
+            at = at + 1
+            cycle
+         end if
+         last = size(group)
+         if (at < n_pieces) last = first(at + 1) - 1
+         left = groups(at)/2
+         middle = first(at) - 1 + int(int(last - first(at) + 1, i8)*left/groups(at))
+         axis = longer_side(centroid, block(first(at):last))
+         call part(centroid, axis, middle, first(at), last, block)
+         first(at + 2:n_pieces + 1) = first(at + 1:n_pieces)
+         groups(at + 2:n_pieces + 1) = groups(at + 1:n_pieces)
+         first(at + 1) = middle + 1
+         groups(at + 1) = groups(at) - left
+         groups(at) = left
+         n_pieces = n_pieces + 1
+      end do
+      do at = 1, n_pieces
+         last = size(group)
+         if (at < n_pieces) last = first(at + 1) - 1
+         group(block(first(at):last)) = at
+      end do
+   end subroutine divide_by_place
+
+   !> Axis of the longer side of the box around some blocks.
+   pure integer function longer_side(centroid, block)
+      real(wp), intent(in) :: centroid(:, :)   !! (2, n)
+      integer, intent(in) :: block(:)
+      real(wp) :: low(2), high(2)
+      integer :: i
+      low = huge(1.0_wp)
+      high = -huge(1.0_wp)
+      do i = 1, size(block)
+         low = min(low, centroid(:, block(i)))
+         high = max(high, centroid(:, block(i)))
+      end do
+      longer_side = merge(1, 2, high(1) - low(1) >= high(2) - low(2))
+   end function longer_side
+
+   !> Order block(first:last) such that none up to place `middle` comes after one beyond it (quickselect, Hoare 1961).
+   pure subroutine part(centroid, axis, middle, first, last, block)
+      real(wp), intent(in) :: centroid(:, :)  !! (2, n)
+      integer, intent(in) :: axis, middle, first, last
+      integer, intent(inout) :: block(:)      !! (n)
+      integer :: low, high, i, j, pivot, other
+      low = first
+      high = last
+      do while (low < high)
+         pivot = block(low + (high - low)/2)
+         i = low
+         j = high
+         do
+            do while (comes_before(block(i), pivot))
+               i = i + 1
+            end do
+            do while (comes_before(pivot, block(j)))
+               j = j - 1
+            end do
+            if (i <= j) then
+               other = block(i)
+               block(i) = block(j)
+               block(j) = other
+               i = i + 1
+               j = j - 1
+            end if
+            if (i > j) exit
+         end do
+         if (j < middle) low = i
+         if (middle < i) high = j
+      end do
+
+   contains
+
+      !> Order by coordinate, then by number.
+      pure logical function comes_before(a, b)
+         integer, intent(in) :: a, b
+         comes_before = centroid(axis, a) < centroid(axis, b)
+         if (.not. (comes_before .or. centroid(axis, b) < centroid(axis, a))) comes_before = a < b
+      end function comes_before
+
+   end subroutine part
+
+   !> Take the pattern, given by the first column of each row.
+   pure subroutine set_coarse_pattern(self, first)
+      class(coarse_factor_type), intent(inout) :: self
+      integer, intent(in) :: first(:)     !! (n) first(i) <= i
+      integer :: i, at
+      self%n = size(first)
+      self%first = first
+      if (allocated(self%offset)) deallocate (self%offset, self%values, self%l)
+      allocate (self%offset(self%n))
+      at = 0
+      do i = 1, self%n
+         self%offset(i) = at - first(i) + 1
+         at = at + i - first(i) + 1
+      end do
+      allocate (self%values(6, 6, at), self%l(6, 6, at))
+   end subroutine set_coarse_pattern
+
+   !> Factorise the matrix.
+   pure subroutine factorize_coarse(self, ok)
+      class(coarse_factor_type), intent(inout) :: self
+      logical, intent(out) :: ok          !! positive definite and finite
+      real(wp) :: s(6, 6), l(6, 6)
+      integer :: i, j, k, c
+      ok = .true.
+      do i = 1, self%n
+         do j = self%first(i), i
+            s = self%values(:, :, self%offset(i) + j)
+            do k = max(self%first(i), self%first(j)), j - 1
+               call subtract_product(self%l(:, :, self%offset(i) + k), self%l(:, :, self%offset(j) + k), s)
+            end do
+            if (j < i) then
+               ! times the transpose of the inverse of the diagonal
+               associate (inverse => self%l(:, :, self%offset(j) + j))
+                  do c = 6, 1, -1
+                     s(:, c) = matmul(s(:, 1:c), inverse(c, 1:c))
+                  end do
+               end associate
+               self%l(:, :, self%offset(i) + j) = s
+            else
+               call factorize_block(s, l, ok)
+               if (.not. ok) return
+               call invert_lower(l, self%l(:, :, self%offset(i) + i))
+            end if
+         end do
+      end do
+   end subroutine factorize_coarse
+
+   !> s := s - a b^T.
+   pure subroutine subtract_product(a, b, s)
+      real(wp), intent(in) :: a(6, 6), b(6, 6)
+      real(wp), intent(inout) :: s(6, 6)
+      integer :: c
+      do c = 1, 6
+         s(:, c) = s(:, c) - ((a(:, 1)*b(c, 1) + a(:, 2)*b(c, 2)) + (a(:, 3)*b(c, 3) + a(:, 4)*b(c, 4)) &
+                              + (a(:, 5)*b(c, 5) + a(:, 6)*b(c, 6)))
+      end do
+   end subroutine subtract_product
+
+   !> x := K^-1 x.
+   pure subroutine solve_with_factor(self, x)
+      class(coarse_factor_type), intent(in) :: self
+      real(wp), intent(inout) :: x(6, self%n)
+      real(wp) :: b(6)
+      integer :: i, j, c
+      do i = 1, self%n
+         b = x(:, i)
+         do j = self%first(i), i - 1
+            call subtract_column(self%l(:, :, self%offset(i) + j), x(:, j), b)
+         end do
+         x(:, i) = 0
+         do c = 1, 6
+            x(c:6, i) = x(c:6, i) + self%l(c:6, c, self%offset(i) + i)*b(c)
+         end do
+      end do
+      do i = self%n, 1, -1
+         do c = 1, 6
+            b(c) = dot_product(self%l(c:6, c, self%offset(i) + i), x(c:6, i))
+         end do
+         x(:, i) = b
+         do j = self%first(i), i - 1
+            do c = 1, 6
+               x(c, j) = x(c, j) - dot_product(self%l(:, c, self%offset(i) + j), b)
+            end do
+         end do
+      end do
+   end subroutine solve_with_factor
+
+   !> b := b - A x.
+   pure subroutine subtract_column(a, x, b)
+      real(wp), intent(in) :: a(6, 6), x(6)
+      real(wp), intent(inout) :: b(6)
+      b = b - ((a(:, 1)*x(1) + a(:, 2)*x(2)) + (a(:, 3)*x(3) + a(:, 4)*x(4)) + (a(:, 5)*x(5) + a(:, 6)*x(6)))
+   end subroutine subtract_column
 
 end module rockdda_linear_deflation

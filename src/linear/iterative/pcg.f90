@@ -68,7 +68,6 @@ module rockdda_linear_pcg
       real(wp), allocatable :: sums(:, :)  !! (5, chunks) r r, p v, r v, v v with v = q + t, r p if deflated
    contains
       procedure :: solve => solve_pcg
-      procedure :: name => name_pcg
    end type pcg_solver_type
 
    !> Smallest reduction of the residual in one pass: below it the rounding of single precision costs more iterations
@@ -481,12 +480,5 @@ contains
       end do
       !$omp end do
    end subroutine add_correction
-
-   !> Name as in the options.
-   pure function name_pcg(self) result(name)
-      class(pcg_solver_type), intent(in) :: self
-      character(len=:), allocatable :: name
-      name = 'pcg'
-   end function name_pcg
 
 end module rockdda_linear_pcg

@@ -36,7 +36,6 @@ module rockdda_linear_sor
       integer, allocatable :: order(:)     !! (n) blocks by colour
    contains
       procedure :: solve => solve_sor
-      procedure :: name => name_sor
    end type sor_solver_type
 
 contains
@@ -129,12 +128,5 @@ contains
       call solve_block(l, b)
       x(:, i) = x(:, i) + self%omega*(b - x(:, i))
    end subroutine relax
-
-   !> Name as in the options.
-   pure function name_sor(self) result(name)
-      class(sor_solver_type), intent(in) :: self
-      character(len=:), allocatable :: name
-      name = 'sor'
-   end function name_sor
 
 end module rockdda_linear_sor

@@ -7,8 +7,7 @@
 !>     row i      neighbour(start(i) : start(i+1)-1)   ascending, without i
 !>                place(...)                           of block (min, max) in the matrix
 module rockdda_linear_graph
-   use rockdda_linear_matrix, only : block_matrix_type
-   use rockdda_linear_products, only : n_stored_blocks
+   use rockdda_linear_matrix, only : block_matrix_type, n_stored_blocks
    implicit none
    private
    public :: graph_type, reverse_cuthill_mckee, colour_blocks

@@ -9,6 +9,7 @@
 !>     slots      3      5      2      3                place k    1  2  3     4  5     6
 module rockdda_linear_pattern
    use rockdda_base_kinds, only : wp
+   use rockdda_base_room, only : reserve
    use rockdda_linear_matrix, only : block_matrix_type
    implicit none
    private
@@ -26,20 +27,20 @@ contains
       integer, intent(in), contiguous :: pairs(:, :)   !! (2, m) blocks of each contact, any order, repeats allowed
       type(block_matrix_type), intent(inout) :: matrix !! receives the pattern
       integer, intent(out), contiguous :: slots(:)     !! (m) place k in values of block (min, max) of each pair
-      integer, allocatable :: start(:), row_start(:), column(:), by_small(:)
       integer :: n_stored, m
       m = size(pairs, 2)
-      allocate (start(n + 1), row_start(n + 1), column(n + m), by_small(m))
-      call sort_pairs(n, m, pairs, slots, start, by_small, row_start, column)
-      if (is_same_pattern(matrix, n, row_start, column)) return
+      call reserve(matrix%scratch, 3*n + 2*m + 2)
+      call sort_pairs(n, m, pairs, slots, matrix%scratch(2*n + m + 2:), matrix%scratch(3*n + m + 3:), &
+                      matrix%scratch, matrix%scratch(n + 2:))
+      if (is_same_pattern(matrix, n, matrix%scratch(:n + 1), matrix%scratch(n + 2:2*n + m + 1))) return
       if (matrix%n /= n .and. allocated(matrix%row_start)) deallocate (matrix%row_start)
       if (.not. allocated(matrix%row_start)) allocate (matrix%row_start(n + 1))
       matrix%n = n
       matrix%pattern_id = matrix%pattern_id + 1
-      matrix%row_start(1:n + 1) = row_start
+      matrix%row_start(1:n + 1) = matrix%scratch(:n + 1)
       n_stored = matrix%row_start(n + 1) - 1
       call reserve_blocks(matrix, n_stored)
-      matrix%column(1:n_stored) = column(1:n_stored)
+      matrix%column(1:n_stored) = matrix%scratch(n + 2:n + 1 + n_stored)
    end subroutine build_pattern
 
    !> Rows of the upper half with their columns ascending, and the place of each pair.

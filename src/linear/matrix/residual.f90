@@ -21,9 +21,8 @@ module rockdda_linear_residual
    use rockdda_base_error, only : error_type, error_code, make_error
    use rockdda_base_strings, only : to_string
    use rockdda_linear_block_norm, only : block_norm_type
-   use rockdda_linear_matrix, only : block_matrix_type
+   use rockdda_linear_matrix, only : block_matrix_type, rounding_level, subtract_own, subtract_foreign
    use rockdda_linear_solver, only : solve_report_type
-   use rockdda_linear_products, only : rounding_level, subtract_own, subtract_foreign
    use rockdda_linear_graph, only : graph_type
    implicit none
    private

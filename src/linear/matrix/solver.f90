@@ -38,7 +38,6 @@ module rockdda_linear_solver
       character(len=:), allocatable :: choice  !! of the automatic solver: which solver solved last, and why
    contains
       procedure(solve_interface), deferred :: solve
-      procedure(name_interface), deferred :: name
       procedure :: is_interrupted
       procedure :: pack => pack_nothing
       procedure :: unpack => unpack_nothing
@@ -56,13 +55,6 @@ module rockdda_linear_solver
          type(error_type), allocatable, intent(out) :: error
          type(solve_effort_type), intent(in), optional :: effort   !! default: to the tolerance, a new system
       end subroutine solve_interface
-
-      !> Name as in the options: 'cholmod', 'sor', ...
-      pure function name_interface(self) result(name)
-         import :: linear_solver_type
-         class(linear_solver_type), intent(in) :: self
-         character(len=:), allocatable :: name
-      end function name_interface
    end interface
 
 contains

@@ -12,7 +12,7 @@ module rockdda_stepping_reach
    use rockdda_contact_normal_law, only : normal_law_type, new_normal_law
    use rockdda_contact_table, only : contact_table_type, contact_state, is_of_interval
    use rockdda_contact_search_limits, only : search_limits_type
-   use rockdda_contact_bonds, only : pressed_cosine
+   use rockdda_contact_history, only : pressed_cosine
    use rockdda_stepping_control, only : step_control_type
    implicit none
    private

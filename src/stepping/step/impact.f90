@@ -25,12 +25,11 @@ module rockdda_stepping_impact
    use rockdda_contact_interval_law, only : at_point, end_gaps
    use rockdda_contact_table, only : contact_table_type, contact_state, is_of_interval, other_row
    use rockdda_interaction_attempt, only : attempt_type
-   use rockdda_interaction_closing, only : closing_gap
    use rockdda_interaction_joint_strength, only : joint_law_type
    use rockdda_interaction_context, only : step_context_type
    use rockdda_interaction_intervals, only : end_gap, interval_response_type, respond
    use rockdda_interaction_joint_response, only : joint_settings_type
-   use rockdda_interaction_open_close, only : open_close_type
+   use rockdda_interaction_open_close, only : open_close_type, closing_gap
    use rockdda_interaction_trial_states, only : at_level
    use rockdda_stepping_impulses, only : line_type, demand_type, set_lines, n_held, motion, set_demand, solve, &
       limit_energy

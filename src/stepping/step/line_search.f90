@@ -11,7 +11,7 @@
 !> to the best of a falling sequence of fractions.
 !>
 !> |R|^2 is the sum over blocks of r.K_ii^-1 r, K_ii the present diagonal block of the stiffness
-!> (rockdda_linear_norm_anew). No solve is needed for it. Whether it is below a share of another one is mostly clear
+!> (rockdda_linear_block_norm). No solve is needed for it. Whether it is below a share of another one is mostly clear
 !> from a few of the blocks of that: their part of the sum is a lower bound.
 module rockdda_stepping_line_search
    use rockdda_base_kinds, only : wp
@@ -19,7 +19,7 @@ module rockdda_stepping_line_search
    use rockdda_interaction_equations, only : equations_type
    use rockdda_interaction_link_vectors, only : add_forces
    use rockdda_interaction_families, only : families_type
-   use rockdda_linear_norm_anew, only : norm_anew_type
+   use rockdda_linear_block_norm, only : norm_anew_type
    use rockdda_stepping_method, only : method_type
    use rockdda_linear_small_blocks, only : add_symmetric_product, n_packed
    implicit none

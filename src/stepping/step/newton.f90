@@ -22,7 +22,7 @@ module rockdda_stepping_newton
    use rockdda_interaction_context, only : step_context_type
    use rockdda_interaction_equations, only : equations_type
    use rockdda_interaction_families, only : families_type
-   use rockdda_interaction_unsettled, only : count_unsettled, largest_normal
+   use rockdda_interaction_open_close, only : count_unsettled, largest_normal
    use rockdda_linear_solver, only : linear_solver_type, solve_report_type, solve_effort_type
    use rockdda_stepping_arms, only : arms_type, moment
    use rockdda_stepping_failure, only : attempt_end
