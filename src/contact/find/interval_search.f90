@@ -13,8 +13,7 @@ module rockdda_contact_interval_search
    use rockdda_contact_candidates, only : candidate_list_type
    use rockdda_contact_interval_law, only : n_points
    use rockdda_contact_intervals, only : interval_type, measure_interval
-   use rockdda_contact_near_lists, only : near_lists_type, near_part_type, n_heads, edges_with_edges, &
-                                           corners_with_corners, vertices_of_first, vertices_of_second
+   use rockdda_contact_near_lists, only : near_lists_type, near_part_type, near_pair_type, edges_with_edges
    use rockdda_contact_search_limits, only : search_limits_type, placing_share
    use rockdda_contact_vertex_search, only : collect_pair
    implicit none
@@ -41,7 +40,6 @@ contains
       integer :: part, n_parts, k, before
       logical :: may_be_tied
       n_parts = pairs%n_parts()
-      found%n_kept = 0
       !$omp parallel do default(none) shared(pairs, lists, blocks, topology, outlines, vertices, limits, previous) &
       !$omp shared(history, found, n_parts) private(part) schedule(dynamic) if (n_parts > 1)
       do part = 1, n_parts
@@ -158,7 +156,6 @@ contains
                               [blocks%vertex_offset(b) + 1, blocks%vertex_offset(b + 1)], pairs%boxes(:, a), &
                               pairs%boxes(:, b), vertices, topology, limits%reach, list)
          end associate
-         call list%keep_near()
          do i = 1, list%n_edges_a
             f = list%edges_a(i)
             do j = 1, list%n_edges_b
@@ -191,20 +188,18 @@ contains
       type(contact_history_type), intent(in) :: history
       type(candidate_list_type), intent(inout) :: list
       real(wp) :: box_a(4), box_b(4), opposite
-      integer :: pair, done, first, last, l, f, e
+      type(near_pair_type) :: at
+      logical :: found
+      integer :: l, f, e
       call list%reserve_intervals(part%n_faces)
-      done = 0
-      do while (done < part%n)
-         pair = part%items(done + 1)
-         first = done + n_heads + 1
-         last = done + n_heads + 2*part%items(done + 1 + edges_with_edges)
-         done = last + 2*(part%items(done + 1 + corners_with_corners) + part%items(done + 1 + vertices_of_first) + &
-                          part%items(done + 1 + vertices_of_second))
-         if (last < first) cycle
-         if (.not. pairs%is_close(pair)) cycle
-         box_a = widened(pairs%boxes(:, pairs%candidates(1, pair)))
-         box_b = widened(pairs%boxes(:, pairs%candidates(2, pair)))
-         do l = first, last, 2
+      do
+         call at%advance(part, found)
+         if (.not. found) exit
+         if (at%last(edges_with_edges) < at%first(edges_with_edges)) cycle
+         if (.not. pairs%is_close(at%pair)) cycle
+         box_a = widened(pairs%boxes(:, pairs%candidates(1, at%pair)))
+         box_b = widened(pairs%boxes(:, pairs%candidates(2, at%pair)))
+         do l = at%first(edges_with_edges), at%last(edges_with_edges), 2
             f = part%items(l)
             e = part%items(l + 1)
             opposite = tangent(1, f)*tangent(1, e) + tangent(2, f)*tangent(2, e)

@@ -13,9 +13,9 @@ module rockdda_contact_narrow_search
    use rockdda_contact_exposure, only : exposure_type
    use rockdda_contact_history, only : contact_history_type
    use rockdda_contact_interval_search, only : search_faces
-   use rockdda_contact_vertex_search, only : search_pair, search_near, try_vertex, is_beyond
-   use rockdda_contact_near_lists, only : near_lists_type, near_part_type, n_heads, edges_with_edges, &
-                                           corners_with_corners, vertices_of_first, vertices_of_second
+   use rockdda_contact_vertex_search, only : search_pair, try_vertex, is_beyond
+   use rockdda_contact_near_lists, only : near_lists_type, near_part_type, near_pair_type, corners_with_corners, &
+                                           vertices_of_first, vertices_of_second
    use rockdda_contact_outlines, only : outlines_type
    use rockdda_contact_search_limits, only : search_limits_type
    use rockdda_contact_table, only : contact_table_type
@@ -81,24 +81,14 @@ contains
       type(contact_history_type), intent(in) :: history
       type(exposure_type), intent(in) :: exposure
       type(candidate_list_type), intent(inout) :: list
-      integer :: k, a, b, place
-      logical :: is_kept
-      ! the search for intervals has kept what is close
-      is_kept = limits%corrected
-      place = 0
+      integer :: k
       do k = pairs%first_of(part), pairs%first_of(part + 1) - 1
          if (.not. pairs%is_close(k)) cycle
-         if (is_kept) then
-            call list%recall_near(place)
-            call search_near(vertices, topology, outlines, previous, history, exposure, limits, list)
-         else
-            a = pairs%candidates(1, k)
-            b = pairs%candidates(2, k)
+         associate (a => pairs%candidates(1, k), b => pairs%candidates(2, k))
             call search_pair([blocks%vertex_offset(a) + 1, blocks%vertex_offset(a + 1)], &
-                             [blocks%vertex_offset(b) + 1, blocks%vertex_offset(b + 1)], &
-                             pairs%boxes(:, a), pairs%boxes(:, b), vertices, topology, outlines, previous, history, &
-                             exposure, limits, list)
-         end if
+                             [blocks%vertex_offset(b) + 1, blocks%vertex_offset(b + 1)], pairs%boxes(:, a), &
+                             pairs%boxes(:, b), vertices, topology, outlines, previous, history, exposure, limits, list)
+         end associate
       end do
    end subroutine search_part
 
@@ -115,33 +105,29 @@ contains
       type(contact_history_type), intent(in) :: history
       type(exposure_type), intent(in) :: exposure
       type(candidate_list_type), intent(inout) :: list
-      integer :: done, pair, l
-      integer :: ends(n_heads - 1)     !! last numbers of the entries of each kind
-      done = 0
-      do while (done < part%n)
-         pair = part%items(done + 1)
-         ends(edges_with_edges) = done + n_heads + 2*part%items(done + 1 + edges_with_edges)
-         ends(corners_with_corners) = ends(edges_with_edges) + 2*part%items(done + 1 + corners_with_corners)
-         ends(vertices_of_first) = ends(corners_with_corners) + 2*part%items(done + 1 + vertices_of_first)
-         ends(vertices_of_second) = ends(vertices_of_first) + 2*part%items(done + 1 + vertices_of_second)
-         done = ends(vertices_of_second)
-         if (done == ends(edges_with_edges)) cycle
-         if (.not. pairs%is_close(pair)) cycle
+      type(near_pair_type) :: at
+      logical :: found
+      integer :: l
+      do
+         call at%advance(part, found)
+         if (.not. found) exit
+         if (all(at%last(corners_with_corners:) < at%first(corners_with_corners:))) cycle
+         if (.not. pairs%is_close(at%pair)) cycle
          list%n_corners = 0
-         associate (now => part%items, box_a => pairs%boxes(:, pairs%candidates(1, pair)), &
-                    box_b => pairs%boxes(:, pairs%candidates(2, pair)))
-            do l = ends(edges_with_edges) + 1, ends(corners_with_corners), 2
+         associate (now => part%items, box_a => pairs%boxes(:, pairs%candidates(1, at%pair)), &
+                    box_b => pairs%boxes(:, pairs%candidates(2, at%pair)))
+            do l = at%first(corners_with_corners), at%last(corners_with_corners), 2
                if (is_beyond(vertices(:, now(l)), vertices(:, now(l)), box_b, limits%reach)) cycle
                if (is_beyond(vertices(:, now(l + 1)), vertices(:, now(l + 1)), box_a, limits%reach)) cycle
                call try_rounded_corner(now(l), now(l + 1), vertices, topology, outlines, previous, history, exposure, &
                                        limits, list)
             end do
-            do l = ends(corners_with_corners) + 1, ends(vertices_of_first), 2
+            do l = at%first(vertices_of_first), at%last(vertices_of_first), 2
                call try_vertex(now(l), now(l + 1), 1, box_a, box_b, size(vertices, 2), vertices, &
                                outlines%tangent, outlines%length, topology, outlines, previous, history, exposure, &
                                limits, list)
             end do
-            do l = ends(vertices_of_first) + 1, ends(vertices_of_second), 2
+            do l = at%first(vertices_of_second), at%last(vertices_of_second), 2
                call try_vertex(now(l), now(l + 1), 2, box_b, box_a, size(vertices, 2), vertices, &
                                outlines%tangent, outlines%length, topology, outlines, previous, history, exposure, &
                                limits, list)

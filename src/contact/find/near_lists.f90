@@ -28,7 +28,7 @@ module rockdda_contact_near_lists
    implicit none
    private
    public :: near_lists_type, near_part_type, near_pair_type, edges_with_edges, corners_with_corners, &
-             vertices_of_first, vertices_of_second, n_heads
+             vertices_of_first, vertices_of_second
 
    !> Kinds of entries of a pair, in the order in which they are stored: edges that may face each other, corners that
    !> may meet, vertices of the first block that may strike edges of the second, and the other way round. Each entry has

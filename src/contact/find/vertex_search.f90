@@ -38,7 +38,7 @@ module rockdda_contact_vertex_search
    use rockdda_geometry_polygons, only : point_in_polygon
    implicit none
    private
-   public :: search_pair, search_near, collect_pair, try_vertex, is_beyond
+   public :: search_pair, collect_pair, try_vertex, is_beyond
 
    !> A vertex that is less deep than this share of the edge's length need not lie in the block: its neighbour may hide
    !> the edge there by the compression of its own spring.
@@ -50,7 +50,7 @@ module rockdda_contact_vertex_search
 
 contains
 
-   !> Append the candidates of blocks a < b: find what is close (`collect_pair`), and search there (`search_near`).
+   !> Append the candidates of blocks a < b: find what is close, and search there.
    pure subroutine search_pair(range_a, range_b, box_a, box_b, vertices, topology, outlines, previous, history, &
                                exposure, limits, list)
       integer, intent(in) :: range_a(2), range_b(2)   !! first and last vertex of each block
@@ -64,7 +64,16 @@ contains
       type(search_limits_type), intent(in) :: limits
       type(candidate_list_type), intent(inout) :: list
       call collect_pair(range_a, range_b, box_a, box_b, vertices, topology, limits%reach, list)
-      call search_near(vertices, topology, outlines, previous, history, exposure, limits, list)
+      if (list%n_near_a == 0 .and. list%n_edges_a == 0) return
+      list%n_corners = 0
+      call search_corners(list%near_a, list%n_near_a, list%near_b, list%n_near_b, size(vertices, 2), vertices, &
+                          topology, outlines, previous, history, exposure, limits, list)
+      call search_edges(list%near_a, list%n_near_a, list%edges_b, list%n_edges_b, 1, size(vertices, 2), vertices, &
+                        outlines%tangent, outlines%length, topology, outlines, previous, history, exposure, limits, &
+                        list)
+      call search_edges(list%near_b, list%n_near_b, list%edges_a, list%n_edges_a, 2, size(vertices, 2), vertices, &
+                        outlines%tangent, outlines%length, topology, outlines, previous, history, exposure, limits, &
+                        list)
    end subroutine search_pair
 
    !> Vertices and edges of two blocks that are close to the other one.
@@ -83,28 +92,6 @@ contains
       call collect_near(range_b, box_a, size(vertices, 2), vertices, topology, reach, list%near_b, list%n_near_b, &
                         list%edges_b, list%n_edges_b)
    end subroutine collect_pair
-
-   !> `search_pair` with the vertices and edges that `collect_pair` has found.
-   pure subroutine search_near(vertices, topology, outlines, previous, history, exposure, limits, list)
-      real(wp), intent(in), contiguous :: vertices(:, :)
-      type(contact_topology_type), intent(in) :: topology
-      type(outlines_type), intent(in) :: outlines
-      type(contact_table_type), intent(in) :: previous
-      type(contact_history_type), intent(in) :: history
-      type(exposure_type), intent(in) :: exposure
-      type(search_limits_type), intent(in) :: limits
-      type(candidate_list_type), intent(inout) :: list
-      if (list%n_near_a == 0 .and. list%n_edges_a == 0) return
-      list%n_corners = 0
-      call search_corners(list%near_a, list%n_near_a, list%near_b, list%n_near_b, size(vertices, 2), vertices, &
-                          topology, outlines, previous, history, exposure, limits, list)
-      call search_edges(list%near_a, list%n_near_a, list%edges_b, list%n_edges_b, 1, size(vertices, 2), vertices, &
-                        outlines%tangent, outlines%length, topology, outlines, previous, history, exposure, limits, &
-                        list)
-      call search_edges(list%near_b, list%n_near_b, list%edges_a, list%n_edges_a, 2, size(vertices, 2), vertices, &
-                        outlines%tangent, outlines%length, topology, outlines, previous, history, exposure, limits, &
-                        list)
-   end subroutine search_near
 
    !> Vertices inside the other block's widened box, and edges whose boxes meet it.
    pure subroutine collect_near(range, box, nv, vertices, topology, reach, near, n_near, edges, n_edges)

@@ -34,16 +34,12 @@ module rockdda_contact_candidates
       integer, allocatable :: edges_a(:), edges_b(:)             !! edges likewise
       integer, allocatable :: corner_pairs(:, :)                 !! (2, n) vertex-vertex contacts of the pair
       integer :: n_near_a = 0, n_near_b = 0, n_edges_a = 0, n_edges_b = 0, n_corners = 0
-      integer :: n_kept = 0                                      !! numbers in `kept`
-      integer, allocatable :: kept(:)                            !! what was close in pair after pair
    contains
       procedure :: clear
       procedure :: append
       procedure :: append_with
       procedure :: reserve_intervals
       procedure :: make_room_for_interval
-      procedure :: keep_near
-      procedure :: recall_near
       procedure :: add_corners
    end type candidate_list_type
 
@@ -114,67 +110,6 @@ contains
       call move_alloc(larger, self%intervals)
       self%room_for_intervals = size(self%intervals)
    end subroutine make_room_for_interval
-
-   !> Keep the vertices and edges of the pair that are close to the other block.
-   pure subroutine keep_near(self)
-      class(candidate_list_type), intent(inout) :: self
-      integer, allocatable :: larger(:)
-      integer :: n
-      n = self%n_kept + 4 + self%n_near_a + self%n_edges_a + self%n_near_b + self%n_edges_b
-      if (.not. allocated(self%kept)) allocate (self%kept(256))
-      if (n > size(self%kept)) then
-         allocate (larger(2*n))
-         larger(1:self%n_kept) = self%kept(1:self%n_kept)
-         call move_alloc(larger, self%kept)
-      end if
-      n = self%n_kept
-      self%kept(n + 1:n + 4) = [self%n_near_a, self%n_edges_a, self%n_near_b, self%n_edges_b]
-      n = n + 4
-      call put(self%near_a, self%n_near_a, self%kept, n)
-      call put(self%edges_a, self%n_edges_a, self%kept, n)
-      call put(self%near_b, self%n_near_b, self%kept, n)
-      call put(self%edges_b, self%n_edges_b, self%kept, n)
-      self%n_kept = n
-   end subroutine keep_near
-
-   !> Append a few numbers.
-   pure subroutine put(list, m, kept, n)
-      integer, allocatable, intent(in) :: list(:)
-      integer, intent(in) :: m
-      integer, intent(inout) :: kept(:), n
-      integer :: k
-      do k = 1, m
-         kept(n + k) = list(k)
-      end do
-      n = n + m
-   end subroutine put
-
-   !> Take the next pair that was kept, and move `place` to the one after it; 0 is that of the first.
-   pure subroutine recall_near(self, place)
-      class(candidate_list_type), intent(inout) :: self
-      integer, intent(inout) :: place
-      self%n_near_a = self%kept(place + 1)
-      self%n_edges_a = self%kept(place + 2)
-      self%n_near_b = self%kept(place + 3)
-      self%n_edges_b = self%kept(place + 4)
-      place = place + 4
-      call get(self%near_a, self%n_near_a, self%kept, place)
-      call get(self%edges_a, self%n_edges_a, self%kept, place)
-      call get(self%near_b, self%n_near_b, self%kept, place)
-      call get(self%edges_b, self%n_edges_b, self%kept, place)
-   end subroutine recall_near
-
-   !> The next few numbers.
-   pure subroutine get(list, m, kept, n)
-      integer, allocatable, intent(inout) :: list(:)   !! has had room for them
-      integer, intent(in) :: m, kept(:)
-      integer, intent(inout) :: n
-      integer :: k
-      do k = 1, m
-         list(k) = kept(n + k)
-      end do
-      n = n + m
-   end subroutine get
 
    !> Vertex a of the first block of the pair and vertex b of the second meet.
    pure subroutine add_corners(self, a, b)

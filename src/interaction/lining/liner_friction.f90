@@ -11,13 +11,14 @@ module rockdda_interaction_liner_friction
    use rockdda_interaction_dashpots, only : dashpot_coefficient
    use rockdda_interaction_equations, only : equations_type
    use rockdda_interaction_liner, only : liner_type, beam_links, on_segment, respond, largest_pressure
-   use rockdda_interaction_liner_links, only : friction_agreement
    use rockdda_interaction_liner_ties, only : tie_response_type, tie_state
    use rockdda_linear_anderson, only : anderson_type
    implicit none
    private
-   public :: liner_friction_type, set_dashpots, add_impulses_of, changes_of
+   public :: liner_friction_type, friction_agreement, set_dashpots, add_impulses_of, changes_of
 
+   !> Friction forces, which wait for normal forces, agree with their laws to this share.
+   real(wp), parameter :: friction_agreement = 1.0e-6_wp
    !> Within a round the misfit of friction and normal forces is brought down by this factor.
    real(wp), parameter :: reduction = 0.03_wp
 

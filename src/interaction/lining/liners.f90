@@ -1,8 +1,17 @@
 ! SPDX-License-Identifier: MIT
 !> All linings: chains of segments along the wall of an opening (docs/theory.md, "Linings"). One lining is
-!> rockdda_interaction_liner; where it lies is found by rockdda_interaction_liner_placing, its links in a step are
-!> those of rockdda_interaction_liner_links, what lasts of it is rockdda_interaction_liner_state, what is shown
-!> rockdda_interaction_liner_nodes.
+!> rockdda_interaction_liner; where it lies is found by rockdda_interaction_liner_placing, what lasts of it is
+!> rockdda_interaction_liner_state, what is shown rockdda_interaction_liner_nodes.
+!>
+!> A joint of two bodies, beam or tie, has a point on each of them, and axes that turn with the mean rotation of both
+!> (beam) or with the segment (tie). With D the way from the first point to the second, its change in a step along an
+!> axis n is
+!>
+!>     n1.D1 - n0.D0 = (n1 + n0)/2 . (D1 - D0) + (n1 - n0).(D1 + D0)/2
+!>
+!> exactly, linear in the unknowns once the rotations in it are those that are expected.
+!>
+!> Each round linearises at the motion of the last one, and is repeated until forces follow their laws there.
 module rockdda_interaction_liners
    use rockdda_base_kinds, only : wp
    use rockdda_base_state_archive, only : state_archive_type
@@ -18,11 +27,15 @@ module rockdda_interaction_liners
    use rockdda_interaction_context, only : step_context_type
    use rockdda_interaction_elasticity, only : compliance, strain_energy
    use rockdda_interaction_equations, only : equations_type
+   use rockdda_interaction_finite_rotation, only : moving_block_type, mean_load, mean_displacement
+   use rockdda_interaction_time_scheme, only : time_scheme_type
+   use rockdda_interaction_liner_ties, only : tie_response_type, tie_state
    use rockdda_interaction_linked_interaction, only : linked_interaction_type
-   use rockdda_interaction_liner, only : liner_type, links_of, energy_of
-   use rockdda_interaction_liner_friction, only : liner_friction_type, set_dashpots, add_impulses_of, changes_of
-   use rockdda_interaction_liner_links, only : join_liner, begin_liner, place_liner, add_to_links_of, predict_liner, &
-      forces_of_links, measure_placement_of, judge_liner
+   use rockdda_interaction_liner, only : liner_type, beam_links, links_of, energy_of, moved_beam, moved_tie, &
+      on_segment, &
+      first_point, acts, respond, largest_pressure
+   use rockdda_interaction_liner_friction, only : liner_friction_type, friction_agreement, set_dashpots, &
+      add_impulses_of, changes_of
    use rockdda_interaction_liner_beam, only : beam_response_type, forces_at, n_sections, respond_beam
    use rockdda_interaction_liner_nodes, only : shares_of_nodes, show_nodes_of
    use rockdda_interaction_liner_placing, only : draw_liner, append_segments, install_liner, harden
@@ -30,6 +43,11 @@ module rockdda_interaction_liners
    implicit none
    private
    public :: liners_type
+
+   !> Forces agree with their laws to this share.
+   real(wp), parameter :: agreement = 1.0e-8_wp
+   !> Rounding of deformations, as a share of them.
+   real(wp), parameter :: rounding = 1.0e-13_wp
 
    type, extends(linked_interaction_type) :: liners_type
       type(liner_type), allocatable :: liners(:)
@@ -283,12 +301,30 @@ contains
       type(step_context_type), intent(in) :: context
       type(attempt_type), intent(in) :: attempt
       type(equations_type), intent(inout) :: equations
-      integer :: k, n
-      n = self%first_link
+      integer :: c, first, i, k, l
+      first = self%first_link
       do k = 1, n_liners(self)
-         self%liners(k)%first_link = n
-         if (self%liners(k)%is_there) call join_liner(self%liners(k), context, equations)
-         n = n + links_of(self%liners(k))
+         self%liners(k)%first_link = first
+         first = first + links_of(self%liners(k))
+      end do
+      do k = 1, n_liners(self)
+         associate (liner => self%liners(k))
+            if (.not. liner%is_there) cycle
+            c = liner%first_link
+            do i = 1, size(liner%joints)
+               do l = 1, beam_links
+                  call equations%join(c + l, liner%joints(i)%block)
+               end do
+               c = c + beam_links
+            end do
+            do i = 1, size(liner%ties)
+               associate (tie => liner%ties(i))
+                  tie%acts = acts(context, tie)
+                  c = c + 1
+                  call equations%join(c, merge([tie%a, tie%b], 0, tie%acts))
+               end associate
+            end do
+         end associate
       end do
    end subroutine prepare
 
@@ -316,9 +352,47 @@ contains
       type(step_context_type), intent(in) :: context
       type(attempt_type), intent(in) :: attempt
       type(equations_type), intent(inout) :: equations
-      integer :: k
+      real(wp) :: v(6, 2, 2), line(6, 2, 2)
+      integer :: c, i, j, k
       do k = 1, n_liners(self)
-         if (self%liners(k)%is_there) call place_liner(self%liners(k), context, attempt, equations)
+         associate (liner => self%liners(k))
+            if (.not. liner%is_there) cycle
+            c = liner%first_link
+            do i = 1, size(liner%joints)
+               associate (joint => liner%joints(i), a => liner%joints(i)%block(1), b => liner%joints(i)%block(2))
+                  call joint_vectors(attempt%moving(a), attempt%moving(b), on_segment(context, a, joint%arm(:, 1)), &
+                                     on_segment(context, b, joint%arm(:, 2)), joint%beam%angle + 0.5_wp* &
+                                     (context%state%rotation(a) + context%state%rotation(b)), [0.5_wp, 0.5_wp], &
+                                     [.true., .true.], v)
+               end associate
+               do j = 1, 2
+                  line = 0
+                  line(:, 1, :) = v(:, j, :)
+                  call equations%set_vectors(c + j, line(:, :, 1), line(:, :, 2))
+               end do
+               line = 0
+               line(:, 1, :) = v(:, 1, :)
+               call equations%set_vectors(c + 4, line(:, :, 1), line(:, :, 2))
+               line = 0
+               line(3, 1, 1) = -1
+               line(3, 1, 2) = 1
+               call equations%set_vectors(c + 3, line(:, :, 1), line(:, :, 2))
+               c = c + beam_links
+            end do
+            do i = 1, size(liner%ties)
+               c = c + 1
+               associate (tie => liner%ties(i))
+                  if (.not. tie%acts) cycle
+                  call joint_vectors(attempt%moving(tie%a), attempt%moving(tie%b), first_point(context, tie), &
+                                     on_segment(context, tie%b, tie%arm), tie%angle + context%state%rotation(tie%b), &
+                                     [0.0_wp, 1.0_wp], [.not. tie%on_rock, .true.], v)
+                  v(4, 1, 2) = tie%shape(1)
+                  v(5, 2, 2) = tie%shape(2)
+                  v(6, 1, 2) = tie%shape(3)
+                  call equations%set_vectors(c, v(:, :, 1), v(:, :, 2))
+               end associate
+            end do
+         end associate
       end do
    end subroutine place
 
@@ -326,9 +400,39 @@ contains
    subroutine add_to_links(self, equations)
       class(liners_type), intent(in) :: self
       type(equations_type), intent(inout) :: equations
-      integer :: k
+      real(wp) :: f(3), stiffness(2, beam_links), force(2, beam_links), coupling(beam_links)
+      integer, parameter :: rows(beam_links) = [1, 2, 3, 4]
+      integer :: c, i, k
       do k = 1, n_liners(self)
-         if (self%liners(k)%is_there) call add_to_links_of(self%liners(k), self%level, equations)
+         associate (liner => self%liners(k))
+            if (.not. liner%is_there) cycle
+            c = liner%first_link
+            do i = 1, size(liner%joints)
+               associate (joint => liner%joints(i), t => liner%joints(i)%tangent)
+                  f = t%f - matmul(t%stiffness, joint%at)
+                  stiffness = 0
+                  force = 0
+                  stiffness(1, :) = self%level*[t%stiffness(1, 1), t%stiffness(2, 2), t%stiffness(3, 3), 0.0_wp]
+                  coupling = self%level*[t%stiffness(1, 2), t%stiffness(2, 3), t%stiffness(3, 1), 0.0_wp]
+                  force(1, 1:3) = -f
+               end associate
+               call equations%set_links(beam_links, rows, c, stiffness, force, coupling)
+               c = c + beam_links
+            end do
+            do i = 1, size(liner%ties)
+               c = c + 1
+               associate (tie => liner%ties(i))
+                  stiffness = 0
+                  force = 0
+                  if (tie%acts) then
+                     stiffness(:, 1) = tie%tangent
+                     force(:, 1) = stiffness(:, 1)*tie%at - tie%force
+                  end if
+                  call equations%set_links(1, [1], c - 1, tie%factor*tie%level*stiffness(:, 1:1), &
+                                           tie%factor*force(:, 1:1), [0.0_wp])
+               end associate
+            end do
+         end associate
       end do
    end subroutine add_to_links
 
@@ -336,9 +440,27 @@ contains
    subroutine predict(self, equations)
       class(liners_type), intent(inout) :: self
       type(equations_type), intent(in) :: equations
-      integer :: k
+      real(wp) :: motion(2)
+      integer :: c, i, j, k
       do k = 1, n_liners(self)
-         if (self%liners(k)%is_there) call predict_liner(self%liners(k), self%level, equations)
+         associate (liner => self%liners(k))
+            if (.not. liner%is_there) cycle
+            c = liner%first_link
+            do i = 1, size(liner%joints)
+               do j = 1, 3
+                  call equations%link_motion(c + j, motion)
+                  liner%joints(i)%move(j) = self%level*motion(1)
+               end do
+               c = c + beam_links
+            end do
+            do i = 1, size(liner%ties)
+               c = c + 1
+               liner%ties(i)%move = 0
+               if (.not. liner%ties(i)%acts) cycle
+               call equations%link_motion(c, motion)
+               liner%ties(i)%move = liner%ties(i)%level*motion
+            end do
+         end associate
       end do
    end subroutine predict
 
@@ -380,9 +502,32 @@ contains
       class(liners_type), intent(in) :: self
       real(wp), intent(in) :: fraction
       real(wp), intent(inout), contiguous :: force(:, :)
-      integer :: k
+      type(beam_response_type) :: response
+      type(tie_response_type) :: of_tie
+      integer :: c, i, k
       do k = 1, n_liners(self)
-         if (self%liners(k)%is_there) call forces_of_links(self%liners(k), self%laws, fraction, force)
+         associate (liner => self%liners(k))
+            if (.not. liner%is_there) cycle
+            c = liner%first_link
+            do i = 1, size(liner%joints)
+               associate (joint => liner%joints(i))
+                  call respond_beam(joint%beam, liner%section, joint%state, joint%d + joint%kept + &
+                                    fraction*(joint%move - joint%kept), response)
+               end associate
+               force(:, c + 1:c + beam_links) = 0
+               force(1, c + 1:c + 3) = response%f
+               c = c + beam_links
+            end do
+            do i = 1, size(liner%ties)
+               c = c + 1
+               force(:, c) = 0
+               associate (tie => liner%ties(i))
+                  if (.not. tie%acts) cycle
+                  call respond(self%laws, liner, tie, tie%motion + tie%kept + fraction*(tie%move - tie%kept), of_tie)
+               end associate
+               force(:, c) = liner%ties(i)%factor*of_tie%force
+            end do
+         end associate
       end do
    end subroutine lawful_forces
 
@@ -392,9 +537,34 @@ contains
       type(step_context_type), intent(in) :: context
       type(attempt_type), intent(in) :: attempt
       type(equations_type), intent(inout) :: equations
-      integer :: k
+      real(wp) :: way(2), d(3), scale, largest
+      integer :: c, i, k
       do k = 1, n_liners(self)
-         if (self%liners(k)%is_there) call measure_placement_of(self%liners(k), self%level, context, equations)
+         associate (liner => self%liners(k))
+            if (.not. liner%is_there) cycle
+            ! a link without force among others has lengths that are off by rounding alone
+            largest = maxval([0.0_wp, (norm2(liner%joints(i)%tangent%f(1:2)), i=1, size(liner%joints)), &
+                              (norm2(liner%ties(i)%force), i=1, size(liner%ties))])
+            c = liner%first_link
+            do i = 1, size(liner%joints)
+               associate (joint => liner%joints(i), a => liner%joints(i)%block(1), b => liner%joints(i)%block(2))
+                  d = moved_beam(context, joint, equations%x)
+                  scale = max(largest, min(equations%block_force(a), equations%block_force(b)))
+                  d = matmul(joint%tangent%stiffness, d - joint%d - joint%move/self%level)
+                  if (scale > 0) equations%link_off(c + 1) = norm2(d(1:2))/scale
+               end associate
+               c = c + beam_links
+            end do
+            do i = 1, size(liner%ties)
+               c = c + 1
+               associate (tie => liner%ties(i))
+                  if (.not. tie%acts) cycle
+                  way = moved_tie(context, tie, equations%x) - tie%motion - tie%move/tie%level
+                  scale = max(largest, min(equations%block_force(tie%a), equations%block_force(tie%b)))
+                  if (scale > 0) equations%link_off(c) = norm2(tie%tangent*way)/scale
+               end associate
+            end do
+         end associate
       end do
    end subroutine measure_placement
 
@@ -402,13 +572,63 @@ contains
    subroutine judge(self, n_changes, n_unsettled)
       class(liners_type), intent(inout) :: self
       integer, intent(out) :: n_changes, n_unsettled
-      integer :: k
+      type(beam_response_type) :: response
+      type(tie_response_type) :: of_tie
+      real(wp) :: missing(3), scale(3), used(2), largest
+      integer :: i, k
       n_changes = 0
       n_unsettled = 0
       do k = 1, n_liners(self)
-         if (self%liners(k)%is_there) call judge_liner(self%liners(k), self%laws, n_changes, n_unsettled)
+         associate (liner => self%liners(k))
+            if (.not. liner%is_there) cycle
+            do i = 1, size(liner%joints)
+               associate (joint => liner%joints(i), t => liner%joints(i)%tangent)
+                  call respond_beam(joint%beam, liner%section, joint%state, joint%d + joint%move, response)
+                  missing = response%f - (t%f + matmul(t%stiffness, joint%move - joint%at))
+                  scale = sqrt(joint%beam%flexibility)
+                  if (maxval(abs(missing)*scale) > agreement*maxval(abs(response%f)*scale) + rounding*maxval( &
+                      (abs(joint%d) + abs(joint%move))*liner%section%modulus/scale)) n_changes = n_changes + 1
+                  joint%at = joint%move
+                  joint%tangent = response
+               end associate
+            end do
+            largest = largest_pressure(liner)
+            do i = 1, size(liner%ties)
+               associate (tie => liner%ties(i))
+                  if (.not. tie%acts) cycle
+                  call respond(self%laws, liner, tie, tie%motion + tie%move, of_tie)
+                  used = tie%force + tie%tangent*(tie%move - tie%at)
+                  ! one that slides back holds first
+                  if (slides(tie%state) .and. slides(of_tie%state) .and. of_tie%force(2)*tie%force(2) < 0) then
+                     of_tie%state = merge(tie_state%held, tie_state%at_tension, of_tie%state == tie_state%slides)
+                     of_tie%force(2) = of_tie%trial
+                     of_tie%stiffness(2) = liner%stiffness(2)*tie%length + tie%drag(2)
+                  end if
+                  if (of_tie%state /= tie%state) then
+                     n_changes = n_changes + 1
+                     tie%changes = tie%changes + 1
+                  else if (norm2(of_tie%force - used) > friction_agreement*max(norm2(used), tie%length*largest) .and. &
+                           of_tie%state /= tie_state%held) then
+                     n_unsettled = n_unsettled + 1
+                  end if
+                  tie%state = of_tie%state
+                  tie%force = of_tie%force
+                  tie%tangent = of_tie%stiffness
+                  tie%at = tie%move
+               end associate
+            end do
+         end associate
       end do
       n_unsettled = n_unsettled + n_changes
+
+   contains
+
+      !> Is the shear force of a tie at its limit?
+      pure logical function slides(state)
+         integer, intent(in) :: state
+         slides = state == tie_state%slides .or. state == tie_state%parts
+      end function slides
+
    end subroutine judge
 
    !> Lines on the ties that changed their state most often in an attempt.
@@ -533,5 +753,59 @@ contains
          call exchange_liner(archive, 'liner_'//to_string(k), context%blocks%n_blocks, self%liners(k))
       end do
    end subroutine exchange_state
+
+   !> Begin an attempt: no motion, and where in the step ties act. One that is open at the start and closes does not
+   !> know when: its force at the end is an impulse (rockdda_interaction_time_scheme), or it would give energy.
+   subroutine begin_liner(liner, laws, level, scheme)
+      type(liner_type), intent(inout) :: liner
+      type(joint_law_type), allocatable, intent(in) :: laws(:)   !! of the joint materials
+      real(wp), intent(in) :: level          !! share of the step's motion up to where forces act
+      type(time_scheme_type), intent(in) :: scheme
+      type(tie_response_type) :: at_start
+      integer :: i, j
+      do j = 1, size(liner%joints)
+         liner%joints(j)%move = 0
+      end do
+      do i = 1, size(liner%ties)
+         associate (tie => liner%ties(i))
+            tie%move = 0
+            tie%level = level
+            tie%factor = 1
+            if (liner%joint == 0 .or. .not. (scheme%second_order .and. tie%acts)) cycle
+            call respond(laws, liner, tie, tie%motion, at_start)
+            if (at_start%state /= tie_state%open) cycle
+            tie%level = 1
+            tie%factor = scheme%impact
+         end associate
+      end do
+   end subroutine begin_liner
+
+   !> Derivatives of the components of the way between two points, of which axes turn with shares of the rotations of
+   !> their blocks.
+   pure subroutine joint_vectors(a, b, x, y, angle, share, rigid, v)
+      type(moving_block_type), intent(in) :: a, b
+      real(wp), intent(in) :: x(2), y(2)         !! points on both blocks at the start of the step [length]
+      real(wp), intent(in) :: angle              !! of the first axis there
+      real(wp), intent(in) :: share(2)
+      logical, intent(in) :: rigid(2)            !! strains of the block do not move its point: it is a segment
+      real(wp), intent(out) :: v(6, 2, 2)        !! unknowns, axes, blocks
+      real(wp) :: turn, middle, chord, n(2), mean(2), d(6, 2)
+      integer :: j
+      turn = share(1)*a%angle + share(2)*b%angle
+      middle = angle + 0.5_wp*turn
+      chord = 1
+      if (abs(turn) > 0) chord = 2*sin(0.5_wp*turn)/turn
+      d = reshape([a%d, b%d], [6, 2])
+      where (spread(rigid, 1, 3)) d(4:6, :) = 0
+      mean = (y - x) + 0.5_wp*(mean_displacement(d(:, 2), y, b) - mean_displacement(d(:, 1), x, a))
+      n = [cos(middle), sin(middle)]
+      do j = 1, 2
+         v(:, j, 1) = -mean_load(cos(0.5_wp*turn)*n, x, a)
+         v(:, j, 2) = mean_load(cos(0.5_wp*turn)*n, y, b)
+         where (spread(rigid, 1, 3)) v(4:6, j, :) = 0
+         v(3, j, :) = v(3, j, :) + share*chord*(-n(2)*mean(1) + n(1)*mean(2))
+         n = [-n(2), n(1)]
+      end do
+   end subroutine joint_vectors
 
 end module rockdda_interaction_liners
