@@ -16,6 +16,7 @@
 module rockdda_stepping_line_search
    use rockdda_base_kinds, only : wp
    use rockdda_base_parallel, only : parallel_blocks, piece
+   use rockdda_base_room, only : reserve
    use rockdda_interaction_equations, only : equations_type
    use rockdda_interaction_link_vectors, only : add_forces
    use rockdda_interaction_families, only : families_type
@@ -43,6 +44,7 @@ module rockdda_stepping_line_search
       logical :: was_better = .false.               !! the last answer of `is_better`: nothing else depends on it
       real(wp), allocatable :: r(:, :)              !! (6, rows)
       real(wp), allocatable :: force(:, :)          !! (2, >= links) along the lines of each link
+      integer, allocatable :: places(:)             !! (>= rows) block of each row
       integer, allocatable :: runs(:, :)            !! (2, >= n) contacts of a few blocks: first and last row
    contains
       procedure :: keep
@@ -284,22 +286,23 @@ contains
             call self%weights%norm(n, v, 36, equations%matrix%values, equations%matrix%row_start, norm, &
                                    self%has_weights)
          else
-            call self%weights%norm(n, v, n_packed, equations%block_matrix, blocks_of_rows(equations), norm, &
-                                   self%has_weights)
+            call find_places(self, equations)
+            call self%weights%norm(n, v, n_packed, equations%block_matrix, self%places, norm, self%has_weights)
          end if
       end associate
    end function norm_of
 
-   !> Block of each row of the matrix.
-   pure function blocks_of_rows(equations) result(blocks)
+   !> Find the block of each row of the matrix.
+   pure subroutine find_places(self, equations)
+      type(line_search_type), intent(inout) :: self
       type(equations_type), intent(in) :: equations
-      integer :: blocks(equations%n_rows()), i
-      if (allocated(equations%block_of)) then
-         blocks = equations%block_of
-      else
-         blocks = [(i, i=1, size(blocks))]
-      end if
-   end function blocks_of_rows
+      integer :: i
+      call reserve(self%places, equations%n_rows())
+      do i = 1, equations%n_rows()
+         self%places(i) = i
+         if (allocated(equations%block_of)) self%places(i) = equations%block_of(i)
+      end do
+   end subroutine find_places
 
    !> Norm of the part of `r` that is a lower bound of the whole.
    real(wp) function norm_of_part(self, equations) result(norm)
@@ -311,8 +314,9 @@ contains
             call self%weights%norm_of_part(n, self%r, 36, equations%matrix%values, equations%matrix%row_start, group, &
                                            stride, norm, ok)
          else
-            call self%weights%norm_of_part(n, self%r, n_packed, equations%block_matrix, blocks_of_rows(equations), &
-                                           group, stride, norm, ok)
+            call find_places(self, equations)
+            call self%weights%norm_of_part(n, self%r, n_packed, equations%block_matrix, self%places, group, stride, &
+                                           norm, ok)
          end if
       end associate
    end function norm_of_part
