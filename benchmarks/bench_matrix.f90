@@ -28,8 +28,8 @@ contains
       close (unit)
    end subroutine write_matrix
 
-   !> Shortest times [s] of a residual f - K x and of a PCG iteration: the difference between two solves from zero, one to
-   !> the tolerance, one stopped early, over the difference of their iterations; and of a whole solve.
+   !> Shortest times [s] of a residual f - K x, of a PCG iteration, and of a whole solve. That of an iteration is the
+   !> difference between two solves from zero, one to the tolerance, one stopped early, over that of their iterations.
    subroutine time_passes(matrix, f, tolerance, n_passes, line)
       type(block_matrix_type), intent(in) :: matrix
       real(wp), intent(in) :: f(:, :)         !! (6, n)

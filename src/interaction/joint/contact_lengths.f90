@@ -37,11 +37,11 @@ module rockdda_interaction_contact_lengths
       !> Of a vertex p of block a and an edge of block b, with what the blocks turn by in the step left aside:
       !>
       !> Normal: the gap is (p - s).n, s any point of the edge. Its exact first derivative, the turning of the edge
-      !> included, is n.(motion of p with block a - motion of the foot p - gap n with block b), which is Eq. 3.14 divided
-      !> by the length.
-      !> Tangential: the slip is t.(motion of p with block a - motion of p with block b), both at the one point p, so that
-      !> the couple of the two shear forces is zero. A rigid motion of both blocks together changes neither, to first
-      !> order.
+      !> included, is n.(motion of p with block a - motion of the foot p - gap n with block b), which is Eq. 3.14 over the
+      !> length.
+      !> Tangential: the slip is t.(motion of p with block a - motion of p with block b), both at the one point p, so
+      !> that the couple of the two shear forces is zero. A rigid motion of both blocks together changes neither, to
+      !> first order.
       pure subroutine place_rows(n, rows, block_a, block_b, point, distance, normal, share, lean, moving, vectors) &
          bind(c, name='rockdda_place_contacts')
          import :: c_int, c_double, moving_block_type
