@@ -37,8 +37,8 @@ module rockdda_interaction_contact_lengths
       !> Of a vertex p of block a and an edge of block b, with what the blocks turn by in the step left aside:
       !>
       !> Normal: the gap is (p - s).n, s any point of the edge. Its exact first derivative, the turning of the edge
-      !> included, is n.(motion of p with block a - motion of the foot p - gap n with block b), which is Eq. 3.14 over the
-      !> length.
+      !> included, is n.(motion of p with block a - motion of the foot p - gap n with block b), which is Eq. 3.14 over
+      !> the length.
       !> Tangential: the slip is t.(motion of p with block a - motion of p with block b), both at the one point p, so
       !> that the couple of the two shear forces is zero. A rigid motion of both blocks together changes neither, to
       !> first order.
