@@ -74,11 +74,11 @@ FACES = {
     "lines": "generate joint_sets outlines report statistics statistics_options",
     "cutting": "assignment cell_lattice cut location subdivision",
     "contact/find": "broad_phase interval_search narrow_search",
-    "contact/transfer": "inheritance merging newborn",
+    "contact/transfer": "inheritance merging",
     "contact": "search",
-    "interaction/block": "elasticity held_forces inertia line_loads loads",
-    "interaction/joint": "closing contact_stiffness contacts dashpots initial_traction intervals joint_response "
-    "joint_strength joint_stress open_close ties trial_states unsettled",
+    "interaction/block": "elasticity held_forces inertia loads",
+    "interaction/joint": "contact_stiffness contacts dashpots initial_traction intervals joint_response "
+    "joint_strength joint_stress open_close ties trial_states",
     "interaction/bolt": "bars bolts",
     "interaction/lining": "liner_places liner_placing liners",
     "interaction/boundary": "boundaries boundary_edges quiet_boundaries supports",
