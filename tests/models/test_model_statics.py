@@ -227,3 +227,44 @@ def test_solvers_of_the_options_file_carry_the_stack(program, tmp_path, near, op
     run = Run(tmp_path / "stack.h5")
     # the default tolerance of the iterative solvers is 1e-10 of the loads, in each of 60 steps
     near(f"stack with {options}, support force [N]", run.support_forces()[:, 1].sum(), run.weight(), 1e-6)
+
+
+@pytest.mark.parametrize(("n", "stiffness", "ratio"), [(1, 2e10, 0.807), (1, 1e13, 0.0286), (2, 2e10, 0.99)])
+def test_coarse_layers_that_a_joint_keeps_from_bending_are_named(program, tmp_path, near, n, stiffness, ratio):
+    """Two layers of tied cells, 10 m long, each of n cells across 1 m, held at the left, pushed down at the right end:
+    where they bend by 5 % less than a beam the joint between them is named."""
+    young, push, length = 1e10, 1e4, 10
+    cells = [(i / n, j / n) for j in range(2 * n) for i in range(-1, length * n)]
+    corners = [(0, 0), (1 / n, 0), (1 / n, 1 / n), (0, 1 / n)]
+    held = [number for number, (x, _) in enumerate(cells, 1) if x < 0]
+    rows = ["rockdda-blocks 1", "e0 1e-5", f"blocks {len(cells)}", f"vertices {4 * len(cells)}"]
+    rows += [f"fixed {4 * len(held)}", "loading 0", "measured 1", "bolts 0"]
+    for number, (x, y) in enumerate(cells, 1):
+        rows.append(f"block {number} 1 4")
+        # edge 3 of the lower and edge 1 of the upper layer meet in the joint between the layers
+        between = {2} if y + 1 / n == 1 else {0} if y == 1 else set()
+        rows += [f"{x + a} {y + b} {2 if x >= 0 and k in between else 1}" for k, (a, b) in enumerate(corners)]
+    rows += ["fixed_points", *(f"{a - 1 / n} {cells[k - 1][1] + b} {k}" for k in held for a, b in corners)]
+    rows += ["loading_points", "measured_points", f"{length} 1 {len(cells) // 2}", "bolt_list", "end"]
+    (tmp_path / "beam.blk").write_text("\n".join(rows) + "\n")
+    loads = "".join(
+        f"&loading_point at = {length - 1e-3}, {(j + 0.5) / n}, force = 0, {-push / (2 * n)} /\n" for j in range(2 * n)
+    )
+    (tmp_path / "beam.nml").write_text(
+        f"""&model geometry = 'beam.blk', units = 'none' /
+&block_material number = 1, density = 1, young = {young}, poisson = 0, unit_weight = 0 /
+&joint_material number = 1, friction = 35, tie = .true. /
+&joint_material number = 2, friction = 45, cohesion = 1e12, tension = 1e12,
+                normal_stiffness = {stiffness}, shear_stiffness = {stiffness} /
+{loads}&time k01 = 0 /
+&stage name = 's', until = 'equilibrium' /
+"""
+    )
+    outcome = run_program(program, ["run", "beam.nml", "-o", "beam.h5"], tmp_path)
+    assert outcome.returncode == 0, outcome.stderr
+    deflection = push * length**3 / (3 * young * 2**3 / 12) + 1.2 * push * length / (young / 2 * 2)
+    bent = -Run(tmp_path / "beam.h5").displacement(0)[-1, 1] / deflection
+    # as measured: the warning is to come with what it warns of
+    near("deflection over that of a beam", bent, ratio, 0.01)
+    named = "joints of material 2 do not slip" in outcome.stderr
+    assert named == (bent < 0.95), outcome.stderr
