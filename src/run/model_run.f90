@@ -32,8 +32,8 @@ module rockdda_run_model_run
    use rockdda_run_input, only : model_input_type, run_request_type
    use rockdda_run_outcome, only : stage_share, short_run_warning, weak_start_warning, skipped_stages_warning, &
       unreached_tables_text, time_error_warning, strikes_warning, overlaps_warning, unrested_warning, lost_text, &
-      lodged_warning, strain_warning, slid_lining_warning, sheared_lining_warning, peaked_lining_warning, stiff_layers_warning, &
-      unreached_stages_warning
+      lodged_warning, strain_warning, slid_lining_warning, sheared_lining_warning, peaked_lining_warning, &
+      stiff_layers_warning, unreached_stages_warning
    use rockdda_run_output_choice, only : choose_output
    use rockdda_run_thread_choice, only : thread_choice_type
    use rockdda_run_checkpointing, only : load_checkpoint
