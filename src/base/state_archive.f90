@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> Values of a state that go into a checkpoint and come back by the same call, as those see it who own them:
+!> Values of a state that go into a checkpoint and come back by the same call of the type that owns them:
 !>
 !>     call archive%section('held_forces')
 !>     call archive%item('n', self%n, least=0)
