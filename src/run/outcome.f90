@@ -24,7 +24,7 @@ module rockdda_run_outcome
    real(wp), parameter :: much_strain = 0.05_wp
    !> Slip over the length of an element at which a lining is no longer beside the rock that it was installed on.
    real(wp), parameter :: far_slid = 0.5_wp
-   !> Couples of locked joints over the energy of blocks: 2 % stand for deflections that are 5 % too small
+   !> Couples of bonded joints over the energy of blocks: 2 % stand for deflections that are 5 % too small
    !> (docs/notes/design.md).
    real(wp), parameter :: much_held = 0.02_wp
    !> Largest number of pairs named in one message.
@@ -478,9 +478,10 @@ contains
       end do
    end function peaked_lining_warning
 
-   !> Warning about locked joints that keep layers of coarse cells from bending; '' for none. Cells of one strain on
-   !> both sides of a joint stretch along it by different lengths; its two shear springs resist by a couple of forces
-   !> that stand for stress of the blocks. The energy of that stress is compared with that of all blocks.
+   !> Warning about bonded joints that keep layers of coarse cells from bending, at the
+   !> end of a static run; '' for none. Cells of one strain on both sides of a joint stretch along it by different
+   !> lengths; its two shear springs resist by a couple of forces that stand for stress of the blocks. The energy of
+   !> that stress is compared with that of all blocks.
    function stiff_layers_warning(sim) result(text)
       type(simulation_type), intent(in) :: sim
       character(len=:), allocatable :: text
@@ -490,10 +491,10 @@ contains
       held = 0
       stored = 0
       associate (table => sim%contacts, blocks => sim%blocks, state => sim%state, p => sim%parameters)
-         if (.not. allocated(table%shear_force)) return
+         if (.not. (sim%control%is_static(p) .and. allocated(table%shear_force))) return
          do c = 1, table%n - 1
             if (table%station(c) /= 1 .or. table%tied(c)) cycle
-            if (any(table%state(c:c + 1) /= contact_state%locked)) cycle
+            if (.not. all(table%bonded(c:c + 1)) .or. any(table%state(c:c + 1) /= contact_state%locked)) cycle
             couple = 0.5_wp*(table%shear_force(c) - table%shear_force(c + 1))*table%length(c)
             do i = 1, 2
                associate (b => merge(table%block_a(c), table%block_b(c), i == 1))
@@ -513,7 +514,7 @@ contains
          end do
       end associate
       if (.not. sum(held) > much_held*stored) return
-      text = 'joints of material '//to_string(maxloc(held, 1))//' do not slip, and keep the cells beside them from '// &
+      text = 'bonded joints of material '//to_string(maxloc(held, 1))//' keep the cells beside them from '// &
              'bending as one body: couples of their shear springs stand for '//to_string(100*sum(held)/stored, 2)// &
              ' % of the elastic energy of the blocks. Displacements are too small by 5 % and more; cells of half '// &
              'the size, or a smaller shear_stiffness, mend it'

@@ -193,6 +193,33 @@ class Values(FosTest):
         self.assertAlmostEqual(result["factor"], truth, delta=0.01 * truth)
         self.assertGreater(result["supports"][0]["stable"]["use"], 0.9)
 
+    def test_lower_values_are_tried_where_a_stable_trial_has_moved(self):
+        """A slope of two sets with four soft bolts: a wedge fails from 1.79 to 1.87, and is caught by corners from 1.88
+        to 2.02, where doubling lands."""
+        bolts = [
+            (19.3597238, 11.149913, 13.4850623, 8.18827672, 5686007.05, 284300.353),
+            (20.8854372, 8.10964358, 15.8534482, 5.82653607, 2987520.5, 149376.025),
+            (18.6868793, 12.4946626, 13.3283707, 11.417801, 310650.849, 93195.2548),
+            (21.123773, 7.64430987, 14.061431, 7.32632781, 23395254.1, 233952.541),
+        ]
+        (self.folder / "c.dc").write_text((Path(__file__).parent / "caught_slope.dc").read_text())
+        (self.folder / "c.nml").write_text(
+            "&model geometry = 'c.dc' /\n&load gravity = 9.81 /\n"
+            "&block_material number = 1, density = 2600, young = 2e10, poisson = 0.25 /\n"
+            "&joint_material number = 1, friction = 34.07118627364868, cohesion = 0 /\n"
+            "&joint_material number = 2, friction = 30.417726201921095 /\n&joint_material number = 3, friction = 35 /\n"
+            "&boundary along = 0,18, 0,0, 34,0, 34,6, kind = 'fixed' /\n&stage until = 'equilibrium' /\n"
+            + "".join(
+                f"&bolt name = 'b{k}', kind = 'spring', from = {x},{y}, to = {u},{v}, stiffness = {stiffness}, "
+                f"yield_force = {strength} /\n"
+                for k, (x, y, u, v, stiffness, strength) in enumerate(bolts)
+            )
+        )
+        outcome = self.run_program("fos", "c.nml", "--json")
+        # a linear programme of rigid blocks with all bolts at yield: 1.792
+        self.assertAlmostEqual(json.loads(outcome.out)["factor"], 1.792, delta=0.018)
+        self.assertRegex(outcome.err, r"warning: the model stands at 2\.\d+ after a motion, and fails at lower values")
+
     def test_strength_with_cohesion(self):
         # c = 10 kPa on 2 m, weight 2 m2 x 2400 x 9.81
         weight = 2 * 2400 * 9.81

@@ -266,5 +266,5 @@ def test_coarse_layers_that_a_joint_keeps_from_bending_are_named(program, tmp_pa
     bent = -Run(tmp_path / "beam.h5").displacement(0)[-1, 1] / deflection
     # as measured: the warning is to come with what it warns of
     near("deflection over that of a beam", bent, ratio, 0.01)
-    named = "joints of material 2 do not slip" in outcome.stderr
+    named = "bonded joints of material 2 keep the cells beside them" in outcome.stderr
     assert named == (bent < 0.95), outcome.stderr

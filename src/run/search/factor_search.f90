@@ -18,7 +18,7 @@ module rockdda_run_factor_search
    use rockdda_model_analysis_input, only : joint_material_type
    use rockdda_model_material_names, only : number_of_material
    use rockdda_stepping_simulation, only : simulation_type
-   use rockdda_stepping_verdict, only : typical_size
+   use rockdda_stepping_verdict, only : apart, typical_size, usual_share
    use rockdda_run_input, only : model_input_type
    use rockdda_run_model_run, only : run_type
    use rockdda_run_search_journal, only : search_journal_type, search_digest
@@ -36,6 +36,9 @@ module rockdda_run_factor_search
    private
    public :: factor_search_type
 
+   !> Values below the factor are tried as long as they lie this many tolerances apart.
+   real(wp), parameter :: gap = 4
+
    type :: factor_search_type
       type(search_options_type) :: options
       type(search_state_type) :: state
@@ -46,6 +49,7 @@ module rockdda_run_factor_search
       character(len=:), allocatable :: note          !! how it began where the model does not stand; '': it does
       real(wp) :: strength = 1                       !! of them in the settled state, times their own
       logical :: interrupted = .false.
+      real(wp) :: caught = 0                         !! the model stands at this value, and fails at a lower one
       type(search_path_type), private :: path
       type(search_journal_type), private :: journal
       type(trial_type), allocatable, private :: known(:)   !! all trials with a verdict
@@ -59,6 +63,8 @@ module rockdda_run_factor_search
       procedure :: joint_length
       procedure :: limit_trial
       procedure, private :: compute_some
+      procedure, private :: compute_values
+      procedure, private :: look_below
       procedure, private :: take_loads
    end type factor_search_type
 
@@ -122,6 +128,8 @@ contains
       type(error_type), allocatable, intent(out) :: error
       character(len=:), allocatable :: note
       integer :: i
+      real(wp) :: probe
+      logical :: is_shorter
       allocate (self%known(0))
       call find_settled_state(input, self%options, self%searched, self%journal, observer, self%settled, self%known, &
                               self%interrupted, error)
@@ -131,8 +139,14 @@ contains
       self%path = new_search_path(self%options, self%strength)
       do
          call self%path%follow(self%known%value, self%known%stable, self%known%pull, self%known%limit, self%state)
-         if (self%state%outcome /= search_end%open) exit
-         call self%compute_some(observer, error)
+         if (self%state%outcome == search_end%open) then
+            call self%compute_some(observer, error)
+         else
+            call self%look_below(probe, is_shorter)
+            if (is_shorter) cycle
+            if (.not. abs(probe) > 0) exit
+            call self%compute_values([probe], observer, error)
+         end if
          if (allocated(error) .or. self%interrupted) return
       end do
       self%trials = self%known(self%state%used)
@@ -143,6 +157,8 @@ contains
       end do
       note = describe_motion(self%trials, self%settled, self%path)
       if (len(note) > 0) call observer%warn(note)
+      if (abs(self%caught) > 0) call observer%warn('the model stands at '//to_string(self%caught, 6)// &
+         ' after a motion, and fails at lower values, up to which the factor is taken')
       note = describe_inside(self%trials)
       if (len(note) > 0) call observer%warn(note)
       note = describe_shear(self%trials)
@@ -193,14 +209,56 @@ contains
       class(factor_search_type), intent(inout) :: self
       class(search_observer_type), intent(in) :: observer
       type(error_type), allocatable, intent(out) :: error
-      type(error_type), allocatable :: problem
       real(wp), allocatable :: values(:)
-      type(trial_type), allocatable :: trials(:)
-      type(error_type), allocatable :: failure
-      logical, allocatable :: done(:)
-      integer :: i
       call self%path%candidates(self%known%value, self%known%stable, self%known%pull, self%known%limit, &
                                 max(1, self%options%jobs), values)
+      call self%compute_values(values, observer, error)
+   end subroutine compute_some
+
+   !> A value below the factor that is still to be tried, 0: none. Where the nearest stable trial has moved as far as
+   !> others before they fail, blocks may fail at lower values and be caught at this one: values are tried halfway to
+   !> the highest one that is stable without such a motion. One that fails ends the way there: `is_shorter`.
+   subroutine look_below(self, probe, is_shorter)
+      class(factor_search_type), intent(inout) :: self
+      real(wp), intent(out) :: probe
+      logical, intent(out) :: is_shorter
+      real(wp) :: low, high, values(size(self%known))
+      logical :: calm(size(self%known))
+      integer :: i
+      probe = 0
+      is_shorter = .false.
+      if (self%state%outcome /= search_end%found .or. self%options%kind == search_kind%load) return
+      values = self%path%sign*self%known%value
+      high = self%path%sign*self%state%stable
+      calm = self%known%stable .and. .not. self%known%displacement > apart*usual_share*typical_size(self%settled)
+      if (any(calm .and. abs(values - high) <= 0) .or. .not. any(calm .and. values < high)) return
+      low = maxval(values, mask=calm .and. values < high)
+      if (low < self%path%start) return
+      do while (high - low > gap*self%path%tolerance)
+         high = low + (high - low)/2
+         probe = self%path%sign*high
+         i = findloc(abs(values - high) <= 0, .true., dim=1)
+         if (i == 0) return
+         is_shorter = .not. self%known(i)%stable
+         if (is_shorter) exit
+      end do
+      probe = 0
+      if (.not. is_shorter) return
+      self%caught = self%state%stable
+      self%path%has_end = .true.
+      self%path%end = high
+   end subroutine look_below
+
+   !> Compute trials side by side, and keep them. Only a failure of the first one counts.
+   subroutine compute_values(self, values, observer, error)
+      class(factor_search_type), intent(inout) :: self
+      real(wp), intent(in) :: values(:)
+      class(search_observer_type), intent(in) :: observer
+      type(error_type), allocatable, intent(out) :: error
+      type(error_type), allocatable :: problem, failure
+      type(trial_type), allocatable :: trials(:)
+      logical, allocatable :: done(:)
+      integer :: i
       allocate (trials(size(values)), done(size(values)))
       done = .false.
       !$omp parallel do num_threads(size(values)) schedule(static, 1) private(i) shared(self, observer, trials, done, &
@@ -217,7 +275,7 @@ contains
       end do
       if (.not. done(1) .and. .not. allocated(error)) self%interrupted = .true.
       if (allocated(failure) .and. .not. allocated(error)) call move_alloc(failure, error)
-   end subroutine compute_some
+   end subroutine compute_values
 
    !> One trial. The failure of one that may never count is none.
    subroutine compute_one(self, observer, value, trial, done, counts, error)
@@ -301,7 +359,7 @@ contains
          end if
          text = text//' in the trial of '//to_string(failing%value, 6)//', which fails after a motion of '// &
                 settled%parameters%shown(failing%displacement, 'length', 2)// &
-                ': further motion would let it hold the blocks, and the factor does not count on that; give it its '// &
+                ': further motion may let it hold the blocks, and the factor does not count on that; give it its '// &
                 'pretension, or look at that motion in a run with reduced strength'
       end associate
    end function describe_unused

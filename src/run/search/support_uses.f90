@@ -11,6 +11,11 @@ module rockdda_run_support_uses
    private
    public :: support_use_type, find_uses, name_of_support, n_bolts_of, state_word, find_unused, friction_work
 
+   !> What bolts could do is an estimate: forces turn, and joints yield, on the way on which they come to bear.
+   real(wp), parameter :: large_share = 0.5_wp
+   !> Shares of a strength below this are those of bolts without a limit.
+   real(wp), parameter :: no_share = 1.0e-100_wp
+
    !> One bolt or lining.
    type :: support_use_type
       real(wp) :: force = 0     !! largest axial force without sign, of a lining per metre [force]
@@ -65,6 +70,7 @@ contains
       integer, intent(in) :: state(:)
       if (size(state) == 0) return
       one = support_use_type(maxval(force), maxval(use), maxval(state))
+      if (one%use < no_share) one%use = 0
    end function of_nodes
 
    !> Springs and bolts.
@@ -104,8 +110,8 @@ contains
       end if
    end function state_word
 
-   !> Could elastic bolts hold what the last step, a static one, has moved? They do no less work there than inertia has
-   !> done, `work`, if they bear their strength, by their stretch and by the friction of the joints that they press
+   !> Could elastic bolts hold what the last step, a static one, has moved? They do a large share of the work of inertia
+   !> there, `work`, if they bear their strength, by their stretch and by the friction of the joints that they press
    !> together. Then the bolt whose strength would do most of it beyond its force; else 0.
    pure integer function find_unused(sim, uses, work) result(most)
       type(simulation_type), intent(in) :: sim
@@ -139,7 +145,7 @@ contains
          unused(k) = min(unused(k), sqrt(huge(1.0_wp)))*way
       end do
       most = 0
-      if (size(unused) > 0 .and. sum(unused) >= work) most = maxloc(unused, 1)
+      if (size(unused) > 0 .and. sum(unused) >= large_share*work) most = maxloc(unused, 1)
 
    contains
 
