@@ -478,15 +478,15 @@ contains
       end do
    end function peaked_lining_warning
 
-   !> Warning about bonded joints that keep layers of coarse cells from bending, at the
-   !> end of a static run; '' for none. Cells of one strain on both sides of a joint stretch along it by different
-   !> lengths; its two shear springs resist by a couple of forces that stand for stress of the blocks. The energy of
-   !> that stress is compared with that of all blocks.
+   !> Warning about bonded joints that keep layers of coarse cells from bending, at the end of a static run; '' for
+   !> none. Cells of one strain on both sides of a joint stretch along it by different lengths; its two shear springs
+   !> resist by a couple of forces that stand for stress of the blocks. The energy of that stress is compared with that
+   !> of all blocks.
    function stiff_layers_warning(sim) result(text)
       type(simulation_type), intent(in) :: sim
       character(len=:), allocatable :: text
       real(wp) :: held(size(sim%parameters%joint_materials)), stored, couple
-      integer :: c, i
+      integer :: c, i, pair(2)
       text = ''
       held = 0
       stored = 0
@@ -496,14 +496,9 @@ contains
             if (table%station(c) /= 1 .or. table%tied(c)) cycle
             if (.not. all(table%bonded(c:c + 1)) .or. any(table%state(c:c + 1) /= contact_state%locked)) cycle
             couple = 0.5_wp*(table%shear_force(c) - table%shear_force(c + 1))*table%length(c)
-            do i = 1, 2
-               associate (b => merge(table%block_a(c), table%block_b(c), i == 1))
-                  associate (sum_of_joint => held(table%joint(c)))
-                     sum_of_joint = sum_of_joint + couple**2/ &
-                        (2*state%area(b)*p%block_materials(blocks%block_material(b))%youngs_modulus)
-                  end associate
-               end associate
-            end do
+            pair = [table%block_a(c), table%block_b(c)]
+            held(table%joint(c)) = held(table%joint(c)) + sum(couple**2/(2*state%area(pair)* &
+               p%block_materials(blocks%block_material(pair))%youngs_modulus))
          end do
          do i = 1, blocks%n_blocks - blocks%n_segments
             if (.not. state%active(i)) cycle
