@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
 from typing import Any
 
 from .namelist import groups_in
@@ -52,36 +51,3 @@ def densities_and_weights(analysis: str, config: str) -> list[tuple[float, float
         weight = group.get("unit_weight", weight)
         found[number] = (density, gravity * density if weight is None else float(weight))
     return list(found.values())
-
-
-STRENGTH = ("friction", "cohesion", "tension")
-
-
-@dataclass(frozen=True)
-class JointStrength:
-    """Friction, cohesion and tension of a joint material, as the input has them."""
-
-    friction: float = 0.0  # degrees
-    cohesion: float = 0.0  # [stress]
-    tension: float = 0.0  # [stress]
-
-
-def joint_strengths(analysis: str, config: str) -> dict[int, JointStrength]:
-    """Strengths by number of the joint material, of an analysis file and an options file.
-
-    `&joint_material` and `&joint_law` change the values that they name. Changes at stages are not followed."""
-    found = {i: JointStrength(row[0], row[1], row[2]) for i, row in enumerate(material_rows(analysis)[1], start=1)}
-    groups = groups_in(config)
-    numbers: dict[str, int] = {}
-    for kind, key in (("joint_material", "number"), ("joint_law", "material")):
-        for group in groups.get(kind, []):
-            number = group.get(key)
-            if isinstance(number, str):
-                number = numbers.get(number.strip().lower(), 0)
-            if not isinstance(number, int) or number < 1:
-                continue
-            if isinstance(name := group.get("name"), str):
-                numbers[name.strip().lower()] = number
-            given = {name: float(group[name]) for name in STRENGTH if isinstance(group.get(name), int | float)}
-            found[number] = replace(found.get(number, JointStrength()), **given)
-    return found

@@ -20,7 +20,6 @@ from .columns import Columns
 from .errors import InputError
 from .frames import CONTACT_TABLES, FIELDS, JOINT_TABLES, STRENGTH_TABLE, Contacts, Field, Frame, Frames
 from .joints import joint_points
-from .materials import JointStrength, joint_strengths
 from .notebook import card, drawing_of_blocks
 from .outputs import output as draw_or_write
 from .stages import STAGE_TABLES, Stage, StageTables
@@ -332,10 +331,6 @@ class Results(StageTables):
         """Do the options switch this of &output off?"""
         given = [group[name] for group in self.input_groups.get("output", []) if name in group]
         return given[-1:] == [False]  # the last one counts
-
-    def joint_strengths(self) -> dict[int, JointStrength]:
-        """Peak strengths by number of the joint material, as the input files in the results have them."""
-        return joint_strengths(str(self["input/analysis"]), str(self["input/config"]))
 
     def joints(self, frame: int = -1) -> pandas.DataFrame:
         """Points along the joints of a frame: a pandas table, whose rows are ordered joint by joint and along each.

@@ -10,14 +10,14 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from .arrays import AnyArray
 from .errors import InputError
-from .materials import JointStrength, densities_and_weights
+from .materials import densities_and_weights
 from .results import Results
 from .storage.tables import POWERS, TABLES
 
@@ -219,14 +219,6 @@ class ConvertedResults(Results):
     def units(self) -> str:
         """None of the systems: the numbers are not those of the file."""
         return "none"
-
-    def joint_strengths(self) -> dict[int, JointStrength]:
-        length, _, force = self._factors
-        stress = force / length**2
-        return {
-            number: replace(strength, cohesion=stress * strength.cohesion, tension=stress * strength.tension)
-            for number, strength in super().joint_strengths().items()
-        }
 
     def _converted(self, path: str, values: Any) -> Any:
         powers = TABLES[path].powers if path in TABLES else [POWERS["-"]]

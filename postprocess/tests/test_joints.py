@@ -24,7 +24,6 @@ from rockdda import plot as pictures
 from rockdda.deck import AnalysisDeck, BlockMaterial, JointMaterial
 from rockdda.export import to_csv, to_vtk
 from rockdda.joints import JOINT_FIELDS, joint_summary
-from rockdda.materials import JointStrength
 from rockdda.plot.style import STATES
 from synthetic import write_wall
 
@@ -40,7 +39,7 @@ def put(file, name, rows, kind="f8", width=()):
     file.create_dataset(path, data=np.asarray(rows, dtype=kind).reshape(-1, *width), maxshape=(None, *width))
 
 
-def add_joints(path, columns, rows, config=""):
+def add_joints(path, columns, rows):
     """Intervals of three points on all joints of a wall that has not moved; the blocks of every second one exchanged.
 
     Normal stress -100 (1 + y), shear stress 10 (1 + x), opening 1e-3 x, slip -1e-3 y; the first point is open.
@@ -81,7 +80,7 @@ def add_joints(path, columns, rows, config=""):
             1.0, 10, 0.01, 0.01, [BlockMaterial(2500.0, 25000.0, 1e9, 0.2)], [JointMaterial(45.0, 50.0)], stiffness=1e9,
             fixed_tables=[], loading_tables=[],
         )  # fmt: skip
-        for name, text in (("analysis", deck.text()), ("config", config)):
+        for name, text in (("analysis", deck.text()), ("config", "")):
             del file[f"input/{name}"]
             file[f"input/{name}"] = text
     return path
@@ -137,13 +136,6 @@ def test_mobilised_strength_is_that_of_the_file(wall):
     np.testing.assert_allclose(
         table["mobilised"], (table["shear_stress"] / (50.0 - table["normal_stress"])).where(table["state"] > 0, 0.0)
     )
-
-
-def test_options_change_the_strengths_that_they_name(tmp_path):
-    config = "&joint_material number = 1, name = 'Bedding', cohesion = 0 /\n"
-    config += "&joint_law material = ' bedding', friction = 30 /"
-    results = rockdda.open(add_joints(write_wall(tmp_path / "wall.h5", 3, 2), 3, 2, config))
-    assert results.joint_strengths() == {1: JointStrength(friction=30.0)}
 
 
 def test_older_files_hold_no_strength(tmp_path):
