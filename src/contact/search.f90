@@ -12,12 +12,12 @@ module rockdda_contact_search
    use rockdda_contact_history, only : contact_history_type, new_contact_history, held_cosine
    use rockdda_contact_outlines, only : outlines_type
    use rockdda_contact_broad_phase, only : close_pairs_type
+   use rockdda_contact_exposure, only : exposure_type, search_input_type
    use rockdda_contact_candidates, only : other_rows_type, candidate_list_type
    use rockdda_contact_search_limits, only : search_limits_type, placing_share
    use rockdda_contact_narrow_search, only : narrow_search_type
    use rockdda_contact_inheritance, only : hand_on_history, inheritance_work_type
    use rockdda_contact_corners, only : corner_type, corner_station, meet_corners, vertex_weight
-   use rockdda_contact_interval_search, only : joint_of
    use rockdda_contact_interval_law, only : n_points
    use rockdda_contact_intervals, only : interval_type, place_intervals
    implicit none
@@ -31,6 +31,7 @@ module rockdda_contact_search
       type(close_pairs_type) :: pairs
       type(outlines_type) :: outlines
       type(narrow_search_type) :: narrow
+      type(exposure_type) :: exposure
       type(contact_history_type) :: history
       type(inheritance_work_type) :: inheritance
       logical, allocatable :: newborn(:)              !! (nb) blocks that have just been placed; not allocated: none
@@ -44,15 +45,16 @@ contains
 
    !> Fill `table` with every contact within the limits; history comes from `previous`.
    subroutine search_contacts(self, blocks, topology, vertices, limits, previous, first_step, touch, table)
-      class(contact_search_type), intent(inout) :: self
+      class(contact_search_type), intent(inout), target :: self
       type(block_system_type), intent(in) :: blocks
-      type(contact_topology_type), intent(in) :: topology
-      real(wp), intent(in), contiguous :: vertices(:, :)               !! (2, nv) now
-      type(search_limits_type), intent(inout) :: limits    !! the angle that bonds hold is set here
-      type(contact_table_type), intent(in) :: previous     !! last step's table
+      type(contact_topology_type), intent(in), target :: topology
+      real(wp), intent(in), contiguous, target :: vertices(:, :)       !! (2, nv) now
+      type(search_limits_type), intent(inout), target :: limits        !! the angle that bonds hold is set here
+      type(contact_table_type), intent(in), target :: previous         !! last step's table
       logical, intent(in) :: first_step                    !! touching contacts are born bonded
       real(wp), intent(in) :: touch                        !! gap below which two blocks touch at the start [length]
       type(contact_table_type), intent(inout) :: table
+      type(search_input_type) :: given
       call self%pairs%update(blocks, vertices, limits%reach)
       call self%outlines%update(topology, vertices, limits%sine)
       call new_contact_history(size(vertices, 2), previous, self%history)
@@ -64,14 +66,13 @@ contains
       else if (allocated(self%newborn)) then
          limits%is_born = self%newborn
       end if
-      call self%narrow%run(self%pairs, blocks, topology, self%outlines, vertices, limits, previous, self%history)
+      given = search_input_type(vertices, topology, self%outlines, limits, previous, self%history, self%exposure)
+      call self%narrow%run(self%pairs, blocks, given)
       associate (found => self%narrow%found(1:self%pairs%n_parts()), same_rows => self%inheritance%same_rows)
          call sort_rows(found, size(vertices, 2), self%start, self%others, table)
-         call fill_table(found, blocks, topology, self%outlines, vertices, limits, self%others, self%start, previous, &
-                         table, same_rows)
+         call fill_table(found, blocks, given, self%others, self%start, table, same_rows)
       end associate
-      call hand_on_history(previous, self%history, topology, self%outlines, self%others, limits, first_step, touch, &
-                           self%inheritance, table)
+      call hand_on_history(given, self%others, first_step, touch, self%inheritance, table)
       if (allocated(self%newborn)) call touch_newborn(self%newborn, topology, self%outlines, touch, table)
    end subroutine search_contacts
 
@@ -168,41 +169,35 @@ contains
    end subroutine insert
 
    !> Partner and geometry of the rows of the table. Are they, by length, those of the last step, in the same order?
-   subroutine fill_table(lists, blocks, topology, outlines, vertices, limits, others, start, previous, table, same_rows)
+   subroutine fill_table(lists, blocks, given, others, start, table, same_rows)
       type(candidate_list_type), intent(inout) :: lists(:)   !! rows of the intervals
       type(block_system_type), intent(in) :: blocks
-      type(contact_topology_type), intent(in) :: topology
-      type(outlines_type), intent(in) :: outlines
-      real(wp), intent(in), contiguous :: vertices(:, :)
-      type(search_limits_type), intent(in) :: limits
+      type(search_input_type), intent(in) :: given
       type(other_rows_type), intent(in) :: others(:)   !! of the rows, or none
       integer, intent(in) :: start(:)                  !! rows of each vertex (sort_rows)
-      type(contact_table_type), intent(in) :: previous
       type(contact_table_type), intent(inout) :: table
       logical, intent(out) :: same_rows
       integer :: part
       logical :: may_be_same
-      may_be_same = limits%by_length .and. previous%n == table%n
+      may_be_same = given%limits%by_length .and. given%previous%n == table%n
       same_rows = may_be_same
       !$omp parallel do default(none) schedule(dynamic) private(part) if (size(lists) > 1) &
-      !$omp shared(lists, blocks, topology, outlines, vertices, limits, others, start, previous, table, may_be_same) &
-      !$omp reduction(.and.:same_rows)
+      !$omp shared(lists, blocks, given, others, start, table, may_be_same) reduction(.and.:same_rows)
       do part = 1, size(lists)
          ! each thread begins with .true.
          same_rows = same_rows .and. may_be_same
          if (lists(part)%n_intervals > 0) then
             associate (intervals => lists(part)%intervals(1:lists(part)%n_intervals))
                call find_rows(table%n, table%edge, table%station, intervals)
-               if (same_rows) call compare_rows(table%n, previous%vertex, previous%edge, previous%station, &
-                                                intervals, same_rows)
-               call fill_intervals(intervals, topology%block, table%n, table%block_a, table%block_b, &
+               if (same_rows) call compare_rows(table%n, given%previous%vertex, given%previous%edge, &
+                                                given%previous%station, intervals, same_rows)
+               call fill_intervals(intervals, given%topology%block, table%n, table%block_a, table%block_b, &
                                    table%joint, table%partner, table%tied)
-               call place_intervals(intervals, size(vertices, 2), vertices, outlines%tangent, table%n, &
-                                    table%point, table%share, table%normal, table%gap, table%length)
+               call place_intervals(intervals, size(given%vertices, 2), given%vertices, given%outlines%tangent, &
+                                    table%n, table%point, table%share, table%normal, table%gap, table%length)
             end associate
          end if
-         call fill_rows(lists(part), blocks, topology, outlines, vertices, limits, others, start, previous, table, &
-                        same_rows)
+         call fill_rows(lists(part), blocks, given, others, start, table, same_rows)
       end do
       !$omp end parallel do
    end subroutine fill_table
@@ -263,17 +258,12 @@ contains
    end subroutine fill_intervals
 
    !> Rows of one part that are no stations of intervals.
-   pure subroutine fill_rows(list, blocks, topology, outlines, vertices, limits, others, start, previous, table, &
-                             same_rows)
+   pure subroutine fill_rows(list, blocks, given, others, start, table, same_rows)
       type(candidate_list_type), intent(in) :: list
       type(block_system_type), intent(in) :: blocks
-      type(contact_topology_type), intent(in) :: topology
-      type(outlines_type), intent(in) :: outlines
-      real(wp), intent(in), contiguous :: vertices(:, :)
-      type(search_limits_type), intent(in) :: limits
+      type(search_input_type), intent(in) :: given
       type(other_rows_type), intent(in) :: others(:)
       integer, intent(in) :: start(:)
-      type(contact_table_type), intent(in) :: previous
       type(contact_table_type), intent(inout) :: table
       logical, intent(inout) :: same_rows              !! so far
       type(corner_type) :: corner
@@ -285,16 +275,17 @@ contains
          do while (table%edge(k) /= e .or. table%station(k) /= list%rows(c)%station)
             k = k + 1
          end do
-         if (same_rows) same_rows = previous%vertex(k) == v .and. previous%edge(k) == e .and. &
-                                    previous%station(k) == table%station(k)
-         table%block_a(k) = topology%block(v)
-         table%block_b(k) = topology%block(e)
+         if (same_rows) same_rows = given%previous%vertex(k) == v .and. given%previous%edge(k) == e .and. &
+                                    given%previous%station(k) == table%station(k)
+         table%block_a(k) = given%topology%block(v)
+         table%block_b(k) = given%topology%block(e)
          table%joint(k) = blocks%edge_joint(e)
          table%share(k) = 0
          table%partner(k) = 0
          table%tied(k) = .false.
          if (table%station(k) == corner_station) then
-            call meet_corners(v, e, vertices, topology, outlines, limits%sine, limits%cosine, limits%radius, corner)
+            call meet_corners(v, e, given%vertices, given%topology, given%outlines, given%limits%sine, &
+                              given%limits%cosine, given%limits%radius, corner)
             table%point(:, k) = corner%point
             table%share(k) = corner%share
             table%normal(:, k) = corner%normal
@@ -309,11 +300,11 @@ contains
                end do
             end if
          end if
-         call set_geometry(v, e, topology%edge_in(v), topology%next(topology%edge_out(v)), size(vertices, 2), &
-                           vertices, outlines%tangent, outlines%length(e), limits%sine, table%normal(:, k), &
-                           table%point(:, k), table%gap(k), table%length(k))
-         if (limits%by_length) table%length(k) = vertex_weight(v, e, table%point(:, k), vertices, topology, outlines, &
-                                                               limits%cosine)
+         call set_geometry(v, e, given%topology%edge_in(v), given%topology%next(given%topology%edge_out(v)), &
+                           size(given%vertices, 2), given%vertices, given%outlines%tangent, given%outlines%length(e), &
+                           given%limits%sine, table%normal(:, k), table%point(:, k), table%gap(k), table%length(k))
+         if (given%limits%by_length) table%length(k) = vertex_weight(v, e, table%point(:, k), given%vertices, &
+             given%topology, given%outlines, given%limits%cosine)
       end do
    end subroutine fill_rows
 

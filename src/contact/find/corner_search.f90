@@ -16,13 +16,11 @@ module rockdda_contact_corner_search
    use rockdda_base_kinds, only : wp
    use rockdda_contact_candidates, only : candidate_type, other_rows_type, candidate_list_type
    use rockdda_contact_corners, only : corner_type, corner_station, meet_corners
-   use rockdda_contact_exposure, only : exposure_type
-   use rockdda_contact_history, only : contact_history_type, faces
+   use rockdda_contact_exposure, only : search_input_type
+   use rockdda_contact_history, only : faces
    use rockdda_contact_intervals, only : interval_type, measure_interval
-   use rockdda_contact_outlines, only : outlines_type, outward
-   use rockdda_contact_search_limits, only : search_limits_type
+   use rockdda_contact_outlines, only : outward
    use rockdda_contact_table, only : contact_table_type, contact_state
-   use rockdda_contact_topology, only : contact_topology_type
    implicit none
    private
    public :: search_corners, try_rounded_corner, corner_zone
@@ -53,28 +51,21 @@ module rockdda_contact_corner_search
 contains
 
    !> Contacts of some vertices of one block with some of the other. Most pairs are too far apart.
-   pure subroutine search_corners(near_a, n_near_a, near_b, n_near_b, nv, vertices, topology, outlines, previous, &
-                                  history, exposure, limits, list)
+   pure subroutine search_corners(near_a, n_near_a, near_b, n_near_b, nv, vertices, given, list)
       integer, intent(in) :: n_near_a, n_near_b, nv
       integer, intent(in) :: near_a(n_near_a), near_b(n_near_b)
       real(wp), intent(in) :: vertices(2, nv)
-      type(contact_topology_type), intent(in) :: topology
-      type(outlines_type), intent(in) :: outlines
-      type(contact_table_type), intent(in) :: previous
-      type(contact_history_type), intent(in) :: history
-      type(exposure_type), intent(in) :: exposure
-      type(search_limits_type), intent(in) :: limits
+      type(search_input_type), intent(in) :: given
       type(candidate_list_type), intent(inout) :: list
       real(wp) :: x, y, far
       integer :: i, j
-      far = max(limits%reach, 2*limits%zone)**2
+      far = max(given%limits%reach, 2*given%limits%zone)**2
       do i = 1, n_near_a
          x = vertices(1, near_a(i))
          y = vertices(2, near_a(i))
          do j = 1, n_near_b
             if ((x - vertices(1, near_b(j)))**2 + (y - vertices(2, near_b(j)))**2 > far) cycle
-            call try_corner(near_a(i), near_b(j), vertices, topology, outlines, previous, history, exposure, limits, &
-                            list)
+            call try_corner(near_a(i), near_b(j), given, list)
          end do
       end do
    end subroutine search_corners
@@ -92,46 +83,40 @@ contains
    !>          1 /     \ 2               One group gives one row, two groups give two rows that are partners.
    !>              block b
    !>
-   pure subroutine try_corner(a, b, vertices, topology, outlines, previous, history, exposure, limits, list)
+   pure subroutine try_corner(a, b, given, list)
       integer, intent(in) :: a, b
-      real(wp), intent(in), contiguous :: vertices(:, :)
-      type(contact_topology_type), intent(in) :: topology
-      type(outlines_type), intent(in) :: outlines
-      type(contact_table_type), intent(in) :: previous
-      type(contact_history_type), intent(in) :: history
-      type(exposure_type), intent(in) :: exposure
-      type(search_limits_type), intent(in) :: limits
+      type(search_input_type), intent(in) :: given
       type(candidate_list_type), intent(inout) :: list
       type(corner_lines_type) :: lines
       integer :: k
       logical :: passes(4)
-      if (outlines%concave(a) .or. outlines%concave(b)) return
-      lines%r = vertices(:, a) - vertices(:, b)
+      if (given%outlines%concave(a) .or. given%outlines%concave(b)) return
+      lines%r = given%vertices(:, a) - given%vertices(:, b)
       lines%vertex = [a, a, b, b]
-      lines%edge = [topology%edge_out(b), topology%edge_in(b), topology%edge_out(a), topology%edge_in(a)]
+      lines%edge = [given%topology%edge_out(b), given%topology%edge_in(b), given%topology%edge_out(a), &
+                                            given%topology%edge_in(a)]
       do k = 1, 4
-         lines%tangent(:, k) = outlines%tangent(:, lines%edge(k))
-         lines%length(k) = outlines%length(lines%edge(k))
+         lines%tangent(:, k) = given%outlines%tangent(:, lines%edge(k))
+         lines%length(k) = given%outlines%length(lines%edge(k))
          lines%foot(k) = lines%r(1)*lines%tangent(1, k) + lines%r(2)*lines%tangent(2, k)
          if (k == 2 .or. k == 3) lines%foot(k) = -lines%foot(k)
          ! each vertex in the other's corner region
-         if (lines%foot(k) > min(limits%zone, 0.25_wp*lines%length(k))) return
+         if (lines%foot(k) > min(given%limits%zone, 0.25_wp*lines%length(k))) return
       end do
-      call set_normals(limits%sine, lines, passes)
-      if (limits%corrected) then
+      call set_normals(given%limits%sine, lines, passes)
+      if (given%limits%corrected) then
          do k = 1, 4
-            if (passes(k)) passes(k) = .not. exposure%is_passed(lines%vertex(k), lines%edge(k), vertices, topology, &
-                                                                outlines, limits%cosine, previous, history)
+            if (passes(k)) passes(k) = .not. given%exposure%is_passed(lines%vertex(k), lines%edge(k), given)
          end do
       end if
-      if (.not. any(passes .and. lines%gap >= -limits%penetration)) return
-      call group_lines(lines%normal, passes, limits%cosine, lines%group, lines%n_groups)
+      if (.not. any(passes .and. lines%gap >= -given%limits%penetration)) return
+      call group_lines(lines%normal, passes, given%limits%cosine, lines%group, lines%n_groups)
       do k = 1, 4
          lines%row(k) = 0
-         if (lines%group(k) > 0) lines%row(k) = history%find(previous, lines%vertex(k), lines%edge(k))
+         if (lines%group(k) > 0) lines%row(k) = given%history%find(given%previous, lines%vertex(k), lines%edge(k))
       end do
       call list%add_corners(a, b)
-      call append_rows(lines, previous, list)
+      call append_rows(lines, given%previous, list)
    end subroutine try_corner
 
    !> Normals of the four lines, for the relative position r of a against b, and gaps; a line passes when both edges of
@@ -268,28 +253,22 @@ contains
 
    !> Corner a of one block and corner b of another with contact by length: a row, unless their edges face each other,
    !> or lie in one plane so that one corner passes over the other, or a side is hidden.
-   pure subroutine try_rounded_corner(a, b, vertices, topology, outlines, previous, history, exposure, limits, list)
+   pure subroutine try_rounded_corner(a, b, given, list)
       integer, intent(in) :: a, b
-      real(wp), intent(in), contiguous :: vertices(:, :)
-      type(contact_topology_type), intent(in) :: topology
-      type(outlines_type), intent(in) :: outlines
-      type(contact_table_type), intent(in) :: previous
-      type(contact_history_type), intent(in) :: history
-      type(exposure_type), intent(in) :: exposure
-      type(search_limits_type), intent(in) :: limits
+      type(search_input_type), intent(in) :: given
       type(candidate_list_type), intent(inout) :: list
       type(corner_type) :: corner
       real(wp) :: r(2), zone
       integer :: k, edge(4), v, e
-      if (outlines%concave(a) .or. outlines%concave(b)) return
-      r(1) = vertices(1, a) - vertices(1, b)
-      r(2) = vertices(2, a) - vertices(2, b)
-      edge(1) = topology%edge_out(b)
-      edge(2) = topology%edge_in(b)
-      edge(3) = topology%edge_out(a)
-      edge(4) = topology%edge_in(a)
+      if (given%outlines%concave(a) .or. given%outlines%concave(b)) return
+      r(1) = given%vertices(1, a) - given%vertices(1, b)
+      r(2) = given%vertices(2, a) - given%vertices(2, b)
+      edge(1) = given%topology%edge_out(b)
+      edge(2) = given%topology%edge_in(b)
+      edge(3) = given%topology%edge_out(a)
+      edge(4) = given%topology%edge_in(a)
       ! each vertex in the other's corner region, which holds the arc: it depends on the blocks alone
-      associate (t => outlines%tangent, length => outlines%length)
+      associate (t => given%outlines%tangent, length => given%outlines%length)
          zone = corner_zone*min(length(edge(1)), length(edge(2)), length(edge(3)), length(edge(4)))
          if (r(1)*t(1, edge(1)) + r(2)*t(2, edge(1)) > zone) return
          if (-(r(1)*t(1, edge(2)) + r(2)*t(2, edge(2))) > zone) return
@@ -302,16 +281,16 @@ contains
       if (may_face(edge(4), edge(1))) then
          if (is_lateral(edge(4), edge(1))) return
       end if
-      call meet_corners(a, b, vertices, topology, outlines, limits%sine, limits%cosine, limits%radius, corner, &
-                        is_weighed=.false.)
+      call meet_corners(a, b, given%vertices, given%topology, given%outlines, given%limits%sine, given%limits%cosine, &
+                        given%limits%radius, corner, is_weighed=.false.)
       if (.not. corner%exists) return
-      if (corner%gap < -limits%penetration .or. corner%gap > limits%reach) return
+      if (corner%gap < -given%limits%penetration .or. corner%gap > given%limits%reach) return
       do k = 1, 2
          e = corner%edge(k)
          if (e == 0) cycle
          v = corner%vertex(k)
-         if (exposure%is_hidden(v, e, dot_product(vertices(:, v) - vertices(:, e), outlines%tangent(:, e)), vertices, &
-                                topology, outlines)) return
+         if (given%exposure%is_hidden(v, e, dot_product(given%vertices(:, v) - given%vertices(:, e), &
+             given%outlines%tangent(:, e)), given%vertices, given%topology, given%outlines)) return
       end do
       call list%add_corners(a, b)
       call list%append(candidate_type(a, b, station=corner_station))
@@ -322,9 +301,10 @@ contains
       pure logical function may_face(f, e)
          integer, intent(in) :: f, e
          real(wp) :: opposite
-         opposite = outlines%tangent(1, f)*outlines%tangent(1, e) + outlines%tangent(2, f)*outlines%tangent(2, e)
-         may_face = opposite <= -min(limits%cosine, limits%held_cosine)
-         if (may_face) may_face = faces(f, e, opposite, limits, previous, history)
+         opposite = given%outlines%tangent(1, f)*given%outlines%tangent(1, e) + given%outlines%tangent(2, &
+                                           f)*given%outlines%tangent(2, e)
+         may_face = opposite <= -min(given%limits%cosine, given%limits%held_cosine)
+         if (may_face) may_face = faces(f, e, opposite, given%limits, given%previous, given%history)
       end function may_face
 
       !> Do these edges at the two corners, which run in opposite directions, face each other on an interval, or lie in
@@ -332,9 +312,9 @@ contains
       pure logical function is_lateral(e, f)
          integer, intent(in) :: e, f
          type(interval_type) :: interval
-         call measure_interval(f, e, vertices, topology, outlines, interval)
+         call measure_interval(f, e, given%vertices, given%topology, given%outlines, interval)
          is_lateral = interval%exists .or. &
-                      abs(dot_product(r, outward(outlines%tangent(:, e)))) <= exposure%between(f, e)
+                      abs(dot_product(r, outward(given%outlines%tangent(:, e)))) <= given%exposure%between(f, e)
       end function is_lateral
 
    end subroutine try_rounded_corner

@@ -5,11 +5,9 @@ module rockdda_contact_interval_search
    use rockdda_base_kinds, only : wp
    use rockdda_model_blocks, only : block_system_type
    use rockdda_contact_broad_phase, only : close_pairs_type
-   use rockdda_contact_exposure, only : exposure_type
-   use rockdda_contact_history, only : contact_history_type, faces
-   use rockdda_contact_table, only : contact_table_type, contact_state
-   use rockdda_contact_topology, only : contact_topology_type
-   use rockdda_contact_outlines, only : outlines_type
+   use rockdda_contact_exposure, only : search_input_type
+   use rockdda_contact_history, only : faces
+   use rockdda_contact_table, only : contact_state
    use rockdda_contact_candidates, only : candidate_list_type
    use rockdda_contact_interval_law, only : n_points
    use rockdda_contact_intervals, only : interval_type, measure_interval
@@ -22,98 +20,85 @@ module rockdda_contact_interval_search
 
 contains
 
-   !> Intervals of all joints, and what they cover. Contacts of vertices on edges need but the latter.
-   !> Many arguments: all that the search knows of the step.
-   subroutine search_faces(pairs, lists, blocks, topology, outlines, vertices, limits, previous, history, exposure, &
-                           found)
+   !> Intervals of all joints, and what they cover: `exposure`. Contacts of vertices on edges need but the latter.
+   subroutine search_faces(pairs, lists, blocks, given, found)
       type(close_pairs_type), intent(in) :: pairs
       type(near_lists_type), intent(in) :: lists             !! of the pairs, by length
       type(block_system_type), intent(in) :: blocks
-      type(contact_topology_type), intent(in) :: topology
-      type(outlines_type), intent(in) :: outlines
-      real(wp), intent(in), contiguous :: vertices(:, :)
-      type(search_limits_type), intent(in) :: limits
-      type(contact_table_type), intent(in) :: previous       !! last step's table
-      type(contact_history_type), intent(in) :: history      !! its index
-      type(exposure_type), intent(inout) :: exposure
+      type(search_input_type), intent(in) :: given
       type(candidate_list_type), intent(inout) :: found(:)   !! (parts)
       integer :: part, n_parts, k, before
       logical :: may_be_tied
       n_parts = pairs%n_parts()
-      !$omp parallel do default(none) shared(pairs, lists, blocks, topology, outlines, vertices, limits, previous) &
-      !$omp shared(history, found, n_parts) private(part) schedule(dynamic) if (n_parts > 1)
+      !$omp parallel do default(none) shared(pairs, lists, blocks, given, found, n_parts) private(part) &
+      !$omp schedule(dynamic) if (n_parts > 1)
       do part = 1, n_parts
-         if (limits%by_length) then
-            call search_listed_edges(lists%parts(part), pairs, size(vertices, 2), vertices, outlines%tangent, &
-                                     topology%next, topology, outlines, blocks%edge_joint, limits, previous, history, &
-                                     found(part))
+         if (given%limits%by_length) then
+            call search_listed_edges(lists%parts(part), pairs, size(given%vertices, 2), given%vertices, &
+                                     given%outlines%tangent, given%topology%next, blocks%edge_joint, given, found(part))
          else
-            call search_close(part, pairs, blocks, topology, outlines, vertices, limits, previous, history, &
-                              found(part))
+            call search_close(part, pairs, blocks, given, found(part))
          end if
       end do
       !$omp end parallel do
-      if (allocated(limits%sunk)) then
-         call exposure%clear(size(vertices, 2), limits%smooth, limits%sunk, topology%block, topology%inradius)
+      if (allocated(given%limits%sunk)) then
+         call given%exposure%clear(size(given%vertices, 2), given%limits%smooth, given%limits%sunk, &
+                                   given%topology%block, given%topology%inradius)
       else
-         call exposure%clear(size(vertices, 2), limits%smooth)
+         call given%exposure%clear(size(given%vertices, 2), given%limits%smooth)
       end if
       may_be_tied = .false.
-      if (allocated(limits%is_tied)) may_be_tied = any(limits%is_tied)
+      if (allocated(given%limits%is_tied)) may_be_tied = any(given%limits%is_tied)
       do part = 1, n_parts
          do k = 1, found(part)%n_intervals
             associate (interval => found(part)%intervals(k))
                if (may_be_tied) then
-                  before = history%find(previous, interval%f, interval%e, 1)
+                  before = given%history%find(given%previous, interval%f, interval%e, 1)
                   if (before > 0) then
-                     interval%is_tied = previous%tied(before)
-                  else if (limits%is_tied(max(blocks%edge_joint(interval%f), blocks%edge_joint(interval%e)))) then
-                     interval%is_tied = begins_tied(interval, topology, outlines, limits)
+                     interval%is_tied = given%previous%tied(before)
+                  else if (given%limits%is_tied(max(blocks%edge_joint(interval%f), blocks%edge_joint(interval%e)))) then
+                     interval%is_tied = begins_tied(interval, given)
                   end if
                end if
-               call exposure%cover(interval, interval%is_tied)
+               call given%exposure%cover(interval, interval%is_tied)
             end associate
          end do
       end do
-      if (.not. limits%by_length) found%n_intervals = 0
-      do part = 1, merge(n_parts, 0, limits%by_length)
-         call drop_hidden_intervals(exposure, outlines, topology, vertices, found(part))
+      if (.not. given%limits%by_length) found%n_intervals = 0
+      do part = 1, merge(n_parts, 0, given%limits%by_length)
+         call drop_hidden_intervals(given, found(part))
       end do
    end subroutine search_faces
 
    !> Do the edges of an interval of intact rock touch where blocks are placed?
-   pure logical function begins_tied(interval, topology, outlines, limits)
+   pure logical function begins_tied(interval, given)
       type(interval_type), intent(in) :: interval
-      type(contact_topology_type), intent(in) :: topology
-      type(outlines_type), intent(in) :: outlines
-      type(search_limits_type), intent(in) :: limits
+      type(search_input_type), intent(in) :: given
       real(wp) :: touch
-      begins_tied = allocated(limits%is_born)
+      begins_tied = allocated(given%limits%is_born)
       if (.not. begins_tied) return
       associate (f => interval%f, e => interval%e)
-         touch = min(limits%touch, placing_share*min(outlines%length(f), outlines%length(e)))
-         begins_tied = (limits%is_born(topology%block(f)) .or. limits%is_born(topology%block(e))) .and. &
-                       max(abs(interval%gap_low), abs(interval%gap_high)) <= touch
+         touch = min(given%limits%touch, placing_share*min(given%outlines%length(f), given%outlines%length(e)))
+         begins_tied = (given%limits%is_born(given%topology%block(f)) .or. &
+                        given%limits%is_born(given%topology%block(e))) .and. max(abs(interval%gap_low), &
+                        abs(interval%gap_high)) <= touch
       end associate
    end function begins_tied
 
    !> A block that rides on another, and stands deeper in it than the surface ahead, faces the side of the next block by
    !> that depth: too short an interval to count, when its corner cannot strike that side.
-   pure subroutine drop_hidden_intervals(exposure, outlines, topology, vertices, list)
-      type(exposure_type), intent(in) :: exposure
-      type(outlines_type), intent(in) :: outlines
-      type(contact_topology_type), intent(in) :: topology
-      real(wp), intent(in), contiguous :: vertices(:, :)
+   pure subroutine drop_hidden_intervals(given, list)
+      type(search_input_type), intent(in) :: given
       type(candidate_list_type), intent(inout) :: list
       integer :: i, n
       real(wp) :: tolerance
       logical :: is_dropped
       n = 0
-      tolerance = exposure%tolerance
+      tolerance = given%exposure%tolerance
       do i = 1, list%n_intervals
          associate (interval => list%intervals(i))
-            if (exposure%has_own) tolerance = max(exposure%tolerance, exposure%own(interval%f), &
-                                                         exposure%own(interval%e))
+            if (given%exposure%has_own) tolerance = max(given%exposure%tolerance, given%exposure%own(interval%f), &
+                                                         given%exposure%own(interval%e))
             is_dropped = interval%high - interval%low <= tolerance
             if (is_dropped) is_dropped = is_end_hidden(interval%vertex_low, interval%edge_low) .or. &
                                          is_end_hidden(interval%vertex_high, interval%edge_high)
@@ -130,23 +115,18 @@ contains
       pure logical function is_end_hidden(v, e)
          integer, intent(in) :: v, e
          real(wp) :: foot
-         foot = dot_product(vertices(:, v) - vertices(:, e), outlines%tangent(:, e))
-         is_end_hidden = exposure%is_hidden(v, e, foot, vertices, topology, outlines)
+         foot = dot_product(given%vertices(:, v) - given%vertices(:, e), given%outlines%tangent(:, e))
+         is_end_hidden = given%exposure%is_hidden(v, e, foot, given%vertices, given%topology, given%outlines)
       end function is_end_hidden
 
    end subroutine drop_hidden_intervals
 
    !> Intervals of one part of the pairs, with contacts of vertices on edges: of all edges that are close.
-   pure subroutine search_close(part, pairs, blocks, topology, outlines, vertices, limits, previous, history, list)
+   pure subroutine search_close(part, pairs, blocks, given, list)
       integer, intent(in) :: part
       type(close_pairs_type), intent(in) :: pairs
       type(block_system_type), intent(in) :: blocks
-      type(contact_topology_type), intent(in) :: topology
-      type(outlines_type), intent(in) :: outlines        !! of the vertices now
-      real(wp), intent(in), contiguous :: vertices(:, :) !! (2, nv) now
-      type(search_limits_type), intent(in) :: limits
-      type(contact_table_type), intent(in) :: previous   !! last step's table
-      type(contact_history_type), intent(in) :: history  !! its index
+      type(search_input_type), intent(in) :: given
       type(candidate_list_type), intent(inout) :: list
       integer :: i, j, k, f, e
       do k = pairs%first_of(part), pairs%first_of(part + 1) - 1
@@ -154,17 +134,18 @@ contains
          associate (a => pairs%candidates(1, k), b => pairs%candidates(2, k))
             call collect_pair([blocks%vertex_offset(a) + 1, blocks%vertex_offset(a + 1)], &
                               [blocks%vertex_offset(b) + 1, blocks%vertex_offset(b + 1)], pairs%boxes(:, a), &
-                              pairs%boxes(:, b), vertices, topology, limits%reach, list)
+                              pairs%boxes(:, b), given%vertices, given%topology, given%limits%reach, list)
          end associate
          do i = 1, list%n_edges_a
             f = list%edges_a(i)
             do j = 1, list%n_edges_b
                e = list%edges_b(j)
-               if (.not. may_face(f, e, size(vertices, 2), vertices, outlines%tangent, outlines%length, limits)) cycle
+               if (.not. may_face(f, e, size(given%vertices, 2), given%vertices, given%outlines%tangent, &
+                   given%outlines%length, given%limits)) cycle
                if (list%n_intervals == list%room_for_intervals) call list%make_room_for_interval()
                associate (interval => list%intervals(list%n_intervals + 1))
-                  call measure_interval(f, e, vertices, topology, outlines, interval)
-                  if (counts(interval, limits, previous, history)) list%n_intervals = list%n_intervals + 1
+                  call measure_interval(f, e, given%vertices, given%topology, given%outlines, interval)
+                  if (counts(interval, given)) list%n_intervals = list%n_intervals + 1
                end associate
             end do
          end do
@@ -173,19 +154,14 @@ contains
 
    !> Intervals of one part of the pairs by length: of the edges listed, as far as they are close to the other block.
    !> Many arguments: arrays of constant shape spare the place of each number.
-   pure subroutine search_listed_edges(part, pairs, nv, vertices, tangent, next, topology, outlines, joint, limits, &
-                                       previous, history, list)
+   pure subroutine search_listed_edges(part, pairs, nv, vertices, tangent, next, joint, given, list)
       type(near_part_type), intent(in) :: part
       type(close_pairs_type), intent(in) :: pairs
       integer, intent(in) :: nv
       real(wp), intent(in) :: vertices(2, nv), tangent(2, nv)
       integer, intent(in) :: next(nv)                    !! of `topology`
-      type(contact_topology_type), intent(in) :: topology
-      type(outlines_type), intent(in) :: outlines
+      type(search_input_type), intent(in) :: given
       integer, intent(in) :: joint(nv)                   !! joint material of each edge
-      type(search_limits_type), intent(in) :: limits
-      type(contact_table_type), intent(in) :: previous
-      type(contact_history_type), intent(in) :: history
       type(candidate_list_type), intent(inout) :: list
       real(wp) :: box_a(4), box_b(4), opposite
       type(near_pair_type) :: at
@@ -203,15 +179,15 @@ contains
             f = part%items(l)
             e = part%items(l + 1)
             opposite = tangent(1, f)*tangent(1, e) + tangent(2, f)*tangent(2, e)
-            if (.not. opposite <= -limits%cosine) then
-               if (.not. faces(f, e, opposite, limits, previous, history)) cycle
+            if (.not. opposite <= -given%limits%cosine) then
+               if (.not. faces(f, e, opposite, given%limits, given%previous, given%history)) cycle
             end if
             if (is_beyond(f, next(f), box_b)) cycle
             if (is_beyond(e, next(e), box_a)) cycle
             if (list%n_intervals == list%room_for_intervals) call list%make_room_for_interval()
             associate (interval => list%intervals(list%n_intervals + 1))
-               call measure_interval(f, e, vertices, topology, outlines, interval)
-               if (.not. counts(interval, limits, previous, history)) cycle
+               call measure_interval(f, e, vertices, given%topology, given%outlines, interval)
+               if (.not. counts(interval, given)) cycle
                ! `joint_of`, in place
                interval%joint = max(joint(f), joint(e))
                list%n_intervals = list%n_intervals + 1
@@ -225,10 +201,10 @@ contains
       pure function widened(box)
          real(wp), intent(in) :: box(4)    !! xmin ymin xmax ymax [length]
          real(wp) :: widened(4)
-         widened(1) = box(1) - limits%reach
-         widened(2) = box(2) - limits%reach
-         widened(3) = box(3) + limits%reach
-         widened(4) = box(4) + limits%reach
+         widened(1) = box(1) - given%limits%reach
+         widened(2) = box(2) - given%limits%reach
+         widened(3) = box(3) + given%limits%reach
+         widened(4) = box(4) + given%limits%reach
       end function widened
 
       !> Do both ends of an edge lie beyond one side of a box?
@@ -243,15 +219,13 @@ contains
    end subroutine search_listed_edges
 
    !> Does an interval exist within reach? One that is too deep does where it was closed in the last step.
-   pure logical function counts(interval, limits, previous, history)
+   pure logical function counts(interval, given)
       type(interval_type), intent(in) :: interval
-      type(search_limits_type), intent(in) :: limits
-      type(contact_table_type), intent(in) :: previous
-      type(contact_history_type), intent(in) :: history
+      type(search_input_type), intent(in) :: given
       counts = interval%exists
-      if (interval%is_deep) counts = was_closed(interval%f, interval%e, previous, history)
-      if (counts) counts = min(interval%gap_low, interval%gap_high) <= limits%reach .and. &
-                           max(interval%gap_low, interval%gap_high) >= -limits%penetration
+      if (interval%is_deep) counts = was_closed(interval%f, interval%e, given)
+      if (counts) counts = min(interval%gap_low, interval%gap_high) <= given%limits%reach .and. &
+                           max(interval%gap_low, interval%gap_high) >= -given%limits%penetration
    end function counts
 
    !> May two edges face each other on an interval within reach? Only then is it measured. Their directions differ from
@@ -274,16 +248,15 @@ contains
    end function may_face
 
    !> Was the interval of these edges closed at the end of the last step?
-   pure logical function was_closed(f, e, previous, history)
+   pure logical function was_closed(f, e, given)
       integer, intent(in) :: f, e
-      type(contact_table_type), intent(in) :: previous
-      type(contact_history_type), intent(in) :: history
+      type(search_input_type), intent(in) :: given
       integer :: k, row
       was_closed = .false.
       do k = 1, n_points
-         row = history%find(previous, f, e, k)
+         row = given%history%find(given%previous, f, e, k)
          if (row == 0) cycle
-         was_closed = previous%state(row) /= contact_state%open
+         was_closed = given%previous%state(row) /= contact_state%open
          if (was_closed) return
       end do
    end function was_closed

@@ -5,21 +5,15 @@
 !> other or side by side. With contacts by length the searches test what is listed for each pair
 !> (rockdda_contact_near_lists); with contacts of vertices on edges, all vertices and edges of a pair that are close.
 module rockdda_contact_narrow_search
-   use rockdda_base_kinds, only : wp
    use rockdda_model_blocks, only : block_system_type
    use rockdda_contact_broad_phase, only : close_pairs_type, many_parts
    use rockdda_contact_candidates, only : candidate_list_type
    use rockdda_contact_corner_search, only : try_rounded_corner
-   use rockdda_contact_exposure, only : exposure_type
-   use rockdda_contact_history, only : contact_history_type
+   use rockdda_contact_exposure, only : search_input_type
    use rockdda_contact_interval_search, only : search_faces
    use rockdda_contact_vertex_search, only : search_pair, try_vertex, is_beyond
    use rockdda_contact_near_lists, only : near_lists_type, near_part_type, near_pair_type, corners_with_corners, &
                                            vertices_of_first, vertices_of_second
-   use rockdda_contact_outlines, only : outlines_type
-   use rockdda_contact_search_limits, only : search_limits_type
-   use rockdda_contact_table, only : contact_table_type
-   use rockdda_contact_topology, only : contact_topology_type
    implicit none
    private
    public :: narrow_search_type
@@ -27,7 +21,6 @@ module rockdda_contact_narrow_search
    !> Scratch, kept from step to step; nothing in it is part of the state.
    type :: narrow_search_type
       type(near_lists_type) :: lists                  !! by length
-      type(exposure_type) :: exposure
       type(candidate_list_type) :: found(many_parts)  !! candidate rows of each part
    contains
       procedure :: run
@@ -36,74 +29,52 @@ module rockdda_contact_narrow_search
 contains
 
    !> Find the candidate rows within the limits: `found` of all parts.
-   subroutine run(self, pairs, blocks, topology, outlines, vertices, limits, previous, history)
+   subroutine run(self, pairs, blocks, given)
       class(narrow_search_type), intent(inout) :: self
       type(close_pairs_type), intent(in) :: pairs
       type(block_system_type), intent(in) :: blocks
-      type(contact_topology_type), intent(in) :: topology
-      type(outlines_type), intent(in) :: outlines
-      real(wp), intent(in), contiguous :: vertices(:, :)   !! (2, nv) now
-      type(search_limits_type), intent(in) :: limits
-      type(contact_table_type), intent(in) :: previous     !! last step's table
-      type(contact_history_type), intent(in) :: history    !! its index
+      type(search_input_type), intent(in) :: given
       integer :: part, n_parts
-      if (limits%by_length) call self%lists%update(pairs, blocks, topology, outlines, vertices, limits)
+      if (given%limits%by_length) call self%lists%update(pairs, blocks, given%topology, given%outlines, &
+         given%vertices, given%limits)
       n_parts = pairs%n_parts()
       call self%found%clear()
-      if (limits%by_length .or. limits%corrected) &
-         call search_faces(pairs, self%lists, blocks, topology, outlines, vertices, limits, previous, history, &
-                           self%exposure, self%found(1:n_parts))
+      if (given%limits%by_length .or. given%limits%corrected) &
+         call search_faces(pairs, self%lists, blocks, given, self%found(1:n_parts))
       !$omp parallel do default(none) private(part) schedule(dynamic) if (n_parts > 1) &
-      !$omp shared(self, pairs, blocks, topology, outlines, vertices, limits, previous, history, n_parts)
+      !$omp shared(self, pairs, blocks, given, n_parts)
       do part = 1, n_parts
-         if (limits%by_length) then
-            call search_listed_vertices(self%lists%parts(part), pairs, topology, outlines, vertices, limits, previous, &
-                                        history, self%exposure, self%found(part))
+         if (given%limits%by_length) then
+            call search_listed_vertices(self%lists%parts(part), pairs, given, self%found(part))
          else
-            call search_part(part, pairs, blocks, topology, outlines, vertices, limits, previous, history, &
-                             self%exposure, self%found(part))
+            call search_part(part, pairs, blocks, given, self%found(part))
          end if
       end do
       !$omp end parallel do
    end subroutine run
 
    !> Candidate rows of one part of the pairs, with contacts of vertices on edges.
-   pure subroutine search_part(part, pairs, blocks, topology, outlines, vertices, limits, previous, history, &
-                               exposure, list)
+   pure subroutine search_part(part, pairs, blocks, given, list)
       integer, intent(in) :: part
       type(close_pairs_type), intent(in) :: pairs
       type(block_system_type), intent(in) :: blocks
-      type(contact_topology_type), intent(in) :: topology
-      type(outlines_type), intent(in) :: outlines
-      real(wp), intent(in), contiguous :: vertices(:, :)
-      type(search_limits_type), intent(in) :: limits
-      type(contact_table_type), intent(in) :: previous
-      type(contact_history_type), intent(in) :: history
-      type(exposure_type), intent(in) :: exposure
+      type(search_input_type), intent(in) :: given
       type(candidate_list_type), intent(inout) :: list
       integer :: k
       do k = pairs%first_of(part), pairs%first_of(part + 1) - 1
          if (.not. pairs%is_close(k)) cycle
          associate (a => pairs%candidates(1, k), b => pairs%candidates(2, k))
-            call search_pair([blocks%vertex_offset(a) + 1, blocks%vertex_offset(a + 1)], &
-                             [blocks%vertex_offset(b) + 1, blocks%vertex_offset(b + 1)], pairs%boxes(:, a), &
-                             pairs%boxes(:, b), vertices, topology, outlines, previous, history, exposure, limits, list)
+            call search_pair([blocks%vertex_offset(a) + 1, blocks%vertex_offset(a + 1)], [blocks%vertex_offset(b) + 1, &
+                             blocks%vertex_offset(b + 1)], pairs%boxes(:, a), pairs%boxes(:, b), given, list)
          end associate
       end do
    end subroutine search_part
 
    !> Candidate rows of corners and of vertices on edges by length, of one part of the pairs.
-   pure subroutine search_listed_vertices(part, pairs, topology, outlines, vertices, limits, previous, history, &
-                                          exposure, list)
+   pure subroutine search_listed_vertices(part, pairs, given, list)
       type(near_part_type), intent(in) :: part
       type(close_pairs_type), intent(in) :: pairs
-      type(contact_topology_type), intent(in) :: topology
-      type(outlines_type), intent(in) :: outlines
-      real(wp), intent(in), contiguous :: vertices(:, :)
-      type(search_limits_type), intent(in) :: limits
-      type(contact_table_type), intent(in) :: previous
-      type(contact_history_type), intent(in) :: history
-      type(exposure_type), intent(in) :: exposure
+      type(search_input_type), intent(in) :: given
       type(candidate_list_type), intent(inout) :: list
       type(near_pair_type) :: at
       logical :: found
@@ -117,20 +88,18 @@ contains
          associate (now => part%items, box_a => pairs%boxes(:, pairs%candidates(1, at%pair)), &
                     box_b => pairs%boxes(:, pairs%candidates(2, at%pair)))
             do l = at%first(corners_with_corners), at%last(corners_with_corners), 2
-               if (is_beyond(vertices(:, now(l)), vertices(:, now(l)), box_b, limits%reach)) cycle
-               if (is_beyond(vertices(:, now(l + 1)), vertices(:, now(l + 1)), box_a, limits%reach)) cycle
-               call try_rounded_corner(now(l), now(l + 1), vertices, topology, outlines, previous, history, exposure, &
-                                       limits, list)
+               if (is_beyond(given%vertices(:, now(l)), given%vertices(:, now(l)), box_b, given%limits%reach)) cycle
+               if (is_beyond(given%vertices(:, now(l + 1)), given%vertices(:, now(l + 1)), box_a, &
+                   given%limits%reach)) cycle
+               call try_rounded_corner(now(l), now(l + 1), given, list)
             end do
             do l = at%first(vertices_of_first), at%last(vertices_of_first), 2
-               call try_vertex(now(l), now(l + 1), 1, box_a, box_b, size(vertices, 2), vertices, &
-                               outlines%tangent, outlines%length, topology, outlines, previous, history, exposure, &
-                               limits, list)
+               call try_vertex(now(l), now(l + 1), 1, box_a, box_b, size(given%vertices, 2), given%vertices, &
+                               given%outlines%tangent, given%outlines%length, given, list)
             end do
             do l = at%first(vertices_of_second), at%last(vertices_of_second), 2
-               call try_vertex(now(l), now(l + 1), 2, box_b, box_a, size(vertices, 2), vertices, &
-                               outlines%tangent, outlines%length, topology, outlines, previous, history, exposure, &
-                               limits, list)
+               call try_vertex(now(l), now(l + 1), 2, box_b, box_a, size(given%vertices, 2), given%vertices, &
+                               given%outlines%tangent, given%outlines%length, given, list)
             end do
          end associate
       end do

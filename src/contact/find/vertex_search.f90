@@ -10,8 +10,7 @@
 !> The other searches beside this one: vertices that meet vertices (rockdda_contact_corner_search), edges that face
 !> edges (rockdda_contact_interval_search). rockdda_contact_narrow_search calls all three for all close pairs.
 !>
-!> The searches of a pair have up to 17 arguments: the innermost loops of a step read arrays of constant shape, and what
-!> belongs to the model, the last step and the threads stays apart, so that each thread writes its own list alone.
+!> The innermost loops of a step read arrays of constant shape: these are arguments beside `given`.
 !>
 !> A vertex v that touches a block on one side f lies behind the line of its other edges e as well:
 !>
@@ -26,14 +25,14 @@
 !> at the end of the last step has entered, however deep its spring has been compressed since.
 module rockdda_contact_vertex_search
    use rockdda_base_kinds, only : wp
-   use rockdda_contact_table, only : contact_table_type, contact_state
+   use rockdda_contact_table, only : contact_state
    use rockdda_contact_topology, only : contact_topology_type
-   use rockdda_contact_outlines, only : outlines_type, outward, is_outside
-   use rockdda_contact_history, only : contact_history_type, faces
+   use rockdda_contact_outlines, only : outward, is_outside
+   use rockdda_contact_history, only : faces
    use rockdda_contact_search_limits, only : search_limits_type
    use rockdda_contact_candidates, only : candidate_type, candidate_list_type
    use rockdda_contact_corner_search, only : search_corners
-   use rockdda_contact_exposure, only : exposure_type
+   use rockdda_contact_exposure, only : search_input_type
    use rockdda_model_kinks, only : crushed
    use rockdda_geometry_polygons, only : point_in_polygon
    implicit none
@@ -51,29 +50,20 @@ module rockdda_contact_vertex_search
 contains
 
    !> Append the candidates of blocks a < b: find what is close, and search there.
-   pure subroutine search_pair(range_a, range_b, box_a, box_b, vertices, topology, outlines, previous, history, &
-                               exposure, limits, list)
+   pure subroutine search_pair(range_a, range_b, box_a, box_b, given, list)
       integer, intent(in) :: range_a(2), range_b(2)   !! first and last vertex of each block
       real(wp), intent(in) :: box_a(4), box_b(4)      !! xmin ymin xmax ymax
-      real(wp), intent(in), contiguous :: vertices(:, :)          !! (2, nv) now
-      type(contact_topology_type), intent(in) :: topology
-      type(outlines_type), intent(in) :: outlines     !! of the vertices now
-      type(contact_table_type), intent(in) :: previous !! last step's table
-      type(contact_history_type), intent(in) :: history !! its index
-      type(exposure_type), intent(in) :: exposure     !! by length: what is covered
-      type(search_limits_type), intent(in) :: limits
+      type(search_input_type), intent(in) :: given
       type(candidate_list_type), intent(inout) :: list
-      call collect_pair(range_a, range_b, box_a, box_b, vertices, topology, limits%reach, list)
+      call collect_pair(range_a, range_b, box_a, box_b, given%vertices, given%topology, given%limits%reach, list)
       if (list%n_near_a == 0 .and. list%n_edges_a == 0) return
       list%n_corners = 0
-      call search_corners(list%near_a, list%n_near_a, list%near_b, list%n_near_b, size(vertices, 2), vertices, &
-                          topology, outlines, previous, history, exposure, limits, list)
-      call search_edges(list%near_a, list%n_near_a, list%edges_b, list%n_edges_b, 1, size(vertices, 2), vertices, &
-                        outlines%tangent, outlines%length, topology, outlines, previous, history, exposure, limits, &
-                        list)
-      call search_edges(list%near_b, list%n_near_b, list%edges_a, list%n_edges_a, 2, size(vertices, 2), vertices, &
-                        outlines%tangent, outlines%length, topology, outlines, previous, history, exposure, limits, &
-                        list)
+      call search_corners(list%near_a, list%n_near_a, list%near_b, list%n_near_b, size(given%vertices, 2), &
+                          given%vertices, given, list)
+      call search_edges(list%near_a, list%n_near_a, list%edges_b, list%n_edges_b, 1, size(given%vertices, 2), &
+                        given%vertices, given%outlines%tangent, given%outlines%length, given, list)
+      call search_edges(list%near_b, list%n_near_b, list%edges_a, list%n_edges_a, 2, size(given%vertices, 2), &
+                        given%vertices, given%outlines%tangent, given%outlines%length, given, list)
    end subroutine search_pair
 
    !> Vertices and edges of two blocks that are close to the other one.
@@ -143,76 +133,62 @@ contains
 
    !> Candidates of some vertices of one block with some edges of the other. Most pairs are out of reach. (With arrays
    !> of constant shape, here and below, the program need not work out where each element lies.)
-   pure subroutine search_edges(near, n_near, edges, n_edges, side, nv, vertices, tangent, length, topology, outlines, &
-                                previous, history, exposure, limits, list)
+   pure subroutine search_edges(near, n_near, edges, n_edges, side, nv, vertices, tangent, length, given, list)
       integer, intent(in) :: n_near, n_edges, nv
       integer, intent(in) :: near(n_near), edges(n_edges)
       integer, intent(in) :: side   !! 1: the vertices are those of the first block of the pair; 2: of the second
       real(wp), intent(in) :: vertices(2, nv)
       real(wp), intent(in) :: tangent(2, nv), length(nv)   !! of `outlines`
-      type(contact_topology_type), intent(in) :: topology
-      type(outlines_type), intent(in) :: outlines
-      type(contact_table_type), intent(in) :: previous
-      type(contact_history_type), intent(in) :: history
-      type(exposure_type), intent(in) :: exposure
-      type(search_limits_type), intent(in) :: limits
+      type(search_input_type), intent(in) :: given
       type(candidate_list_type), intent(inout) :: list
       real(wp) :: gap, s, into(2), outof(2)
       integer :: i, j, v, e
       do i = 1, n_near
          v = near(i)
-         if (outlines%concave(v)) cycle
-         into = tangent(:, topology%edge_in(v))
-         outof = tangent(:, topology%edge_out(v))
+         if (given%outlines%concave(v)) cycle
+         into = tangent(:, given%topology%edge_in(v))
+         outof = tangent(:, given%topology%edge_out(v))
          do j = 1, n_edges
             e = edges(j)
             call place_on_edge(vertices(:, v), vertices(:, e), tangent(:, e), gap, s)
-            if (is_off_edge(gap, s, length(e), limits)) cycle
-            if (limits%corrected) then
-               if (exposure%is_passed(v, e, vertices, topology, outlines, limits%cosine, previous, history)) cycle
+            if (is_off_edge(gap, s, length(e), given%limits)) cycle
+            if (given%limits%corrected) then
+               if (given%exposure%is_passed(v, e, given)) cycle
             end if
-            call try_edge(v, e, gap, s, into, outof, side, nv, vertices, tangent, length, topology, outlines, &
-                          previous, history, limits, list)
+            call try_edge(v, e, gap, s, into, outof, side, nv, vertices, tangent, length, given, list)
          end do
       end do
    end subroutine search_edges
 
    !> Candidate of a vertex with an edge of the other block, with contacts by length: within reach, unless an edge at
    !> the vertex faces the other edge (an interval has both then), or something hides the vertex.
-   pure subroutine try_vertex(v, e, side, own_box, other_box, nv, vertices, tangent, length, topology, outlines, &
-                              previous, history, exposure, limits, list)
+   pure subroutine try_vertex(v, e, side, own_box, other_box, nv, vertices, tangent, length, given, list)
       integer, intent(in) :: v, e, nv
       integer, intent(in) :: side                          !! 1: v is on the first block of the pair; 2: on the second
       real(wp), intent(in) :: own_box(4), other_box(4)     !! of the blocks of v and e
       real(wp), intent(in) :: vertices(2, nv)
       real(wp), intent(in) :: tangent(2, nv), length(nv)   !! of `outlines`
-      type(contact_topology_type), intent(in) :: topology
-      type(outlines_type), intent(in) :: outlines
-      type(contact_table_type), intent(in) :: previous
-      type(contact_history_type), intent(in) :: history
-      type(exposure_type), intent(in) :: exposure
-      type(search_limits_type), intent(in) :: limits
+      type(search_input_type), intent(in) :: given
       type(candidate_list_type), intent(inout) :: list
       real(wp) :: t(2), gap, s, into(2), outof(2)
-      if (outlines%concave(v)) return
+      if (given%outlines%concave(v)) return
       t = tangent(:, e)
       call place_on_edge(vertices(:, v), vertices(:, e), t, gap, s)
-      if (is_off_edge(gap, s, length(e), limits)) return
-      into = tangent(:, topology%edge_in(v))
-      outof = tangent(:, topology%edge_out(v))
-      if (is_its_end(topology%edge_in(v), into(1)*t(1) + into(2)*t(2))) return
-      if (is_its_end(topology%edge_out(v), outof(1)*t(1) + outof(2)*t(2))) return
-      if (is_beyond(vertices(:, v), vertices(:, v), other_box, limits%reach)) return
-      if (is_beyond(vertices(:, e), vertices(:, topology%next(e)), own_box, limits%reach)) return
-      if (topology%met_by_tip(v) == e) then
-         if (-gap < crushed*min(length(topology%edge_in(v)), length(topology%edge_out(v)))) return
+      if (is_off_edge(gap, s, length(e), given%limits)) return
+      into = tangent(:, given%topology%edge_in(v))
+      outof = tangent(:, given%topology%edge_out(v))
+      if (is_its_end(given%topology%edge_in(v), into(1)*t(1) + into(2)*t(2))) return
+      if (is_its_end(given%topology%edge_out(v), outof(1)*t(1) + outof(2)*t(2))) return
+      if (is_beyond(vertices(:, v), vertices(:, v), other_box, given%limits%reach)) return
+      if (is_beyond(vertices(:, e), vertices(:, given%topology%next(e)), own_box, given%limits%reach)) return
+      if (given%topology%met_by_tip(v) == e) then
+         if (-gap < crushed*min(length(given%topology%edge_in(v)), length(given%topology%edge_out(v)))) return
       end if
-      if (exposure%is_hidden(v, e, s, vertices, topology, outlines)) then
-         if (.not. was_closed(v, e, previous, history)) return
-         if (exposure%is_hidden(v, e, s, vertices, topology, outlines, presses=.true.)) return
+      if (given%exposure%is_hidden(v, e, s, vertices, given%topology, given%outlines)) then
+         if (.not. was_closed(v, e, given)) return
+         if (given%exposure%is_hidden(v, e, s, vertices, given%topology, given%outlines, presses=.true.)) return
       end if
-      call try_edge(v, e, gap, s, into, outof, side, nv, vertices, tangent, length, topology, outlines, previous, &
-                    history, limits, list)
+      call try_edge(v, e, gap, s, into, outof, side, nv, vertices, tangent, length, given, list)
 
    contains
 
@@ -220,9 +196,9 @@ contains
       pure logical function is_its_end(f, opposite)
          integer, intent(in) :: f
          real(wp), intent(in) :: opposite   !! dot product of the directions
-         is_its_end = opposite <= -min(limits%cosine, limits%held_cosine)
-         if (is_its_end) is_its_end = faces(merge(f, e, side == 1), merge(e, f, side == 1), opposite, limits, &
-                                            previous, history)
+         is_its_end = opposite <= -min(given%limits%cosine, given%limits%held_cosine)
+         if (is_its_end) is_its_end = faces(merge(f, e, side == 1), merge(e, f, side == 1), opposite, given%limits, &
+                                            given%previous, given%history)
       end function is_its_end
 
    end subroutine try_vertex
@@ -266,8 +242,7 @@ contains
    !>         |     block       |    larger gap decides, and v must have come in through e.
    !>
    !> Arrays and their size are arguments of their own for speed: this is the innermost procedure of the search.
-   pure subroutine try_edge(v, e, gap, s, into, outof, side, nv, vertices, tangent, lengths, topology, outlines, &
-                            previous, history, limits, list)
+   pure subroutine try_edge(v, e, gap, s, into, outof, side, nv, vertices, tangent, lengths, given, list)
       integer, intent(in) :: v, e, nv
       real(wp), intent(in) :: gap   !! of the vertex [length]
       real(wp), intent(in) :: s     !! how far its foot lies from the start of the edge [length]
@@ -275,22 +250,18 @@ contains
       integer, intent(in) :: side   !! 1: v is on the first block of the pair; 2: on the second
       real(wp), intent(in) :: vertices(2, nv)
       real(wp), intent(in) :: tangent(2, nv), lengths(nv)   !! of `outlines`
-      type(contact_topology_type), intent(in) :: topology
-      type(outlines_type), intent(in) :: outlines
-      type(contact_table_type), intent(in) :: previous
-      type(contact_history_type), intent(in) :: history
-      type(search_limits_type), intent(in) :: limits
+      type(search_input_type), intent(in) :: given
       type(candidate_list_type), intent(inout) :: list
       real(wp) :: t(2), n(2), r(2), length, zone, gap_there, s_there
       integer :: first, last, neighbour, k
       logical :: concave_first, concave_last
 
       length = lengths(e)
-      first = topology%owner(e)
-      last = topology%next(e)
+      first = given%topology%owner(e)
+      last = given%topology%next(e)
       if (list%n_corners > 0) then
-         zone = min(limits%zone, 0.25_wp*length)
-         if (limits%by_length) zone = length
+         zone = min(given%limits%zone, 0.25_wp*length)
+         if (given%limits%by_length) zone = length
          if (s <= zone) then
             if (are_paired(v, first, side, list%n_corners, list%corner_pairs)) return
          end if
@@ -298,44 +269,42 @@ contains
             if (are_paired(v, last, side, list%n_corners, list%corner_pairs)) return
          end if
       end if
-      concave_first = outlines%concave(first)
-      concave_last = outlines%concave(last)
+      concave_first = given%outlines%concave(first)
+      concave_last = given%outlines%concave(last)
       if (s < 0 .and. .not. concave_first) return
       if (s > length .and. .not. concave_last) return
       t = tangent(:, e)
       n = [t(2), -t(1)]
       ! `is_outside`, in place
-      if (.not. (outof(1)*n(1) + outof(2)*n(2) >= -limits%sine .and. &
-                 -(into(1)*n(1) + into(2)*n(2)) >= -limits%sine)) return
+      if (.not. (outof(1)*n(1) + outof(2)*n(2) >= -given%limits%sine .and. &
+                 -(into(1)*n(1) + into(2)*n(2)) >= -given%limits%sine)) return
       if (gap < 0) then
          ! at a convex corner the line with the larger gap decides
          do k = 1, 2
             if (merge(concave_first, concave_last, k == 1)) cycle
-            neighbour = merge(topology%edge_in(first), topology%edge_out(last), k == 1)
+            neighbour = merge(given%topology%edge_in(first), given%topology%edge_out(last), k == 1)
             r = vertices(:, v) - vertices(:, neighbour)
             t = tangent(:, neighbour)
             gap_there = r(1)*t(2) - r(2)*t(1)
-            if (gap_there <= gap .or. gap_there > limits%reach) cycle
+            if (gap_there <= gap .or. gap_there > given%limits%reach) cycle
             ! a corner that touches the end of that edge may lie beyond it by an overlap
             s_there = r(1)*t(1) + r(2)*t(2)
-            if (s_there < -limits%zone .or. s_there > lengths(neighbour) + limits%zone) cycle
-            if (is_outside(into, outof, outward(t), limits%sine)) return
+            if (s_there < -given%limits%zone .or. s_there > lengths(neighbour) + given%limits%zone) cycle
+            if (is_outside(into, outof, outward(t), given%limits%sine)) return
          end do
-         if (.not. is_entered(v, e, gap, s, topology, outlines, vertices, limits%sine, &
-                              was_closed(v, e, previous, history))) return
+         if (.not. is_entered(v, e, gap, s, given, was_closed(v, e, given))) return
       end if
       call list%append(candidate_type(v, e))
    end subroutine try_edge
 
    !> Was the contact of a vertex with an edge closed at the end of the last step?
-   pure logical function was_closed(v, e, previous, history)
+   pure logical function was_closed(v, e, given)
       integer, intent(in) :: v, e
-      type(contact_table_type), intent(in) :: previous
-      type(contact_history_type), intent(in) :: history
+      type(search_input_type), intent(in) :: given
       integer :: row
-      row = history%find(previous, v, e)
+      row = given%history%find(given%previous, v, e)
       was_closed = row > 0
-      if (was_closed) was_closed = previous%state(row) /= contact_state%open
+      if (was_closed) was_closed = given%previous%state(row) /= contact_state%open
    end function was_closed
 
    !> Was this vertex already paired with that corner of the other block?
@@ -353,46 +322,43 @@ contains
    end function are_paired
 
    !> Has vertex v entered the block of edge e through e?
-   pure logical function is_entered(v, e, gap, s, topology, outlines, vertices, sine, was_closed)
+   pure logical function is_entered(v, e, gap, s, given, was_closed)
       integer, intent(in) :: v, e
       real(wp), intent(in) :: gap          !! of the vertex, < 0 [length]
       real(wp), intent(in) :: s            !! distance of its foot from the start of the edge [length]
-      type(contact_topology_type), intent(in) :: topology
-      type(outlines_type), intent(in) :: outlines
-      real(wp), intent(in), contiguous :: vertices(:, :)   !! (2, nv) now
-      real(wp), intent(in) :: sine         !! of the angle tolerance
+      type(search_input_type), intent(in) :: given
       logical, intent(in) :: was_closed    !! the contact was closed at the end of the last step
       real(wp) :: point(2), r(2), t(2), in_v(2), out_v(2), gap_k, foot, length
       integer :: k, last
       is_entered = .false.
-      length = outlines%length(e)
+      length = given%outlines%length(e)
       if (gap < -shallow*length) then
-         t = outlines%tangent(:, e)
-         point = vertices(:, v) + inwards*((0.5_wp*length - s)*t - length*outward(t))
-         if (.not. is_inside(point, e, vertices, topology)) return
+         t = given%outlines%tangent(:, e)
+         point = given%vertices(:, v) + inwards*((0.5_wp*length - s)*t - length*outward(t))
+         if (.not. is_inside(point, e, given%vertices, given%topology)) return
       end if
       is_entered = .true.
       if (was_closed) return
       is_entered = .false.
-      if (gap < -topology%inradius(topology%block(e))) return
-      in_v = outlines%tangent(:, topology%edge_in(v))
-      out_v = outlines%tangent(:, topology%edge_out(v))
-      last = topology%next(e)
+      if (gap < -given%topology%inradius(given%topology%block(e))) return
+      in_v = given%outlines%tangent(:, given%topology%edge_in(v))
+      out_v = given%outlines%tangent(:, given%topology%edge_out(v))
+      last = given%topology%next(e)
       k = last
       do while (k /= e)
-         r = vertices(:, v) - vertices(:, k)
+         r = given%vertices(:, v) - given%vertices(:, k)
          if (k /= last) then
             if (r(1)**2 + r(2)**2 < (at_corner*gap)**2) return
          end if
-         if (topology%is_edge(k)) then
-            t = outlines%tangent(:, k)
+         if (given%topology%is_edge(k)) then
+            t = given%outlines%tangent(:, k)
             gap_k = r(1)*t(2) - r(2)*t(1)
             foot = r(1)*t(1) + r(2)*t(2)
-            if (abs(gap_k) < -gap .and. foot >= 0 .and. foot <= outlines%length(k)) then
-               if (is_outside(in_v, out_v, outward(t), sine)) return
+            if (abs(gap_k) < -gap .and. foot >= 0 .and. foot <= given%outlines%length(k)) then
+               if (is_outside(in_v, out_v, outward(t), given%limits%sine)) return
             end if
          end if
-         k = topology%next(k)
+         k = given%topology%next(k)
       end do
       is_entered = .true.
    end function is_entered

@@ -12,13 +12,14 @@
 module rockdda_contact_exposure
    use rockdda_base_kinds, only : wp, l1
    use rockdda_contact_history, only : contact_history_type
+   use rockdda_contact_search_limits, only : search_limits_type
    use rockdda_contact_table, only : contact_table_type, contact_state
    use rockdda_contact_topology, only : contact_topology_type
    use rockdda_contact_outlines, only : outlines_type
    use rockdda_contact_intervals, only : interval_type, measure_interval, is_facing
    implicit none
    private
-   public :: exposure_type
+   public :: exposure_type, search_input_type
 
    !> Edges bear on each other when they overlap by this share of the shorter one, whatever the tolerance.
    real(wp), parameter :: bearing_share = 0.25_wp
@@ -40,6 +41,17 @@ module rockdda_contact_exposure
       procedure :: is_passed
       procedure :: between
    end type exposure_type
+
+   !> What the searches of a step read.
+   type :: search_input_type
+      real(wp), pointer, contiguous :: vertices(:, :) => null()     !! (2, nv) now
+      type(contact_topology_type), pointer :: topology => null()
+      type(outlines_type), pointer :: outlines => null()            !! of the vertices now
+      type(search_limits_type), pointer :: limits => null()
+      type(contact_table_type), pointer :: previous => null()       !! last step's table
+      type(contact_history_type), pointer :: history => null()      !! its index
+      type(exposure_type), pointer :: exposure => null()            !! what is covered
+   end type search_input_type
 
 contains
 
@@ -161,24 +173,19 @@ contains
    !> more than the tolerance, bears on it. A shorter overlap is the depth to which blocks stand in the surface that
    !> they slide over: the vertex passes when it, or the vertex at the other end of the overlap, is hidden. A contact
    !> that was closed at the end of the last step stays.
-   pure logical function is_passed(self, v, e, vertices, topology, outlines, cosine, previous, history)
+   pure logical function is_passed(self, v, e, given)
       class(exposure_type), intent(in) :: self
       integer, intent(in) :: v, e
-      real(wp), intent(in), contiguous :: vertices(:, :)   !! (2, nv) now
-      type(contact_topology_type), intent(in) :: topology
-      type(outlines_type), intent(in) :: outlines
-      real(wp), intent(in) :: cosine                       !! of the angle tolerance
-      type(contact_table_type), intent(in) :: previous     !! last step's table
-      type(contact_history_type), intent(in) :: history    !! its index
+      type(search_input_type), intent(in) :: given
       type(interval_type) :: interval
       real(wp) :: enough
       integer :: f, k, row
       is_passed = .false.
       do k = 1, 2
-         f = merge(topology%edge_in(v), topology%edge_out(v), k == 1)
-         if (.not. is_facing(f, e, outlines, cosine)) cycle
-         call measure_interval(f, e, vertices, topology, outlines, interval)
-         enough = min(self%between(f, e), bearing_share*min(outlines%length(f), outlines%length(e)))
+         f = merge(given%topology%edge_in(v), given%topology%edge_out(v), k == 1)
+         if (.not. is_facing(f, e, given%outlines, given%limits%cosine)) cycle
+         call measure_interval(f, e, given%vertices, given%topology, given%outlines, interval)
+         enough = min(self%between(f, e), bearing_share*min(given%outlines%length(f), given%outlines%length(e)))
          if (interval%high - interval%low > enough) return
          if (interval%vertex_low == 0) cycle
          is_passed = is_passed .or. hides(interval%vertex_low, interval%edge_low) .or. &
@@ -186,16 +193,16 @@ contains
       end do
       if (.not. is_passed) is_passed = hides(v, e)
       if (.not. is_passed) return
-      row = history%find(previous, v, e)
-      if (row > 0) is_passed = previous%state(row) == contact_state%open
+      row = given%history%find(given%previous, v, e)
+      if (row > 0) is_passed = given%previous%state(row) == contact_state%open
 
    contains
 
       !> Is edge b hidden from vertex a?
       pure logical function hides(a, b)
          integer, intent(in) :: a, b
-         hides = self%is_hidden(a, b, dot_product(vertices(:, a) - vertices(:, b), outlines%tangent(:, b)), vertices, &
-                                topology, outlines)
+         hides = self%is_hidden(a, b, dot_product(given%vertices(:, a) - given%vertices(:, b), &
+                                given%outlines%tangent(:, b)), given%vertices, given%topology, given%outlines)
       end function hides
 
    end function is_passed

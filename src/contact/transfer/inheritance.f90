@@ -12,15 +12,13 @@ module rockdda_contact_inheritance
    use rockdda_base_kinds, only : wp, i1, l1
    use rockdda_base_parallel, only : parallel_contacts, piece
    use rockdda_base_room, only : reserve
+   use rockdda_contact_exposure, only : search_input_type
    use rockdda_contact_table, only : contact_table_type, contact_state, is_of_interval, cut_no_interval
-   use rockdda_contact_topology, only : contact_topology_type
-   use rockdda_contact_history, only : contact_history_type
    use rockdda_contact_candidates, only : other_rows_type
    use rockdda_contact_corners, only : corner_station
    use rockdda_contact_interval_law, only : n_points, end_gaps, at_end, depth_of_energy
    use rockdda_contact_intervals, only : is_facing
    use rockdda_contact_new_lengths, only : new_lengths_type, free_new_lengths
-   use rockdda_contact_outlines, only : outlines_type
    use rockdda_contact_search_limits, only : search_limits_type
    use rockdda_contact_normal_law, only : normal_law_type
    implicit none
@@ -54,39 +52,34 @@ contains
 
    !> State, shear spring, forces and bond of a contact stay with its identity, or come from its alias: seen from the
    !> other block, gap and slip have the same sign.
-   subroutine hand_on_history(previous, history, topology, outlines, others, limits, first_step, touch, work, table)
-      type(contact_table_type), intent(in) :: previous
-      type(contact_history_type), intent(in) :: history
-      type(contact_topology_type), intent(in) :: topology
-      type(outlines_type), intent(in) :: outlines     !! of the vertices now
+   subroutine hand_on_history(given, others, first_step, touch, work, table)
+      type(search_input_type), intent(in) :: given
       type(other_rows_type), intent(in) :: others(:)  !! (>= rows) that each row refers to, or none
-      type(search_limits_type), intent(in) :: limits
       logical, intent(in) :: first_step
       real(wp), intent(in) :: touch         !! gap below which two blocks touch at the start [length]
       type(inheritance_work_type), intent(inout) :: work
       type(contact_table_type), intent(inout) :: table
       integer :: first, last, p, rows
-      call make_room(work, previous%n, table%n, size(topology%block))
+      call make_room(work, given%previous%n, table%n, size(given%topology%block))
       if (.not. work%same_rows) then
-         call find_sources(previous, history, topology, others, limits, table, work%source, work%is_taken)
-         if (limits%by_length .or. limits%corrected) &
-            call find_pressed(previous, topology, outlines, limits, table, work%source, work%pressed)
+         call find_sources(given, others, table, work%source, work%is_taken)
+         if (given%limits%by_length .or. given%limits%corrected) &
+            call find_pressed(given, table, work%source, work%pressed)
       end if
       rows = merge(copied, 1, work%same_rows)*piece
       !$omp parallel do default(none) private(p, first, last) schedule(static) if (table%n > parallel_contacts) &
-      !$omp shared(previous, topology, outlines, limits, first_step, touch, work, table, rows)
+      !$omp shared(given, first_step, touch, work, table, rows)
       do p = 1, (table%n + rows - 1)/rows
          first = (p - 1)*rows + 1
          last = min(p*rows, table%n)
          call cut_no_interval(table%n, table%station, first, last)
-         call begin_rows(first, last, previous, topology, outlines, limits, first_step, touch, work, table)
+         call begin_rows(first, last, given, first_step, touch, work, table)
       end do
       !$omp end parallel do
-      if (limits%by_length .and. .not. work%same_rows) &
-         call begin_intervals(previous, work%source, work%pressed, limits, table)
-      if (limits%by_length) &
-         call free_new_lengths(previous, work%source, work%same_rows, work%is_taken, work%pressed, limits, &
-                               work%new_lengths, table)
+      if (given%limits%by_length .and. .not. work%same_rows) &
+         call begin_intervals(given, work%source, work%pressed, table)
+      if (given%limits%by_length) call free_new_lengths(given%previous, work%source, work%same_rows, work%is_taken, &
+         work%pressed, given%limits, work%new_lengths, table)
       ! rows have partners where vertices meet edges only
       if (size(others) > 0) call part_partners(table)
    end subroutine hand_on_history
@@ -108,82 +101,75 @@ contains
    end subroutine part_partners
 
    !> `hand_on_history` for some of the rows, each by itself, with its arguments.
-   pure subroutine begin_rows(first, last, previous, topology, outlines, limits, first_step, touch, work, table)
+   pure subroutine begin_rows(first, last, given, first_step, touch, work, table)
       integer, intent(in) :: first, last
-      type(contact_table_type), intent(in) :: previous
-      type(contact_topology_type), intent(in) :: topology
-      type(outlines_type), intent(in) :: outlines
-      type(search_limits_type), intent(in) :: limits
+      type(search_input_type), intent(in) :: given
       logical, intent(in) :: first_step
       real(wp), intent(in) :: touch
       type(inheritance_work_type), intent(in) :: work
       type(contact_table_type), intent(inout) :: table
       integer :: k, row
       logical :: is_own, touches
-      if (work%same_rows) call go_on(first, last, previous, limits, table)
+      if (work%same_rows) call go_on(first, last, given, table)
       do k = merge(last + 1, first, work%same_rows), last
          row = abs(work%source(k))
          is_own = work%source(k) > 0
          if (is_of_interval(table, k) .and. .not. is_own) row = 0
          if (row > 0) then
-            call take_over(previous, row, k, limits%by_length, table)
-            table%energy(k) = previous%energy(row)
-            table%offset(k) = previous%offset(row)
+            call take_over(given%previous, row, k, given%limits%by_length, table)
+            table%energy(k) = given%previous%energy(row)
+            table%offset(k) = given%previous%offset(row)
             ! gaps of intervals follow those of both rows
             if (is_of_interval(table, k)) cycle
-            if (limits%by_length .or. limits%corrected) then
-               call keep_energy(previous, row, is_own, limits, k, table)
+            if (given%limits%by_length .or. given%limits%corrected) then
+               call keep_energy(given, row, is_own, k, table)
             else if (table%offset(k) < 0) then
                call follow_gap(table%state(k) /= contact_state%open, table%gap(k), table%offset(k))
             end if
          else
             call table%open_row(k)
             table%offset(k) = 0
-            touches = first_step .and. abs(table%gap(k)) <= near_gap(table, k, topology, limits, touch)
+            touches = first_step .and. abs(table%gap(k)) <= near_gap(table, k, given, touch)
             table%bonded(k) = touches .and. table%length(k) > 0
             if (first_step) table%tied(k) = table%tied(k) .and. table%bonded(k)
             table%bond_end(k) = merge(1, 0, table%bonded(k) .and. table%station(k) == n_points)
             ! what touches at the start is in contact; the first solve tells what stays so
             if (touches .and. table%partner(k) == 0) table%state(k) = contact_state%locked
-            if ((limits%by_length .or. limits%corrected) .and. .not. is_of_interval(table, k)) &
-               call begin_row(previous, work%pressed, facing_edge(table, k, topology, outlines, limits), limits, k, &
-                              table)
+            if ((given%limits%by_length .or. given%limits%corrected) .and. .not. is_of_interval(table, k)) &
+               call begin_row(given, work%pressed, facing_edge(table, k, given), k, table)
          end if
          table%distance(k) = table%gap(k)
          table%gap(k) = table%gap(k) - table%offset(k)
       end do
-      if (.not. work%same_rows) &
-         call follow_intervals(first, last, table%n, table%station, work%source, table%state, table%tied, &
-            table%bonded, &
-                               table%total_slip, previous%length, table%gap, table%offset, table%length, &
-                               table%distance)
+      if (.not. work%same_rows) call follow_intervals(first, last, table%n, table%station, work%source, table%state, &
+         table%tied, table%bonded, table%total_slip, given%previous%length, table%gap, table%offset, table%length, &
+         table%distance)
    end subroutine begin_rows
 
    !> `begin_rows` where each row goes on with itself, by length: whole runs of rows are copied.
-   pure subroutine go_on(first, last, previous, limits, table)
+   pure subroutine go_on(first, last, given, table)
       integer, intent(in) :: first, last
-      type(contact_table_type), intent(in) :: previous
-      type(search_limits_type), intent(in) :: limits
+      type(search_input_type), intent(in) :: given
       type(contact_table_type), intent(inout) :: table
       integer :: k
-      table%state(first:last) = previous%state(first:last)
-      table%shear(first:last) = previous%shear(first:last)
-      table%normal_force(first:last) = previous%normal_force(first:last)
-      table%bonded(first:last) = previous%bonded(first:last)
-      table%tied(first:last) = previous%tied(first:last)
-      table%k_n(first:last) = previous%k_n(first:last)
-      table%k_s(first:last) = previous%k_s(first:last)
-      table%slip_sign(first:last) = previous%slip_sign(first:last)
-      table%total_slip(first:last) = previous%total_slip(first:last)
-      table%energy(first:last) = previous%energy(first:last)
-      table%offset(first:last) = previous%offset(first:last)
-      table%bond_end(first:last) = previous%bond_end(first:last)
+      table%state(first:last) = given%previous%state(first:last)
+      table%shear(first:last) = given%previous%shear(first:last)
+      table%normal_force(first:last) = given%previous%normal_force(first:last)
+      table%bonded(first:last) = given%previous%bonded(first:last)
+      table%tied(first:last) = given%previous%tied(first:last)
+      table%k_n(first:last) = given%previous%k_n(first:last)
+      table%k_s(first:last) = given%previous%k_s(first:last)
+      table%slip_sign(first:last) = given%previous%slip_sign(first:last)
+      table%total_slip(first:last) = given%previous%total_slip(first:last)
+      table%energy(first:last) = given%previous%energy(first:last)
+      table%offset(first:last) = given%previous%offset(first:last)
+      table%bond_end(first:last) = given%previous%bond_end(first:last)
       call follow_intervals(first, last, table%n, table%station, state=table%state, tied=table%tied, &
-                            bonded=table%bonded, total_slip=table%total_slip, length_before=previous%length, &
+                            bonded=table%bonded, total_slip=table%total_slip, length_before=given%previous%length, &
                             gap=table%gap, offset=table%offset, length=table%length, distance=table%distance)
       do k = first, last
          if (is_of_interval(table, k)) cycle
-         call keep_energy(previous, k, .true., limits, k, table)
+         call keep_energy(given, k, .true., k, table)
          table%distance(k) = table%gap(k)
          table%gap(k) = table%gap(k) - table%offset(k)
       end do
@@ -229,15 +215,14 @@ pure subroutine follow_intervals(first, last, n, station, source, state, tied, b
 
    !> Gap below which the blocks of a row touch at the start: of small blocks in a large model a share of their size,
    !> but for presets.
-   pure real(wp) function near_gap(table, k, topology, limits, touch)
+   pure real(wp) function near_gap(table, k, given, touch)
       type(contact_table_type), intent(in) :: table
       integer, intent(in) :: k
-      type(contact_topology_type), intent(in) :: topology
-      type(search_limits_type), intent(in) :: limits
+      type(search_input_type), intent(in) :: given
       real(wp), intent(in) :: touch         !! of the model [length]
       near_gap = touch
-      if (limits%by_length .or. limits%corrected) near_gap = min(touch, touching_share* &
-         min(topology%inradius(table%block_a(k)), topology%inradius(table%block_b(k))))
+      if (given%limits%by_length .or. given%limits%corrected) near_gap = min(touch, touching_share* &
+         min(given%topology%inradius(table%block_a(k)), given%topology%inradius(table%block_b(k))))
    end function near_gap
 
    !> Arrays of the size that this step needs.
@@ -255,43 +240,41 @@ pure subroutine follow_intervals(first, last, n, station, source, state, tied, b
 
    !> For each row the one of the last step that it goes on with, 0 none; negative where that had another identity. No
    !> row goes on twice.
-   subroutine find_sources(previous, history, topology, others, limits, table, source, is_taken)
-      type(contact_table_type), intent(in) :: previous
-      type(contact_history_type), intent(in) :: history
-      type(contact_topology_type), intent(in) :: topology
+   subroutine find_sources(given, others, table, source, is_taken)
+      type(search_input_type), intent(in) :: given
       type(other_rows_type), intent(in) :: others(:)
-      type(search_limits_type), intent(in) :: limits
       type(contact_table_type), intent(in) :: table
       integer, intent(inout) :: source(:)        !! (>= rows)
       logical, intent(inout) :: is_taken(0:)     !! (>= rows of the last step) by length, rows that go on
       integer :: k, row, alias
       !$omp parallel do default(none) private(k, row, alias) schedule(static) if (table%n > parallel_contacts) &
-      !$omp shared(previous, history, limits, others, table, source)
+      !$omp shared(given, others, table, source)
       do k = 1, table%n
          alias = 0
          if (size(others) > 0) alias = others(k)%alias_vertex
          if (alias > 0) then
-            row = history%find(previous, alias, others(k)%alias_edge)
-            if (limits%corrected) row = -row
+            row = given%history%find(given%previous, alias, others(k)%alias_edge)
+            if (given%limits%corrected) row = -row
          else
             row = 0
             ! the same row as in the last step, as it is while no row comes or goes
-            if (k <= previous%n) then
-               if (previous%vertex(k) == table%vertex(k) .and. previous%edge(k) == table%edge(k) .and. &
-                   previous%station(k) == table%station(k)) row = k
+            if (k <= given%previous%n) then
+               if (given%previous%vertex(k) == table%vertex(k) .and. given%previous%edge(k) == table%edge(k) .and. &
+                   given%previous%station(k) == table%station(k)) row = k
             end if
-            if (row == 0) row = history%find(previous, table%vertex(k), table%edge(k), int(table%station(k)))
+            if (row == 0) row = given%history%find(given%previous, table%vertex(k), table%edge(k), &
+                int(table%station(k)))
          end if
          source(k) = row
       end do
       !$omp end parallel do
-      if (.not. limits%by_length) return
+      if (.not. given%limits%by_length) return
       is_taken = .false.
       is_taken(source(1:table%n)) = .true.
       is_taken(0) = .false.
       do k = 1, table%n
          if (source(k) > 0) cycle
-         row = predecessor(k, previous, history, topology, table)
+         row = predecessor(k, given, table)
          if (is_taken(row)) cycle
          is_taken(row) = row > 0
          source(k) = -row
@@ -323,39 +306,38 @@ pure subroutine follow_intervals(first, last, n, station, source, state, tied, b
 
    !> A row goes on without a gift of energy: a closed contact of a corner keeps its stiffness, one that takes another's
    !> place is compressed no more than that was, and what is free of force at depth follows the blocks as they part.
-   pure subroutine keep_energy(previous, row, is_own, limits, k, table)
-      type(contact_table_type), intent(in) :: previous
+   pure subroutine keep_energy(given, row, is_own, k, table)
+      type(search_input_type), intent(in) :: given
       integer, intent(in) :: row
       logical, intent(in) :: is_own        !! the row has the same identity
-      type(search_limits_type), intent(in) :: limits
       integer, intent(in) :: k
       type(contact_table_type), intent(inout) :: table
       real(wp) :: depth
       logical :: is_closed
       is_closed = table%state(k) /= contact_state%open
       if (table%tied(k)) then
-         table%length(k) = previous%length(row)
+         table%length(k) = given%previous%length(row)
          return
       end if
-      if (limits%by_length .and. is_closed .and. (table%station(k) == 0 .or. table%station(k) == corner_station)) &
-         table%length(k) = previous%length(row)
+      if (given%limits%by_length .and. is_closed .and. (table%station(k) == 0 .or. &
+          table%station(k) == corner_station)) table%length(k) = given%previous%length(row)
       ! what comes to face each other later is not bonded: the bond keeps its own length until it slips
-      if (limits%by_length .and. table%bonded(k) .and. .not. previous%total_slip(row) > 0) &
-         table%length(k) = min(table%length(k), previous%length(row))
+      if (given%limits%by_length .and. table%bonded(k) .and. .not. given%previous%total_slip(row) > 0) &
+         table%length(k) = min(table%length(k), given%previous%length(row))
       if (.not. is_own .and. is_closed) then
-         if (is_of_interval(previous, row)) then
-            call stand_for_interval(previous, row, k, depth, table)
+         if (is_of_interval(given%previous, row)) then
+            call stand_for_interval(given%previous, row, k, depth, table)
             if (table%state(k) == contact_state%open) return
          else
-            depth = max(0.0_wp, depth_of(previous, limits, row))
+            depth = max(0.0_wp, depth_of(given%previous, given%limits, row))
          end if
-         table%offset(k) = min(max(0.0_wp, previous%offset(row)), table%gap(k) + depth)
+         table%offset(k) = min(max(0.0_wp, given%previous%offset(row)), table%gap(k) + depth)
       else
          call follow_gap(is_closed, table%gap(k), table%offset(k))
-         if (.not. (limits%by_length .and. is_closed) .or. table%bonded(k)) return
+         if (.not. (given%limits%by_length .and. is_closed) .or. table%bonded(k)) return
          if (table%station(k) /= 0 .and. table%station(k) /= corner_station) return
          ! the normal between two corners has turned, or passed to another edge: the spring is compressed as it was
-         depth = max(0.0_wp, depth_of(previous, limits, row))
+         depth = max(0.0_wp, depth_of(given%previous, given%limits, row))
          if (table%gap(k) - table%offset(k) < -most_deeper*depth) table%offset(k) = table%gap(k) + depth
       end if
    end subroutine keep_energy
@@ -375,11 +357,8 @@ pure subroutine follow_intervals(first, last, n, station, source, state, tied, b
 
    !> For each edge on which a row begins the row of the last step, of an interval or of two edges that lie against each
    !> other, that is compressed most; 0 none. For other edges -1.
-   pure subroutine find_pressed(previous, topology, outlines, limits, table, source, pressed)
-      type(contact_table_type), intent(in) :: previous
-      type(contact_topology_type), intent(in) :: topology
-      type(outlines_type), intent(in) :: outlines
-      type(search_limits_type), intent(in) :: limits
+   pure subroutine find_pressed(given, table, source, pressed)
+      type(search_input_type), intent(in) :: given
       type(contact_table_type), intent(in) :: table
       integer, intent(in) :: source(:)       !! (>= rows) row of the last step that goes on, 0 none
       integer, intent(inout) :: pressed(:)   !! (nv)
@@ -388,48 +367,46 @@ pure subroutine follow_intervals(first, last, n, station, source, state, tied, b
       if (all(source(1:table%n) /= 0)) return
       do k = 1, table%n
          if (source(k) /= 0) cycle
-         f = facing_edge(table, k, topology, outlines, limits)
+         f = facing_edge(table, k, given)
          if (f > 0) pressed(f) = 0
          pressed(table%vertex(k)) = 0
          pressed(table%edge(k)) = 0
       end do
       if (all(pressed < 0)) return
-      do c = 1, previous%n
-         if (previous%state(c) == contact_state%open) cycle
-         f = facing_edge(previous, c, topology, outlines, limits)
+      do c = 1, given%previous%n
+         if (given%previous%state(c) == contact_state%open) cycle
+         f = facing_edge(given%previous, c, given)
          if (f == 0) cycle
-         if (pressed(f) >= 0) call keep_deeper(previous, limits, c, pressed(f))
-         if (pressed(previous%edge(c)) >= 0) call keep_deeper(previous, limits, c, pressed(previous%edge(c)))
+         if (pressed(f) >= 0) call keep_deeper(given%previous, given%limits, c, pressed(f))
+         if (pressed(given%previous%edge(c)) >= 0) call keep_deeper(given%previous, given%limits, c, &
+            pressed(given%previous%edge(c)))
       end do
    end subroutine find_pressed
 
    !> Edge of the first block that lies against the edge of a row, 0 none: that of an interval, or with contacts of
    !> vertices the one of the vertex that faces the other edge.
-   pure integer function facing_edge(table, c, topology, outlines, limits) result(f)
+   pure integer function facing_edge(table, c, given) result(f)
       type(contact_table_type), intent(in) :: table
       integer, intent(in) :: c                 !! row
-      type(contact_topology_type), intent(in) :: topology
-      type(outlines_type), intent(in) :: outlines
-      type(search_limits_type), intent(in) :: limits
+      type(search_input_type), intent(in) :: given
       f = 0
-      if (limits%by_length) then
+      if (given%limits%by_length) then
          if (table%station(c) > 0 .and. table%station(c) /= corner_station) f = table%vertex(c)
       else if (table%length(c) > 0) then
-         f = topology%edge_in(table%vertex(c))
-         if (is_facing(f, table%edge(c), outlines, limits%cosine)) return
-         f = topology%edge_out(table%vertex(c))
-         if (.not. is_facing(f, table%edge(c), outlines, limits%cosine)) f = 0
+         f = given%topology%edge_in(table%vertex(c))
+         if (is_facing(f, table%edge(c), given%outlines, given%limits%cosine)) return
+         f = given%topology%edge_out(table%vertex(c))
+         if (.not. is_facing(f, table%edge(c), given%outlines, given%limits%cosine)) f = 0
       end if
    end function facing_edge
 
    !> A row without a predecessor. Behind the edge it is as deep as the springs beside it on the same edges compressed
    !> like them, the rest of its depth is free of force. Where these springs are free of force at a gap, by the initial
    !> stress, that is its gap too.
-   pure subroutine begin_row(previous, pressed, f, limits, k, table)
-      type(contact_table_type), intent(in) :: previous
+   pure subroutine begin_row(given, pressed, f, k, table)
+      type(search_input_type), intent(in) :: given
       integer, intent(in) :: pressed(:)
       integer, intent(in) :: f             !! edge that lies against that of the row, 0 none
-      type(search_limits_type), intent(in) :: limits
       integer, intent(in) :: k
       type(contact_table_type), intent(inout) :: table
       real(wp) :: depth, free
@@ -440,28 +417,26 @@ pure subroutine follow_intervals(first, last, n, station, source, state, tied, b
       if (row == 0) then
          row = pressed(table%edge(k))
       else if (pressed(table%edge(k)) > 0) then
-         if (depth_of(previous, limits, pressed(table%edge(k))) > depth_of(previous, limits, row)) &
-            row = pressed(table%edge(k))
+         if (depth_of(given%previous, given%limits, pressed(table%edge(k))) > depth_of(given%previous, given%limits, &
+             row)) row = pressed(table%edge(k))
       end if
       if (row == 0) return
-      free = max(0.0_wp, previous%offset(row))
+      free = max(0.0_wp, given%previous%offset(row))
       if (table%gap(k) >= free) return
-      depth = max(0.0_wp, depth_of(previous, limits, row))
+      depth = max(0.0_wp, depth_of(given%previous, given%limits, row))
       table%offset(k) = min(free, table%gap(k) + depth)
-      table%state(k) = previous%state(row)
-      table%shear(k) = previous%shear(row)
-      table%slip_sign(k) = previous%slip_sign(row)
-      table%total_slip(k) = previous%total_slip(row)
+      table%state(k) = given%previous%state(row)
+      table%shear(k) = given%previous%shear(row)
+      table%slip_sign(k) = given%previous%slip_sign(row)
+      table%total_slip(k) = given%previous%total_slip(row)
       table%normal_force(k) = 0
    end subroutine begin_row
 
    !> Row of the last step in whose place row k stands, 0 none: a contact of the same corner, closed and as it lay on
    !> an edge, on a corner or at the end of an interval. Long by its small searches, each for one kind of row.
-   pure integer function predecessor(k, previous, history, topology, table) result(row)
+   pure integer function predecessor(k, given, table) result(row)
       integer, intent(in) :: k
-      type(contact_table_type), intent(in) :: previous
-      type(contact_history_type), intent(in) :: history
-      type(contact_topology_type), intent(in) :: topology
+      type(search_input_type), intent(in) :: given
       type(contact_table_type), intent(in) :: table
       integer :: f, e, w
       f = table%vertex(k)
@@ -469,26 +444,26 @@ pure subroutine follow_intervals(first, last, n, station, source, state, tied, b
       row = 0
       select case (table%station(k))
       case (0)
-         row = end_row(topology%edge_in(f), e)
-         if (row == 0) row = end_row(topology%edge_out(f), e)
-         if (row == 0) row = corner_row(f, topology%owner(e))
-         if (row == 0) row = corner_row(f, topology%owner(topology%next(e)))
+         row = end_row(given%topology%edge_in(f), e)
+         if (row == 0) row = end_row(given%topology%edge_out(f), e)
+         if (row == 0) row = corner_row(f, given%topology%owner(e))
+         if (row == 0) row = corner_row(f, given%topology%owner(given%topology%next(e)))
       case (corner_station)
          w = e
-         row = vertex_row(f, topology%edge_in(w))
-         if (row == 0) row = vertex_row(f, topology%edge_out(w))
-         if (row == 0) row = vertex_row(w, topology%edge_in(f))
-         if (row == 0) row = vertex_row(w, topology%edge_out(f))
-         if (row == 0) row = end_row(topology%edge_in(f), topology%edge_out(w))
-         if (row == 0) row = end_row(topology%edge_out(f), topology%edge_in(w))
+         row = vertex_row(f, given%topology%edge_in(w))
+         if (row == 0) row = vertex_row(f, given%topology%edge_out(w))
+         if (row == 0) row = vertex_row(w, given%topology%edge_in(f))
+         if (row == 0) row = vertex_row(w, given%topology%edge_out(f))
+         if (row == 0) row = end_row(given%topology%edge_in(f), given%topology%edge_out(w))
+         if (row == 0) row = end_row(given%topology%edge_out(f), given%topology%edge_in(w))
       case (1)
-         row = vertex_row(topology%next(f), e)
+         row = vertex_row(given%topology%next(f), e)
          if (row == 0) row = vertex_row(e, f)
-         if (row == 0) row = corner_row(topology%next(f), e)
+         if (row == 0) row = corner_row(given%topology%next(f), e)
       case default
          row = vertex_row(f, e)
-         if (row == 0) row = vertex_row(topology%next(e), f)
-         if (row == 0) row = corner_row(f, topology%next(e))
+         if (row == 0) row = vertex_row(given%topology%next(e), f)
+         if (row == 0) row = corner_row(f, given%topology%next(e))
       end select
 
    contains
@@ -496,16 +471,16 @@ pure subroutine follow_intervals(first, last, n, station, source, state, tied, b
       !> A vertex on an edge.
       pure integer function vertex_row(v, edge)
          integer, intent(in) :: v, edge
-         vertex_row = closed_row(history%find(previous, topology%owner(v), edge))
+         vertex_row = closed_row(given%history%find(given%previous, given%topology%owner(v), edge))
       end function vertex_row
 
       !> A corner on a corner.
       pure integer function corner_row(a, b)
          integer, intent(in) :: a, b
-         if (topology%block(a) < topology%block(b)) then
-            corner_row = closed_row(history%find(previous, a, b, corner_station))
+         if (given%topology%block(a) < given%topology%block(b)) then
+            corner_row = closed_row(given%history%find(given%previous, a, b, corner_station))
          else
-            corner_row = closed_row(history%find(previous, b, a, corner_station))
+            corner_row = closed_row(given%history%find(given%previous, b, a, corner_station))
          end if
       end function corner_row
 
@@ -514,12 +489,12 @@ pure subroutine follow_intervals(first, last, n, station, source, state, tied, b
          integer, intent(in) :: own, other
          integer :: n
          logical :: is_first, is_high
-         is_first = topology%block(own) < topology%block(other)
+         is_first = given%topology%block(own) < given%topology%block(other)
          ! the first point is that near the last vertex of the first block's edge
-         is_high = topology%edge_out(f) == own .eqv. is_first
+         is_high = given%topology%edge_out(f) == own .eqv. is_first
          n = merge(n_points, 1, is_high)
-         if (is_first) end_row = closed_row(history%find(previous, own, other, n))
-         if (.not. is_first) end_row = closed_row(history%find(previous, other, own, n))
+         if (is_first) end_row = closed_row(given%history%find(given%previous, own, other, n))
+         if (.not. is_first) end_row = closed_row(given%history%find(given%previous, other, own, n))
       end function end_row
 
       !> A row of the last step when it was closed, else 0.
@@ -527,7 +502,7 @@ pure subroutine follow_intervals(first, last, n, station, source, state, tied, b
          integer, intent(in) :: found
          closed_row = 0
          if (found == 0) return
-         if (previous%state(found) /= contact_state%open) closed_row = found
+         if (given%previous%state(found) /= contact_state%open) closed_row = found
       end function closed_row
 
    end function predecessor
@@ -578,11 +553,10 @@ pure subroutine follow_intervals(first, last, n, station, source, state, tied, b
    end function normal_energy
 
    !> Intervals without history of their own.
-   pure subroutine begin_intervals(previous, source, pressed, limits, table)
-      type(contact_table_type), intent(in) :: previous
+   pure subroutine begin_intervals(given, source, pressed, table)
+      type(search_input_type), intent(in) :: given
       integer, intent(in) :: source(:)       !! (>= rows) < 0: row of a corner of the last step at that end; 0 none
       integer, intent(in) :: pressed(:)      !! (nv) row of the last step that is compressed most, of each edge
-      type(search_limits_type), intent(in) :: limits
       type(contact_table_type), intent(inout) :: table
       integer :: k
       do k = 1, table%n
@@ -596,9 +570,9 @@ pure subroutine follow_intervals(first, last, n, station, source, state, tied, b
          if (any(table%state(k:k + 1) /= contact_state%open)) table%state(k:k + 1) = contact_state%locked
          table%gap(k:k + 1) = table%distance(k:k + 1) - table%offset(k:k + 1)
          if (any(source(k:k + 1) < 0)) then
-            call stand_for_corners(previous, -source(k:k + 1), limits%law_of(table%joint(k)), k, table)
+            call stand_for_corners(given%previous, -source(k:k + 1), given%limits%law_of(table%joint(k)), k, table)
          else
-            call press_like_others(previous, pressed, limits, k, table)
+            call press_like_others(given%previous, pressed, given%limits, k, table)
          end if
       end do
    end subroutine begin_intervals
