@@ -156,18 +156,17 @@ class Session:
             *counts, *times, int(strict), int(allow_open), int(force),
         )  # fmt: skip
 
-    def __call__(self, procedure: str, *arguments: Any) -> list[Any]:
-        """Call a procedure of the extension; raises what its status says, and returns what it gives beside that.
-
-        Texts and paths go as bytes (None: none), truth as 0 or 1."""
-        words: list[Any] = []
+    def __call__(self, operation: str, *arguments: Any) -> None:
+        """Do what the extension has under this name, with texts, paths (None: none) and whole numbers or truth, in this
+        order each; raises what its status says."""
+        numbers, texts = [0], [b""]
         for one in arguments:
-            coded = os.fsencode(one) if isinstance(one, str | os.PathLike) else b"" if one is None else one
-            words.append(int(coded) if isinstance(coded, bool) else coded)
-        found = getattr(self._api, procedure)(self.handle, *words)
-        *answer, status = found if isinstance(found, tuple) else (found,)
-        self.check(status)
-        return answer
+            if one is None or isinstance(one, str | bytes | os.PathLike):
+                texts.append(b"" if one is None else os.fsencode(one))
+            else:
+                numbers.append(int(one))
+        ends = np.cumsum([len(text) for text in texts])
+        self.check(self._api.act(self.handle, operation, b"".join(texts), ends, numbers))
 
     def read_motion(self, path: PathLike, form: str, column: str, has_scale: bool) -> tuple[FloatArray, float]:
         """Times and values of a record as two rows, and the unit of the values [m/s²], 0 where the file names none."""
@@ -182,7 +181,8 @@ class Session:
 
     def advance(self, steps: int, seconds: float) -> tuple[int, bool]:
         """Do steps without the interpreter's lock; (how many were done, is the run at its end)."""
-        done, finished = self("advance", min(steps, 2**31 - 1), seconds)
+        done, finished, status = self._api.advance(self.handle, min(steps, 2**31 - 1), seconds)
+        self.check(status)
         return int(done), bool(finished)
 
     # -- what can be looked at -----------------------------------------------------------------------------------

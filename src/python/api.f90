@@ -28,9 +28,7 @@ module rockdda_python_api
    use rockdda_python_session, only : session_type, new_session, get_session, drop_session, messages_text
    implicit none
    private
-   public :: read_motion, motion_sizes, plain_table
-   public :: create, destroy, request, read_files, read_texts, cut_file, cut_text, write_blocks
-   public :: draw_file, draw_text, write_network, start, advance, finish, text_size, get_text
+   public :: create, destroy, request, act, motion_sizes, advance, text_size, get_text
 
    ! the build stops here if the reals of the library are not those of C
    integer, parameter :: same_kind = 1/merge(1, 0, wp == c_double)
@@ -75,101 +73,106 @@ contains
       session%request%force = force /= 0
    end subroutine request
 
-   !> Read the files of a run, and cut a geometry.
-   subroutine read_files(handle, model, analysis, config, status)
+   !> Do what `operation` names, with its texts, one after another, and whole numbers:
+   !>
+   !>     read_files     model, analysis, options; analysis empty: a folder or a labelled file; cuts a geometry
+   !>     read_texts     their names, for messages, and their contents. Empty options have an empty name; without a name
+   !>                    of the analysis file the options are a labelled file
+   !>     cut_file       a geometry file, or a block file, which is read; 1: open outlines are warnings
+   !>     cut_text       the same of a geometry in memory: name, content
+   !>     read_motion    a record of ground motion: path, form ('csv', 'at2', or empty: by the ending), column (empty: the
+   !>                    second); 1: a factor of the values is given
+   !>     plain_table    path of a table; numbers of a row, and of which they are a multiple. Its separators become those
+   !>                    of all tables that the program reads (text 17): blanks or commas, points as decimal signs
+   !>     write_blocks   path of a block file
+   !>     draw_file      a joint statistics file; seed, -1: that of the file
+   !>     draw_text      the same in memory: name, content
+   !>     write_network  path of a geometry file, for the lines that were drawn
+   !>     start          1: open results. The simulation gets its state at time 0
+   !>     finish         why the results are closed, stored for a run that has not reached its end
+   subroutine act(handle, operation, text, n_texts, ends, n_numbers, numbers, status)
       integer(c_int64_t), intent(in) :: handle
-      character(len=*), intent(in) :: model, analysis, config   !! analysis empty: a folder or a labelled file
+      character(len=*), intent(in) :: operation
+      character(len=*), intent(in) :: text                      !! all texts
+      integer(c_int), intent(in) :: n_texts, n_numbers          !! one more than there are
+      integer(c_int), intent(in) :: ends(n_texts)               !! 0, and where each text ends
+      integer(c_int), intent(in) :: numbers(n_numbers)          !! 0, and the numbers
       integer(c_int), intent(out) :: status
       type(session_type), pointer :: session
-      !f2py threadsafe
-      call get_session(handle, session)
-      associate (s => session)
-         call find_files(model, analysis, config, s%input, s%messages, s%error)
-         if (s%status() == 0) call read_model(s%request, s%input, s%messages, s%error)
-      end associate
-      status = session%status()
-   end subroutine read_files
-
-   !> The same from texts in memory; the names are for messages. An empty options file has an empty name; without a name
-   !> of the analysis file the options are a labelled file.
-   subroutine read_texts(handle, model, analysis, config, model_text, analysis_text, config_text, status)
-      integer(c_int64_t), intent(in) :: handle
-      character(len=*), intent(in) :: model, analysis, config
-      character(len=*), intent(in) :: model_text, analysis_text, config_text
-      integer(c_int), intent(out) :: status
-      type(session_type), pointer :: session
-      !f2py threadsafe
-      call get_session(handle, session)
-      associate (s => session)
-         s%input%in_memory = .true.
-         s%input%labelled = len(analysis) == 0
-         s%input%model_kind = file_kind%geometry
-         s%input%model_file = model
-         s%input%analysis_file = analysis
-         s%input%config_file = config
-         s%input%model_text = model_text
-         s%input%analysis_text = analysis_text
-         s%input%config_text = config_text
-         call read_model(s%request, s%input, s%messages, s%error)
-      end associate
-      status = session%status()
-   end subroutine read_texts
-
-   !> Cut a geometry file, or read a block file.
-   subroutine cut_file(handle, model, allow_open, status)
-      integer(c_int64_t), intent(in) :: handle
-      character(len=*), intent(in) :: model
-      integer(c_int), intent(in) :: allow_open                  !! 0 or 1
-      integer(c_int), intent(out) :: status
-      type(session_type), pointer :: session
+      type(source_type) :: source
+      integer :: kind
       logical :: ok
       !f2py threadsafe
       call get_session(handle, session)
-      associate (s => session)
-         s%input%model_file = model
-         call recognise_file(model, s%input%model_kind, s%messages, ok)
-         if (ok .and. s%input%model_kind /= file_kind%geometry .and. s%input%model_kind /= file_kind%blocks) &
-            call make_error(s%error, error_code%input, model//': error: expected a geometry or block file')
-         s%input%options%allow_open = allow_open /= 0
-         if (s%status() == 0) call read_blocks(s%input, s%messages, s%error)
+      associate (s => session, input => session%input)
+         select case (operation)
+         case ('read_files')
+            call find_files(part(1), part(2), part(3), input, s%messages, s%error)
+            if (s%status() == 0) call read_model(s%request, input, s%messages, s%error)
+         case ('read_texts')
+            input%in_memory = .true.
+            input%labelled = len(part(2)) == 0
+            input%model_kind = file_kind%geometry
+            input%model_file = part(1)
+            input%analysis_file = part(2)
+            input%config_file = part(3)
+            input%model_text = part(4)
+            input%analysis_text = part(5)
+            input%config_text = part(6)
+            call read_model(s%request, input, s%messages, s%error)
+         case ('cut_file')
+            input%model_file = part(1)
+            call recognise_file(input%model_file, input%model_kind, s%messages, ok)
+            if (ok .and. input%model_kind /= file_kind%geometry .and. input%model_kind /= file_kind%blocks) &
+               call make_error(s%error, error_code%input, part(1)//': error: expected a geometry or block file')
+            input%options%allow_open = numbers(2) /= 0
+            if (s%status() == 0) call read_blocks(input, s%messages, s%error)
+         case ('cut_text')
+            input%in_memory = .true.
+            input%model_kind = file_kind%geometry
+            input%model_file = part(1)
+            input%model_text = part(2)
+            input%options%allow_open = numbers(2) /= 0
+            call read_blocks(input, s%messages, s%error)
+         case ('read_motion')
+            call read_record(part(1), form_of(part(2), part(1)), part(3), numbers(2) /= 0, s%motion, s%motion_unit, &
+                             s%messages)
+         case ('plain_table')
+            call read_source(part(1), s%table, s%messages, ok)
+            if (ok) call settle_separators(s%table, int(numbers(2)), int(numbers(3)), s%messages, ok)
+         case ('write_blocks')
+            call write_block_file(part(1), input%blocks, s%error)
+         case ('draw_file')
+            call recognise_file(part(1), kind, s%messages, ok)
+            if (ok .and. kind /= file_kind%statistics) &
+               call make_error(s%error, error_code%input, part(1)//': error: expected a joint statistics file')
+            if (s%status() == 0) call read_source(part(1), source, s%messages, ok)
+            call s%draw(source, int(numbers(2)))
+         case ('draw_text')
+            call new_source(part(1), part(2), source)
+            call s%draw(source, int(numbers(2)))
+         case ('write_network')
+            call write_geometry_file(part(1), input%geometry, s%error)
+         case ('start')
+            call s%start(numbers(2) /= 0)
+         case ('finish')
+            call s%finish(part(1))
+         case default
+            call make_error(s%error, error_code%internal, 'the extension does not '//operation)
+         end select
+         status = s%status()
       end associate
-      status = session%status()
-   end subroutine cut_file
 
-   !> Cut the text of a geometry file.
-   subroutine cut_text(handle, model, model_text, allow_open, status)
-      integer(c_int64_t), intent(in) :: handle
-      character(len=*), intent(in) :: model, model_text
-      integer(c_int), intent(in) :: allow_open                  !! 0 or 1
-      integer(c_int), intent(out) :: status
-      type(session_type), pointer :: session
-      !f2py threadsafe
-      call get_session(handle, session)
-      associate (s => session)
-         s%input%in_memory = .true.
-         s%input%model_kind = file_kind%geometry
-         s%input%model_file = model
-         s%input%model_text = model_text
-         s%input%options%allow_open = allow_open /= 0
-         call read_blocks(s%input, s%messages, s%error)
-      end associate
-      status = session%status()
-   end subroutine cut_text
+   contains
 
-   !> Read a record of ground motion; its rows are `motion` of rockdda_python_values, `motion_sizes` of them.
-   subroutine read_motion(handle, path, form, column, has_scale, status)
-      integer(c_int64_t), intent(in) :: handle
-      character(len=*), intent(in) :: path, form                !! form: 'csv', 'at2', or empty: by the ending
-      character(len=*), intent(in) :: column                    !! empty: the second
-      integer(c_int), intent(in) :: has_scale                   !! 1: a factor of the values is given
-      integer(c_int), intent(out) :: status
-      type(session_type), pointer :: session
-      !f2py threadsafe
-      call get_session(handle, session)
-      call read_record(path, form_of(form, path), column, has_scale /= 0, session%motion, session%motion_unit, &
-                       session%messages)
-      status = session%status()
-   end subroutine read_motion
+      !> Text k.
+      pure function part(k)
+         integer, intent(in) :: k
+         character(len=:), allocatable :: part
+         part = text(ends(k) + 1:ends(k + 1))
+      end function part
+
+   end subroutine act
 
    !> Rows of the record that was read, and the unit of its values [m/s^2], 0 where the file names none.
    subroutine motion_sizes(handle, n, unit)
@@ -182,93 +185,6 @@ contains
       if (allocated(session%motion)) n = size(session%motion, 2)
       unit = session%motion_unit
    end subroutine motion_sizes
-
-   !> Make the separators of a table in a file plain, as in all tables that the program reads (text 17): numbers between
-   !> blanks or commas, with a point as decimal sign.
-   subroutine plain_table(handle, path, least, multiple, status)
-      integer(c_int64_t), intent(in) :: handle
-      character(len=*), intent(in) :: path
-      integer(c_int), intent(in) :: least, multiple             !! numbers of a row
-      integer(c_int), intent(out) :: status
-      type(session_type), pointer :: session
-      logical :: ok
-      !f2py threadsafe
-      call get_session(handle, session)
-      call read_source(path, session%table, session%messages, ok)
-      if (ok) call settle_separators(session%table, int(least), int(multiple), session%messages, ok)
-      status = session%status()
-   end subroutine plain_table
-
-   !> Write the blocks as a block file.
-   subroutine write_blocks(handle, path, status)
-      integer(c_int64_t), intent(in) :: handle
-      character(len=*), intent(in) :: path
-      integer(c_int), intent(out) :: status
-      type(session_type), pointer :: session
-      !f2py threadsafe
-      call get_session(handle, session)
-      call write_block_file(path, session%input%blocks, session%error)
-      status = session%status()
-   end subroutine write_blocks
-
-   !> Draw the lines of a joint statistics file.
-   subroutine draw_file(handle, path, seed, status)
-      integer(c_int64_t), intent(in) :: handle
-      character(len=*), intent(in) :: path
-      integer(c_int), intent(in) :: seed                        !! -1: that of the file
-      integer(c_int), intent(out) :: status
-      type(session_type), pointer :: session
-      type(source_type) :: source
-      integer :: kind
-      logical :: ok
-      !f2py threadsafe
-      call get_session(handle, session)
-      call recognise_file(path, kind, session%messages, ok)
-      if (ok .and. kind /= file_kind%statistics) &
-         call make_error(session%error, error_code%input, path//': error: expected a joint statistics file')
-      if (session%status() == 0) call read_source(path, source, session%messages, ok)
-      call session%draw(source, int(seed))
-      status = session%status()
-   end subroutine draw_file
-
-   !> The same from text in memory.
-   subroutine draw_text(handle, name, text, seed, status)
-      integer(c_int64_t), intent(in) :: handle
-      character(len=*), intent(in) :: name, text                !! name: for messages
-      integer(c_int), intent(in) :: seed                        !! -1: that of the text
-      integer(c_int), intent(out) :: status
-      type(session_type), pointer :: session
-      type(source_type) :: source
-      !f2py threadsafe
-      call get_session(handle, session)
-      call new_source(name, text, source)
-      call session%draw(source, int(seed))
-      status = session%status()
-   end subroutine draw_text
-
-   !> Write the lines as a geometry file.
-   subroutine write_network(handle, path, status)
-      integer(c_int64_t), intent(in) :: handle
-      character(len=*), intent(in) :: path
-      integer(c_int), intent(out) :: status
-      type(session_type), pointer :: session
-      !f2py threadsafe
-      call get_session(handle, session)
-      call write_geometry_file(path, session%input%geometry, session%error)
-      status = session%status()
-   end subroutine write_network
-
-   !> Set the simulation to its state at time 0; with results, open them.
-   subroutine start(handle, write_results, status)
-      integer(c_int64_t), intent(in) :: handle
-      integer(c_int), intent(in) :: write_results               !! 0 or 1
-      integer(c_int), intent(out) :: status
-      type(session_type), pointer :: session
-      !f2py threadsafe
-      call get_session(handle, session)
-      call session%start(write_results /= 0)
-      status = session%status()
-   end subroutine start
 
    !> Compute at most n_steps steps, and start none after a number of seconds. Results are closed on failure only.
    subroutine advance(handle, n_steps, seconds, n_done, finished, status)
@@ -285,18 +201,6 @@ contains
       finished = merge(1_c_int, 0_c_int, session%run%sim%is_finished())
       status = session%status()
    end subroutine advance
-
-   !> Close the results; `reason` is stored for a run that has not reached its end.
-   subroutine finish(handle, reason, status)
-      integer(c_int64_t), intent(in) :: handle
-      character(len=*), intent(in) :: reason
-      integer(c_int), intent(out) :: status
-      type(session_type), pointer :: session
-      !f2py threadsafe
-      call get_session(handle, session)
-      call session%finish(reason)
-      status = session%status()
-   end subroutine finish
 
    !> Prepare a text for `get_text`; returns its length in bytes. Which: 1 all messages (see messages_text), 2 the
    !> last failure, 3 path of the results, 4 path of the log, 5 why the run ended, 6 title, 7 version, 8 build,
