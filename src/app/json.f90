@@ -14,6 +14,7 @@ module rockdda_app_json
    contains
       procedure :: open                        !! begin an object or array
       procedure :: close                       !! end it
+      procedure :: append                      !! members that were put into another one
       generic :: put => put_text, put_integer, put_integers, put_long, put_real, put_reals, put_logical
       procedure, private :: put_text, put_integer, put_integers, put_long, put_real, put_reals, put_logical
       procedure, private :: begin_member
@@ -26,7 +27,6 @@ contains
       class(json_type), intent(inout) :: self
       character(len=1), intent(in) :: bracket
       character(len=*), intent(in) :: name
-      if (.not. allocated(self%text)) self%text = ''
       call self%begin_member(name)
       self%text = self%text//bracket
       self%first = .true.
@@ -40,10 +40,20 @@ contains
       self%first = .false.
    end subroutine close
 
+   !> Append members.
+   subroutine append(self, members)
+      class(json_type), intent(inout) :: self
+      type(json_type), intent(in) :: members
+      if (.not. allocated(members%text)) return
+      call self%begin_member('')
+      self%text = self%text//members%text
+   end subroutine append
+
    !> Write the comma and the name of a member.
    subroutine begin_member(self, name)
       class(json_type), intent(inout) :: self
       character(len=*), intent(in) :: name
+      if (.not. allocated(self%text)) self%text = ''
       if (.not. self%first) self%text = self%text//', '
       self%first = .false.
       if (len(name) > 0) self%text = self%text//quoted(name)//': '
