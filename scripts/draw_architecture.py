@@ -169,7 +169,7 @@ LANDMARKS: list[tuple[str, list[tuple[str, str]]]] = [
     ("length of the next step", [("accepted", "self%dt = max(parameters%dt_min, wanted)")]),
     ("g2 cuts a step", [("*", "= cut_for_displacement(")]),
     ("k01 reduces the velocity", [("accept_step", "step%state%velocity = k01*step%state%velocity")]),
-    ("the blocks move", [("accept_step", "call move(step")]),
+    ("the blocks move", [("accept_step", "call move()")]),
     ("results of a step are written", [("write_rows", "call self%results%append_history(self%sim%record)")]),
 ]
 

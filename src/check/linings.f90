@@ -174,47 +174,6 @@ contains
 
    end subroutine check_liners
 
-   !> The first point at which a line crosses or touches itself, or turns back.
-   pure subroutine find_meeting(given, closed, reach, meets, point)
-      real(wp), intent(in) :: given(:, :)           !! (2, n) its points [length]
-      logical, intent(in) :: closed                 !! its last point is its first one
-      real(wp), intent(in) :: reach                 !! what is nearer touches [length]
-      logical, intent(out) :: meets
-      real(wp), intent(out) :: point(2)
-      real(wp), allocatable :: p(:, :)
-      integer, allocatable :: kept(:)
-      real(wp) :: s, t
-      integer :: i, j, n
-      logical :: parallel
-      kept = [1, pack([(i, i=2, size(given, 2))], [(norm2(given(:, i) - given(:, i - 1)) > reach, &
-                                                     i=2, size(given, 2))])]
-      p = given(:, kept)
-      n = size(p, 2) - 1
-      meets = .true.
-      do i = 1, n
-         do j = i + 1, n
-            associate (a => p(:, i), b => p(:, i + 1), c => p(:, j), d => p(:, j + 1))
-               ! neighbours share a point
-               if (j > i + 1) then
-                  point = c
-                  if (distance_to_segment(c, a, b) <= reach) return
-                  point = b
-                  if (distance_to_segment(b, c, d) <= reach) return
-                  if (closed .and. i == 1 .and. j == n) cycle
-                  call line_intersection(a, b, c, d, s, t, parallel)
-                  point = a + s*(b - a)
-                  if (segments_cross(a, b, c, d)) return
-               end if
-               point = d
-               if (distance_to_segment(d, a, b) <= reach) return
-               point = a
-               if (distance_to_segment(a, c, d) <= reach) return
-            end associate
-         end do
-      end do
-      meets = .false.
-   end subroutine find_meeting
-
    !> The line of a lining where it is installed.
    subroutine check_line(k, options, blocks, messages, line)
       integer, intent(in) :: k
@@ -254,7 +213,7 @@ contains
                to_string(shortest, 2)//' to '//to_string(longest, 2))
          end if
          if (allocated(liner%along)) then
-            call find_meeting(reshape(line, [2, size(line)/2]), layout%closed, 1.0e-9_wp*total, meets, point)
+            call find_meeting(reshape(line, [2, size(line)/2]), layout%closed, 1.0e-9_wp*total)
             if (meets) then
                call tell(severity%error, 'the line meets itself at ('//to_string(point(1), 5)//', '// &
                          to_string(point(2), 5)//'); expected one that does not cross nor turn back on itself')
@@ -284,7 +243,7 @@ contains
          end if
          covered = 0
          blocked = 0
-         is_cell = cells_of(blocks)
+         is_cell = cells_of()
          of_cells = 0
          n_cells = 0
          turn = 0
@@ -330,7 +289,7 @@ contains
             end if
             return
          end if
-         call report_lost_rock(layout%path, stretches, total, k, options, blocks, messages)
+         call report_lost_rock(layout%path)
          if (total - covered > least_share*total) call tell(severity%warning, to_string(100*(1 - covered/total), 2)// &
             ' % of the line lies beside no rock when it is installed; rock that comes there later does not meet it')
          layout = new_liner_layout(line_of_liner(options%liners, k, blocks, options%regions, as_drawn=.true.), t, &
@@ -385,22 +344,89 @@ contains
          b = 0
       end function block_at
 
-   end subroutine check_line
+      !> Stages that take out rock along which a lining was installed.
+      subroutine report_lost_rock(path)
+         real(wp), intent(in) :: path(:, :)            !! (2, points) of its line [length]
+         logical, allocatable :: before(:), after(:)
+         character(len=:), allocatable :: name
+         real(wp) :: lost
+         integer :: gone, j, s
+         name = title_of_liner(options%liners(k), k)
+         associate (stages => options%stages)
+            gone = stage_with(stages, name, installs=.false.)
+            if (gone == 0) gone = size(stages) + 1
+            do s = stage_with(stages, name, installs=.true.) + 1, gone - 1
+               if (.not. is_given(stages(s)%excavate)) cycle
+               before = rock_at(blocks, options%regions, stages, s - 1)
+               after = rock_at(blocks, options%regions, stages, s)
+               lost = 0
+               do j = 1, size(stretches)
+                  associate (stretch => stretches(j))
+                     if (before(stretch%block) .and. .not. after(stretch%block)) lost = lost + &
+                        (stretch%ends(2) - stretch%ends(1))*norm2(path(:, stretch%piece + 1) - path(:, stretch%piece))
+                  end associate
+               end do
+               if (lost > least_share*total) call messages%add(severity%warning, stage_name(stages, s)// &
+                  ' takes out rock behind '//to_string(100*lost/total, 2)//" % of the line of lining '"//name// &
+                  "', which nothing holds there from then on", stages(s)%origin)
+            end do
+         end associate
+      end subroutine report_lost_rock
 
-   !> Which blocks &subdivide has cut from others: those that share their parent.
-   pure function cells_of(blocks) result(is_cell)
-      type(block_system_type), intent(in) :: blocks
-      logical :: is_cell(blocks%n_blocks)
-      integer, allocatable :: n_pieces(:)
-      integer :: i
-      is_cell = .false.
-      if (.not. allocated(blocks%parent)) return
-      allocate (n_pieces(maxval(blocks%parent)), source=0)
-      do i = 1, size(blocks%parent)
-         n_pieces(blocks%parent(i)) = n_pieces(blocks%parent(i)) + 1
-      end do
-      is_cell = n_pieces(blocks%parent) > 1
-   end function cells_of
+      !> The first point at which a line crosses or touches itself, or turns back.
+      subroutine find_meeting(given, closed, reach)
+         real(wp), intent(in) :: given(:, :)           !! (2, n) its points [length]
+         logical, intent(in) :: closed                 !! its last point is its first one
+         real(wp), intent(in) :: reach                 !! what is nearer touches [length]
+         real(wp), allocatable :: p(:, :)
+         integer, allocatable :: kept(:)
+         real(wp) :: s, t
+         integer :: i, j, n
+         logical :: parallel
+         kept = [1, pack([(i, i=2, size(given, 2))], [(norm2(given(:, i) - given(:, i - 1)) > reach, &
+                                                        i=2, size(given, 2))])]
+         p = given(:, kept)
+         n = size(p, 2) - 1
+         meets = .true.
+         do i = 1, n
+            do j = i + 1, n
+               associate (a => p(:, i), b => p(:, i + 1), c => p(:, j), d => p(:, j + 1))
+                  ! neighbours share a point
+                  if (j > i + 1) then
+                     point = c
+                     if (distance_to_segment(c, a, b) <= reach) return
+                     point = b
+                     if (distance_to_segment(b, c, d) <= reach) return
+                     if (closed .and. i == 1 .and. j == n) cycle
+                     call line_intersection(a, b, c, d, s, t, parallel)
+                     point = a + s*(b - a)
+                     if (segments_cross(a, b, c, d)) return
+                  end if
+                  point = d
+                  if (distance_to_segment(d, a, b) <= reach) return
+                  point = a
+                  if (distance_to_segment(a, c, d) <= reach) return
+               end associate
+            end do
+         end do
+         meets = .false.
+      end subroutine find_meeting
+
+      !> Which blocks &subdivide has cut from others: those that share their parent.
+      pure function cells_of() result(is_cell)
+         logical :: is_cell(blocks%n_blocks)
+         integer, allocatable :: n_pieces(:)
+         integer :: i
+         is_cell = .false.
+         if (.not. allocated(blocks%parent)) return
+         allocate (n_pieces(maxval(blocks%parent)), source=0)
+         do i = 1, size(blocks%parent)
+            n_pieces(blocks%parent(i)) = n_pieces(blocks%parent(i)) + 1
+         end do
+         is_cell = n_pieces(blocks%parent) > 1
+      end function cells_of
+
+   end subroutine check_line
 
    !> The first segment that has no room where the line turns; 0: none.
    pure integer function sharp_turn(layout, thickness) result(i)
@@ -418,40 +444,5 @@ contains
       end do
       i = 0
    end function sharp_turn
-
-   !> Stages that take out rock along which a lining was installed.
-   subroutine report_lost_rock(path, stretches, total, k, options, blocks, messages)
-      real(wp), intent(in) :: path(:, :)            !! (2, points) of its line [length]
-      type(stretch_type), intent(in) :: stretches(:)
-      real(wp), intent(in) :: total                 !! of the line [length]
-      integer, intent(in) :: k                      !! lining
-      type(run_options_type), intent(in) :: options
-      type(block_system_type), intent(in) :: blocks
-      type(diagnostics_type), intent(inout) :: messages
-      logical, allocatable :: before(:), after(:)
-      character(len=:), allocatable :: name
-      real(wp) :: lost
-      integer :: gone, j, s
-      name = title_of_liner(options%liners(k), k)
-      associate (stages => options%stages)
-         gone = stage_with(stages, name, installs=.false.)
-         if (gone == 0) gone = size(stages) + 1
-         do s = stage_with(stages, name, installs=.true.) + 1, gone - 1
-            if (.not. is_given(stages(s)%excavate)) cycle
-            before = rock_at(blocks, options%regions, stages, s - 1)
-            after = rock_at(blocks, options%regions, stages, s)
-            lost = 0
-            do j = 1, size(stretches)
-               associate (stretch => stretches(j))
-                  if (before(stretch%block) .and. .not. after(stretch%block)) lost = lost + &
-                     (stretch%ends(2) - stretch%ends(1))*norm2(path(:, stretch%piece + 1) - path(:, stretch%piece))
-               end associate
-            end do
-            if (lost > least_share*total) call messages%add(severity%warning, stage_name(stages, s)// &
-               ' takes out rock behind '//to_string(100*lost/total, 2)//" % of the line of lining '"//name// &
-               "', which nothing holds there from then on", stages(s)%origin)
-         end do
-      end associate
-   end subroutine report_lost_rock
 
 end module rockdda_check_linings

@@ -50,9 +50,46 @@ contains
       real(wp), allocatable :: line_ends(:, :)
       call new_joint_laws(parameters%joint_materials, laws, messages)
       call check_parameters(parameters, messages)
-      call check_releases(parameters, blocks%fixed%n, messages)
+      call check_releases(blocks%fixed%n)
       call loads%init(blocks, parameters, line_ends, messages)
-      call check_ground(blocks, parameters, messages)
+      call check_ground()
+
+   contains
+
+      !> Report what is wrong in the groups, boundaries without an edge, and water that wets nothing.
+      subroutine check_ground()
+         type(boundaries_type) :: boundaries
+         type(water_family_type) :: water
+         type(initial_stress_type) :: field
+         integer :: before
+         call check_motion(parameters, messages)
+         before = messages%n_errors
+         if (allocated(parameters%in_situ)) call check_in_situ(parameters%in_situ, messages)
+         if (allocated(parameters%boundaries)) call check_boundaries(parameters%boundaries, messages)
+         if (allocated(parameters%water)) call check_water(parameters%water, messages)
+         if (messages%n_errors > before) return
+         if (allocated(parameters%in_situ)) call check_in_situ_blocks(blocks, parameters, messages)
+         call find_initial_stress(blocks, parameters, field)
+         call boundaries%init(blocks, parameters, field, spread(.true., 1, blocks%n_blocks), messages)
+         call water%init(blocks, parameters, messages)
+      end subroutine check_ground
+
+      !> Stages may release only fixed points that exist.
+      subroutine check_releases(n_fixed)
+         integer, intent(in) :: n_fixed
+         integer :: i, p
+         do i = 1, size(parameters%stages)
+            if (.not. allocated(parameters%stages(i)%release)) cycle
+            do p = 1, size(parameters%stages(i)%release)
+               if (parameters%stages(i)%release(p) < 1 .or. parameters%stages(i)%release(p) > n_fixed) then
+                  call messages%add(severity%error, 'stage '//to_string(i)//' releases fixed point '// &
+                                    to_string(parameters%stages(i)%release(p))//', but the model has '// &
+                                    to_string(n_fixed), parameters%stages(i)%origin)
+               end if
+            end do
+         end do
+      end subroutine check_releases
+
    end subroutine check_start
 
    !> The same before the run begins, with warnings.
@@ -61,99 +98,94 @@ contains
       type(parameters_type), intent(in) :: parameters
       type(diagnostics_type), intent(inout) :: messages
       call check_start(blocks, parameters, messages)
-      call warn_of_time(parameters, messages)
-      call warn_of_weight(parameters, messages)
-      call warn_of_velocity(parameters, messages)
-      call warn_of_supports(blocks, parameters, messages)
+      call warn_of_time()
+      call warn_of_weight()
+      call warn_of_velocity()
+      call warn_of_supports()
       call warn_of_tables(parameters, messages)
       if (.not. messages%has_errors()) call report_stage_effects(blocks, parameters, messages)
+
+   contains
+
+      !> Warn of supports that are soft beside joints which stiffen: they are springs of a multiple of the stiffness
+      !> that these begin with.
+      subroutine warn_of_supports()
+         integer :: i
+         if (blocks%fixed%n == 0 .and. size(parameters%boundaries) == 0) return
+         do i = 1, size(parameters%joint_materials)
+            if (.not. parameters%joint_materials(i)%maximum_closure > 0) cycle
+            call messages%add(severity%warning, 'joint material '//to_string(i)// &
+                              ' stiffens (maximum_closure): fixed points and boundaries are springs of a multiple '// &
+                              '(&contact fixed_stiffness_factor) of the stiffness with which joints begin, and '// &
+                              'sink by stress over that; where that counts, give a larger one', &
+                              parameters%joint_materials(i)%origin)
+            return
+         end do
+      end subroutine warn_of_supports
+
+      !> Warn of weight that nothing carries: quiet boundaries hold in static steps only.
+      subroutine warn_of_weight()
+         real(wp) :: k01
+         integer :: g
+         if (.not. allocated(parameters%boundaries)) return
+         if (allocated(parameters%in_situ)) then
+            if (size(parameters%in_situ) > 0) return
+         end if
+         k01 = parameters%k01
+         if (allocated(parameters%stages)) then
+            if (size(parameters%stages) > 0) k01 = stage_k01(parameters%stages(1), k01)
+         end if
+         if (k01 < 1 .or. .not. any(abs(parameters%block_materials%weight) > 0)) return
+         do g = 1, size(parameters%boundaries)
+            if (.not. is_quiet(parameters%boundaries(g))) cycle
+            call messages%add(severity%warning, '&boundary '//to_string(g)//' ('//parameters%boundaries(g)%kind// &
+                              ') holds in static steps only, but the run begins with dynamic ones: nothing carries '// &
+                              "the weight there; begin with a stage until = 'equilibrium'", &
+                              parameters%boundaries(g)%origin)
+            return
+         end do
+      end subroutine warn_of_weight
+
+      !> Warn of velocities that a static stage takes away before they act.
+      subroutine warn_of_velocity()
+         real(wp) :: k01
+         integer :: i
+         k01 = parameters%k01
+         if (allocated(parameters%stages)) then
+            if (size(parameters%stages) > 0) k01 = stage_k01(parameters%stages(1), k01)
+         end if
+         if (k01 > 0) return
+         do i = 1, size(parameters%block_materials)
+            if (.not. any(abs(parameters%block_materials(i)%velocity) > 0)) cycle
+            call messages%add(severity%warning, 'block material '//to_string(i)// &
+                              ' has a velocity, but the run begins with static steps, which begin at rest: it is '// &
+                              'lost; begin with a dynamic stage', parameters%block_materials(i)%origin)
+            return
+         end do
+      end subroutine warn_of_velocity
+
+      !> Warn of base motion that passes while blocks come to rest.
+      subroutine warn_of_time()
+         character(len=:), allocatable :: since
+         integer :: i, first
+         if (.not. allocated(parameters%stages)) return
+         if (.not. has_base_motion(parameters%base, parameters%quakes)) return
+         first = 1
+         since = 'time 0 of the run'
+         if (is_given(parameters%base%stage)) then
+            first = max(1, stage_number(parameters%stages, parameters%base%stage))
+            since = "the start of stage '"//parameters%base%stage//"'"
+         end if
+         do i = first, size(parameters%stages)
+            if (.not. seeks_equilibrium(parameters%stages(i))) cycle
+            call messages%add(severity%warning, "stage '"//stage_name(parameters%stages, i)// &
+                              "' lasts until equilibrium, but base motion counts from "//since// &
+                              ' and acts in it: let the motion begin with a later stage (&load base_stage)', &
+                              parameters%stages(i)%origin)
+         end do
+      end subroutine warn_of_time
+
    end subroutine check_options
-
-   !> Warn of base motion that passes while blocks come to rest.
-   subroutine warn_of_time(parameters, messages)
-      type(parameters_type), intent(in) :: parameters
-      type(diagnostics_type), intent(inout) :: messages
-      character(len=:), allocatable :: since
-      integer :: i, first
-      if (.not. allocated(parameters%stages)) return
-      if (.not. has_base_motion(parameters%base, parameters%quakes)) return
-      first = 1
-      since = 'time 0 of the run'
-      if (is_given(parameters%base%stage)) then
-         first = max(1, stage_number(parameters%stages, parameters%base%stage))
-         since = "the start of stage '"//parameters%base%stage//"'"
-      end if
-      do i = first, size(parameters%stages)
-         if (.not. seeks_equilibrium(parameters%stages(i))) cycle
-         call messages%add(severity%warning, "stage '"//stage_name(parameters%stages, i)// &
-                           "' lasts until equilibrium, but base motion counts from "//since//' and acts in it: let '// &
-                           'the motion begin with a later stage (&load base_stage)', parameters%stages(i)%origin)
-      end do
-   end subroutine warn_of_time
-
-   !> Warn of velocities that a static stage takes away before they act.
-   subroutine warn_of_velocity(parameters, messages)
-      type(parameters_type), intent(in) :: parameters
-      type(diagnostics_type), intent(inout) :: messages
-      real(wp) :: k01
-      integer :: i
-      k01 = parameters%k01
-      if (allocated(parameters%stages)) then
-         if (size(parameters%stages) > 0) k01 = stage_k01(parameters%stages(1), k01)
-      end if
-      if (k01 > 0) return
-      do i = 1, size(parameters%block_materials)
-         if (.not. any(abs(parameters%block_materials(i)%velocity) > 0)) cycle
-         call messages%add(severity%warning, 'block material '//to_string(i)//' has a velocity, but the run begins '// &
-                           'with static steps, which begin at rest: it is lost; begin with a dynamic stage', &
-                           parameters%block_materials(i)%origin)
-         return
-      end do
-   end subroutine warn_of_velocity
-
-   !> Warn of supports that are soft beside joints which stiffen: they are springs of a multiple of the stiffness that
-   !> these begin with.
-   subroutine warn_of_supports(blocks, parameters, messages)
-      type(block_system_type), intent(in) :: blocks
-      type(parameters_type), intent(in) :: parameters
-      type(diagnostics_type), intent(inout) :: messages
-      integer :: i
-      if (blocks%fixed%n == 0 .and. size(parameters%boundaries) == 0) return
-      do i = 1, size(parameters%joint_materials)
-         if (.not. parameters%joint_materials(i)%maximum_closure > 0) cycle
-         call messages%add(severity%warning, 'joint material '//to_string(i)//' stiffens (maximum_closure): fixed '// &
-                           'points and boundaries are springs of a multiple (&contact '// &
-                           'fixed_stiffness_factor) of the stiffness with which joints begin, and sink by '// &
-                           'stress over that; where that '// &
-                           'counts, give a larger one', parameters%joint_materials(i)%origin)
-         return
-      end do
-   end subroutine warn_of_supports
-
-   !> Warn of weight that nothing carries: quiet boundaries hold in static steps only.
-   subroutine warn_of_weight(parameters, messages)
-      type(parameters_type), intent(in) :: parameters
-      type(diagnostics_type), intent(inout) :: messages
-      real(wp) :: k01
-      integer :: g
-      if (.not. allocated(parameters%boundaries)) return
-      if (allocated(parameters%in_situ)) then
-         if (size(parameters%in_situ) > 0) return
-      end if
-      k01 = parameters%k01
-      if (allocated(parameters%stages)) then
-         if (size(parameters%stages) > 0) k01 = stage_k01(parameters%stages(1), k01)
-      end if
-      if (k01 < 1 .or. .not. any(abs(parameters%block_materials%weight) > 0)) return
-      do g = 1, size(parameters%boundaries)
-         if (.not. is_quiet(parameters%boundaries(g))) cycle
-         call messages%add(severity%warning, '&boundary '//to_string(g)//' ('//parameters%boundaries(g)%kind// &
-                           ') holds in static steps only, but the run begins with dynamic ones: nothing carries '// &
-                           "the weight there; begin with a stage until = 'equilibrium'", &
-                           parameters%boundaries(g)%origin)
-         return
-      end do
-   end subroutine warn_of_weight
 
    !> Joint laws alone.
    subroutine check_joints(joints, messages)
@@ -162,45 +194,6 @@ contains
       type(joint_law_type), allocatable :: laws(:)
       call new_joint_laws(joints, laws, messages)
    end subroutine check_joints
-
-   !> Stages may release only fixed points that exist.
-   subroutine check_releases(parameters, n_fixed, messages)
-      type(parameters_type), intent(in) :: parameters
-      integer, intent(in) :: n_fixed
-      type(diagnostics_type), intent(inout) :: messages
-      integer :: i, p
-      do i = 1, size(parameters%stages)
-         if (.not. allocated(parameters%stages(i)%release)) cycle
-         do p = 1, size(parameters%stages(i)%release)
-            if (parameters%stages(i)%release(p) < 1 .or. parameters%stages(i)%release(p) > n_fixed) then
-               call messages%add(severity%error, 'stage '//to_string(i)//' releases fixed point '// &
-                                 to_string(parameters%stages(i)%release(p))//', but the model has '// &
-                                 to_string(n_fixed), parameters%stages(i)%origin)
-            end if
-         end do
-      end do
-   end subroutine check_releases
-
-   !> Report what is wrong in the groups, boundaries without an edge, and water that wets nothing.
-   subroutine check_ground(blocks, parameters, messages)
-      type(block_system_type), intent(in) :: blocks
-      type(parameters_type), intent(in) :: parameters
-      type(diagnostics_type), intent(inout) :: messages
-      type(boundaries_type) :: boundaries
-      type(water_family_type) :: water
-      type(initial_stress_type) :: field
-      integer :: before
-      call check_motion(parameters, messages)
-      before = messages%n_errors
-      if (allocated(parameters%in_situ)) call check_in_situ(parameters%in_situ, messages)
-      if (allocated(parameters%boundaries)) call check_boundaries(parameters%boundaries, messages)
-      if (allocated(parameters%water)) call check_water(parameters%water, messages)
-      if (messages%n_errors > before) return
-      if (allocated(parameters%in_situ)) call check_in_situ_blocks(blocks, parameters, messages)
-      call find_initial_stress(blocks, parameters, field)
-      call boundaries%init(blocks, parameters, field, spread(.true., 1, blocks%n_blocks), messages)
-      call water%init(blocks, parameters, messages)
-   end subroutine check_ground
 
    !> The number of blocks that each stage places and takes out; a warning for each kind of thing on blocks that go, but
    !> a note for edges of boundaries, and a note for each on blocks that come. Errors: a stage takes out the last block,
@@ -214,7 +207,7 @@ contains
       integer :: i
       if (.not. allocated(parameters%regions)) return
       if (.not. any_builds(parameters)) return
-      call find_places(blocks, parameters, carriers, edge_blocks)
+      call find_places(carriers, edge_blocks)
       ! absent at the start are blocks that are placed before they are excavated, if ever
       there = .true.
       goes = .false.
@@ -228,13 +221,13 @@ contains
          associate (stage => parameters%stages(i), name => "&stage '"//stage_name(parameters%stages, i)//"'")
             if (is_given(stage%place)) then
                comes = in_regions(stage%place) .and. .not. there
-               call report_number(name//' places ', count(comes), stage%origin, messages)
+               call report_number(name//' places ', count(comes), stage%origin)
                call report(comes, name//':', comes_along, bolt_comes, severity%note, stage%origin)
                there = there .or. comes
             end if
             if (.not. is_given(stage%excavate)) cycle
             goes = in_regions(stage%excavate) .and. there
-            call report_number(name//' excavates ', count(goes), stage%origin, messages)
+            call report_number(name//' excavates ', count(goes), stage%origin)
             if (is_given(stage%place)) then
                if (any(goes .and. in_regions(stage%place))) call messages%add(severity%error, name// &
                   ' places and excavates the same blocks', stage%origin)
@@ -265,19 +258,56 @@ contains
          around(2) = words
          call count_all(blocks, chosen, carriers, edge_blocks, around, level, origin, messages)
          around(2) = bolt_words
-         call count_bolts(blocks, chosen, around, level, origin, messages)
+         call count_bolts(chosen, around, level, origin)
       end subroutine report
 
-   end subroutine report_stage_effects
+      !> Count the bolts with an end in some blocks.
+      subroutine count_bolts(chosen, words, level, origin)
+         logical, intent(in) :: chosen(:)                         !! (nb)
+         character(len=*), intent(in) :: words(2)                 !! before and after the number
+         integer, intent(in) :: level                             !! one of severity%...
+         type(origin_type), intent(in) :: origin
+         integer :: l, n
+         n = 0
+         do l = 1, blocks%bolts%n
+            associate (pair => blocks%bolts%blocks(:, l))
+               if (is_one_of(chosen, pair(1)) .or. is_one_of(chosen, pair(2))) n = n + 1
+            end associate
+         end do
+         if (n > 0) call messages%add(level, trim(words(1))//' '//counted(n, 'bolt')//' '//trim(words(2)), origin)
+      end subroutine count_bolts
 
-   !> A note with a number of blocks, a warning where there are none.
-   subroutine report_number(what, n, origin, messages)
-      character(len=*), intent(in) :: what
-      integer, intent(in) :: n
-      type(origin_type), intent(in) :: origin
-      type(diagnostics_type), intent(inout) :: messages
-      call messages%add(merge(severity%note, severity%warning, n > 0), what//counted(n, 'block'), origin)
-   end subroutine report_number
+      !> Blocks that carry the line loads, and those of the edges of boundaries.
+      subroutine find_places(carriers, edge_blocks)
+         integer, allocatable, intent(out) :: carriers(:)      !! (line loads), 0: none
+         integer, allocatable, intent(out) :: edge_blocks(:)   !! (edges)
+         type(diagnostics_type) :: told_elsewhere
+         logical, allocatable :: outer(:)
+         integer, allocatable :: edges(:), their_blocks(:)
+         real(wp), allocatable :: normals(:, :)
+         real(wp) :: tolerance
+         integer :: g
+         allocate (carriers(size(parameters%line_loads)), edge_blocks(0))
+         call find_carriers(blocks, parameters, carriers, told_elsewhere)
+         if (.not. allocated(parameters%boundaries)) return
+         tolerance = max(blocks%edge_node_distance, 1.0e-9_wp*parameters%w0)
+         outer = find_outer_edges(blocks, tolerance)
+         do g = 1, size(parameters%boundaries)
+            if (.not. allocated(parameters%boundaries(g)%along)) cycle
+            call edges_along(blocks, outer, parameters%boundaries(g)%along, tolerance, edges, their_blocks, normals)
+            edge_blocks = [edge_blocks, their_blocks]
+         end do
+      end subroutine find_places
+
+      !> A note with a number of blocks, a warning where there are none.
+      subroutine report_number(what, n, origin)
+         character(len=*), intent(in) :: what
+         integer, intent(in) :: n
+         type(origin_type), intent(in) :: origin
+         call messages%add(merge(severity%note, severity%warning, n > 0), what//counted(n, 'block'), origin)
+      end subroutine report_number
+
+   end subroutine report_stage_effects
 
    !> Does a stage excavate or place blocks?
    pure logical function any_builds(parameters)
@@ -290,30 +320,6 @@ contains
                       is_given(parameters%stages(i)%place)
       end do
    end function any_builds
-
-   !> Blocks that carry the line loads, and those of the edges of boundaries.
-   subroutine find_places(blocks, parameters, carriers, edge_blocks)
-      type(block_system_type), intent(in) :: blocks
-      type(parameters_type), intent(in) :: parameters
-      integer, allocatable, intent(out) :: carriers(:)      !! (line loads), 0: none
-      integer, allocatable, intent(out) :: edge_blocks(:)   !! (edges)
-      type(diagnostics_type) :: told_elsewhere
-      logical, allocatable :: outer(:)
-      integer, allocatable :: edges(:), their_blocks(:)
-      real(wp), allocatable :: normals(:, :)
-      real(wp) :: tolerance
-      integer :: g
-      allocate (carriers(size(parameters%line_loads)), edge_blocks(0))
-      call find_carriers(blocks, parameters, carriers, told_elsewhere)
-      if (.not. allocated(parameters%boundaries)) return
-      tolerance = max(blocks%edge_node_distance, 1.0e-9_wp*parameters%w0)
-      outer = find_outer_edges(blocks, tolerance)
-      do g = 1, size(parameters%boundaries)
-         if (.not. allocated(parameters%boundaries(g)%along)) cycle
-         call edges_along(blocks, outer, parameters%boundaries(g)%along, tolerance, edges, their_blocks, normals)
-         edge_blocks = [edge_blocks, their_blocks]
-      end do
-   end subroutine find_places
 
    !> Count points, line loads and edges of boundaries on some blocks, a message for each kind.
    subroutine count_all(blocks, chosen, carriers, edge_blocks, words, level, origin, messages)
@@ -347,24 +353,6 @@ contains
       end subroutine report
 
    end subroutine count_all
-
-   !> Count the bolts with an end in some blocks.
-   subroutine count_bolts(blocks, chosen, words, level, origin, messages)
-      type(block_system_type), intent(in) :: blocks
-      logical, intent(in) :: chosen(:)                         !! (nb)
-      character(len=*), intent(in) :: words(2)                 !! before and after the number
-      integer, intent(in) :: level                             !! one of severity%...
-      type(origin_type), intent(in) :: origin
-      type(diagnostics_type), intent(inout) :: messages
-      integer :: l, n
-      n = 0
-      do l = 1, blocks%bolts%n
-         associate (pair => blocks%bolts%blocks(:, l))
-            if (is_one_of(chosen, pair(1)) .or. is_one_of(chosen, pair(2))) n = n + 1
-         end associate
-      end do
-      if (n > 0) call messages%add(level, trim(words(1))//' '//counted(n, 'bolt')//' '//trim(words(2)), origin)
-   end subroutine count_bolts
 
    !> Is a block, 0 for none, one of those chosen?
    pure logical function is_one_of(chosen, block)

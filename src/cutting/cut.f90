@@ -85,7 +85,7 @@ contains
       integer :: n
       n = size(geometry%lines, 2)
       report%n_lines = n
-      call check_input(geometry, error)
+      call check_input(error)
       if (allocated(error)) return
       e0 = merging_distance(geometry)
       report%merging_distance = e0
@@ -113,10 +113,10 @@ contains
       call trace_faces(graph, faces)
       call find_nesting(graph, faces, nesting)
       call make_outlines(graph, faces, nesting, geometry%line_joint, e0, outlines)
-      call check_result(graph, faces, nesting, outlines, report, error)
+      call check_result(error)
       if (allocated(error)) return
 
-      call make_blocks(geometry, graph, faces, nesting, outlines, e0, blocks, report, messages, found)
+      call make_blocks()
       call found%to_error(error)
       if (allocated(error)) return
       call report_moves(geometry, moves, e0, sqrt(report%area_sum/report%n_blocks), messages)
@@ -130,33 +130,167 @@ contains
          call found%to_error(error)
       end subroutine refuse
 
-   end subroutine cut_blocks
-
-   !> Check the numbers of the input.
-   subroutine check_input(geometry, error)
-      type(geometry_input_type), intent(in) :: geometry
-      type(error_type), allocatable, intent(out) :: error
-      type(diagnostics_type) :: found
-      integer :: i
-      logical :: usable
-      usable = ieee_is_finite(geometry%edge_node_distance)
-      if (usable) usable = geometry%edge_node_distance >= 0
-      if (.not. usable) &
-         call found%add(severity%error, 'edge-node distance must be 0 or more, found '// &
-                        to_string(geometry%edge_node_distance))
-      do i = 1, size(geometry%lines, 2)
-         if (.not. all(ieee_is_finite(geometry%lines(:, i)))) then
-            call found%add(severity%error, 'line '//to_string(i)//' has an end that is not finite', &
-                           geometry%line_origin(i))
-         else if (any(abs(geometry%lines(:, i)) > 1.0e100_wp)) then
-            call found%add(severity%error, 'line '//to_string(i)//' has an end beyond 1e100', geometry%line_origin(i))
+      !> Blocks from polygons; holes, materials, points, bolts.
+      subroutine make_blocks()
+         type(block_locator_type) :: locator
+         type(diagnostics_type) :: told
+         logical :: is_hole(outlines%n)
+         integer :: number(outlines%n), i
+         is_hole = .false.
+         call select_blocks(is_hole, geometry%edge_node_distance)
+         call locator%init(blocks, e0)
+         if (size(geometry%hole_points, 2) > 0) then
+            call mark_holes(geometry, blocks, locator, is_hole, messages)
+            call select_blocks(is_hole, geometry%edge_node_distance)
+            call locator%init(blocks, e0)
          end if
-         if (geometry%line_joint(i) < 1) &
-            call found%add(severity%error, 'line '//to_string(i)//': joint material must be 1 or more, found '// &
-                           to_string(geometry%line_joint(i)), geometry%line_origin(i))
-      end do
-      call found%to_error(error)
-   end subroutine check_input
+         report%n_holes = count(is_hole)
+         report%n_blocks = blocks%n_blocks
+         report%hole_area = sum(outlines%area, mask=is_hole)
+         report%area_sum = sum(outlines%area, mask=.not. is_hole)
+         report%n_touching = sum(outlines%n_touching, mask=.not. is_hole)
+         if (blocks%n_blocks == 0) then
+            call found%add(severity%error, 'no block left: hole points delete '// &
+                           trim(merge('the one block', 'all blocks   ', outlines%n == 1)), &
+                           geometry%hole_origin(size(geometry%hole_origin)))
+            return
+         end if
+         number = 0
+         number(pack([(i, i=1, outlines%n)],.not. is_hole)) = [(i, i=1, blocks%n_blocks)]
+         call report_islands(number)
+         call assign_materials(geometry, blocks, locator, told)
+         call assign_points(geometry, blocks, locator, told)
+         call assign_bolts(geometry%bolts, blocks, locator, told)
+         do i = 1, told%n
+            if (told%items(i)%severity == severity%error) then
+               call found%add(severity%error, told%items(i)%message, told%items(i)%origin)
+            else
+               call messages%add(told%items(i)%severity, told%items(i)%message, told%items(i)%origin)
+            end if
+         end do
+      end subroutine make_blocks
+
+      !> Warn of islands and of outlines that touch themselves.
+      subroutine report_islands(number)
+         integer, intent(in) :: number(:)                         !! final number of each polygon, 0: hole
+         type(origin_type) :: file
+         integer :: of_face(faces%n_cycles), g, i, line
+         real(wp) :: place(2)
+         of_face = 0
+         of_face(outlines%face) = number
+         do g = 1, faces%n_groups
+            if (nesting%face(g) == 0) cycle
+            if (of_face(nesting%face(g)) == 0) cycle
+            line = graph%line((faces%first(faces%contour(g)) + 1)/2)
+            call messages%add(severity%warning, 'line '//to_string(line)//' belongs to '// &
+                              trim(merge('an opening: a closed loop', 'an island: a closed loop ', &
+                              all(of_face == 0 .or. faces%group /= g)))//' inside block '// &
+                              to_string(of_face(nesting%face(g)))//' that touches nothing around it; the block is '// &
+                              'joined to it by a bridge without contacts', geometry%line_origin(line))
+         end do
+         if (allocated(geometry%line_origin(1)%file)) file%file = geometry%line_origin(1)%file
+         do i = 1, outlines%n
+            if (number(i) == 0 .or. outlines%n_touching(i) == 0) cycle
+            place = graph%position(:, outlines%touching(i))
+            call messages%add(severity%warning, 'the outline of block '//to_string(number(i))// &
+                              ' touches itself at a corner near ('//to_string(place(1))//', '//to_string(place(2))// &
+                              ')', file)
+         end do
+      end subroutine report_islands
+
+      !> Euler's relation and the sum of areas; fills the numbers of the report that belong to the net.
+      subroutine check_result(error)
+         type(error_type), allocatable, intent(out) :: error
+         real(wp) :: length, rounding, d(2)
+         integer :: g, e
+         report%n_nodes = faces%n_used_nodes
+         report%n_edges = faces%n_used_edges
+         report%n_groups = faces%n_groups
+         report%n_faces = outlines%n
+         report%n_islands = count(nesting%face > 0)
+         ! V - E + F = 1 + C, where F counts the open plane too
+         if (any(faces%contour == 0) .or. &
+             report%n_nodes - report%n_edges + report%n_faces + 1 /= 1 + report%n_groups) then
+            call make_error(error, error_code%internal, 'cutting contradicts Euler''s relation: '// &
+                            to_string(report%n_nodes)//' nodes, '//to_string(report%n_edges)//' edges, '// &
+                            to_string(report%n_faces)//' faces, '//to_string(report%n_groups)//' groups')
+            return
+         end if
+         do g = 1, faces%n_groups
+            if (nesting%face(g) == 0) report%enclosed_area = report%enclosed_area - faces%area(faces%contour(g))
+         end do
+         length = 0
+         do e = 1, graph%n_edges
+            if (.not. graph%alive(e)) cycle
+            d = graph%position(:, graph%ends(2, e)) - graph%position(:, graph%ends(1, e))
+            length = length + hypot(d(1), d(2))
+         end do
+         ! coordinates are rounded to epsilon of their size, which moves edges sideways
+         rounding = 16*epsilon(1.0_wp)*maxval(abs(graph%position))*length
+         if (any(.not. outlines%area > 0) .or. .not. abs(sum(outlines%area) - report%enclosed_area) <= &
+             1.0e-9_wp*report%enclosed_area + rounding) then
+            call make_error(error, error_code%internal, 'cutting lost area: blocks have '// &
+                            to_string(sum(outlines%area), 17)//', the outer contours enclose '// &
+                            to_string(report%enclosed_area, 17))
+         end if
+      end subroutine check_result
+
+      !> Blocks from the polygons that are not holes.
+      subroutine select_blocks(is_hole, e0)
+         logical, intent(in) :: is_hole(:)
+         real(wp), intent(in) :: e0
+         integer :: i, n, first, last, to
+         n = 0
+         do i = 1, outlines%n
+            if (.not. is_hole(i)) n = n + outlines%offset(i + 1) - outlines%offset(i)
+         end do
+         if (allocated(blocks%vertices)) &
+            deallocate (blocks%vertex_offset, blocks%vertices, blocks%edge_joint, blocks%block_material)
+         blocks%n_blocks = count(.not. is_hole)
+         blocks%edge_node_distance = e0
+         allocate (blocks%vertex_offset(blocks%n_blocks + 1), blocks%vertices(2, n), blocks%edge_joint(n))
+         allocate (blocks%block_material(blocks%n_blocks), source=1)
+         blocks%vertex_offset(1) = 0
+         n = 0
+         do i = 1, outlines%n
+            if (is_hole(i)) cycle
+            n = n + 1
+            first = outlines%offset(i) + 1
+            last = outlines%offset(i + 1)
+            to = blocks%vertex_offset(n) + last - first + 1
+            blocks%vertex_offset(n + 1) = to
+            blocks%vertices(:, blocks%vertex_offset(n) + 1:to) = graph%position(:, outlines%node(first:last))
+            blocks%edge_joint(blocks%vertex_offset(n) + 1:to) = outlines%joint(first:last)
+         end do
+      end subroutine select_blocks
+
+      !> Check the numbers of the input.
+      subroutine check_input(error)
+         type(error_type), allocatable, intent(out) :: error
+         type(diagnostics_type) :: found
+         integer :: i
+         logical :: usable
+         usable = ieee_is_finite(geometry%edge_node_distance)
+         if (usable) usable = geometry%edge_node_distance >= 0
+         if (.not. usable) &
+            call found%add(severity%error, 'edge-node distance must be 0 or more, found '// &
+                           to_string(geometry%edge_node_distance))
+         do i = 1, size(geometry%lines, 2)
+            if (.not. all(ieee_is_finite(geometry%lines(:, i)))) then
+               call found%add(severity%error, 'line '//to_string(i)//' has an end that is not finite', &
+                              geometry%line_origin(i))
+            else if (any(abs(geometry%lines(:, i)) > 1.0e100_wp)) then
+               call found%add(severity%error, 'line '//to_string(i)//' has an end beyond 1e100', &
+                              geometry%line_origin(i))
+            end if
+            if (geometry%line_joint(i) < 1) &
+               call found%add(severity%error, 'line '//to_string(i)//': joint material must be 1 or more, found '// &
+                              to_string(geometry%line_joint(i)), geometry%line_origin(i))
+         end do
+         call found%to_error(error)
+      end subroutine check_input
+
+   end subroutine cut_blocks
 
    !> e0, or the smallest length that coordinates of this size resolve.
    pure real(wp) function merging_distance(geometry)
@@ -169,164 +303,6 @@ contains
       merging_distance = max(merging_distance, 1.0e-10_wp*extent, 64*epsilon(1.0_wp)*maxval(abs(geometry%lines)))
       if (.not. merging_distance > 0) merging_distance = tiny(1.0_wp)
    end function merging_distance
-
-   !> Euler's relation and the sum of areas; fills the numbers of the report that belong to the net.
-   subroutine check_result(graph, faces, nesting, outlines, report, error)
-      type(graph_type), intent(in) :: graph
-      type(face_set_type), intent(in) :: faces
-      type(nesting_type), intent(in) :: nesting
-      type(outline_set_type), intent(in) :: outlines
-      type(cut_report_type), intent(inout) :: report
-      type(error_type), allocatable, intent(out) :: error
-      real(wp) :: length, rounding, d(2)
-      integer :: g, e
-      report%n_nodes = faces%n_used_nodes
-      report%n_edges = faces%n_used_edges
-      report%n_groups = faces%n_groups
-      report%n_faces = outlines%n
-      report%n_islands = count(nesting%face > 0)
-      ! V - E + F = 1 + C, where F counts the open plane too
-      if (any(faces%contour == 0) .or. &
-          report%n_nodes - report%n_edges + report%n_faces + 1 /= 1 + report%n_groups) then
-         call make_error(error, error_code%internal, 'cutting contradicts Euler''s relation: '// &
-                         to_string(report%n_nodes)//' nodes, '//to_string(report%n_edges)//' edges, '// &
-                         to_string(report%n_faces)//' faces, '//to_string(report%n_groups)//' groups')
-         return
-      end if
-      do g = 1, faces%n_groups
-         if (nesting%face(g) == 0) report%enclosed_area = report%enclosed_area - faces%area(faces%contour(g))
-      end do
-      length = 0
-      do e = 1, graph%n_edges
-         if (.not. graph%alive(e)) cycle
-         d = graph%position(:, graph%ends(2, e)) - graph%position(:, graph%ends(1, e))
-         length = length + hypot(d(1), d(2))
-      end do
-      ! coordinates are rounded to epsilon of their size, which moves edges sideways
-      rounding = 16*epsilon(1.0_wp)*maxval(abs(graph%position))*length
-      if (any(.not. outlines%area > 0) .or. .not. abs(sum(outlines%area) - report%enclosed_area) <= &
-          1.0e-9_wp*report%enclosed_area + rounding) then
-         call make_error(error, error_code%internal, 'cutting lost area: blocks have '// &
-                         to_string(sum(outlines%area), 17)//', the outer contours enclose '// &
-                         to_string(report%enclosed_area, 17))
-      end if
-   end subroutine check_result
-
-   !> Blocks from polygons; holes, materials, points, bolts.
-   subroutine make_blocks(geometry, graph, faces, nesting, outlines, e0, blocks, report, messages, found)
-      type(geometry_input_type), intent(in) :: geometry
-      type(graph_type), intent(in) :: graph
-      type(face_set_type), intent(in) :: faces
-      type(nesting_type), intent(in) :: nesting
-      type(outline_set_type), intent(in) :: outlines
-      real(wp), intent(in) :: e0
-      type(block_system_type), intent(inout) :: blocks
-      type(cut_report_type), intent(inout) :: report
-      type(diagnostics_type), intent(inout) :: messages        !! warnings
-      type(diagnostics_type), intent(inout) :: found           !! errors
-      type(block_locator_type) :: locator
-      type(diagnostics_type) :: told
-      logical :: is_hole(outlines%n)
-      integer :: number(outlines%n), i
-      is_hole = .false.
-      call select_blocks(graph, outlines, is_hole, geometry%edge_node_distance, blocks)
-      call locator%init(blocks, e0)
-      if (size(geometry%hole_points, 2) > 0) then
-         call mark_holes(geometry, blocks, locator, is_hole, messages)
-         call select_blocks(graph, outlines, is_hole, geometry%edge_node_distance, blocks)
-         call locator%init(blocks, e0)
-      end if
-      report%n_holes = count(is_hole)
-      report%n_blocks = blocks%n_blocks
-      report%hole_area = sum(outlines%area, mask=is_hole)
-      report%area_sum = sum(outlines%area, mask=.not. is_hole)
-      report%n_touching = sum(outlines%n_touching, mask=.not. is_hole)
-      if (blocks%n_blocks == 0) then
-         call found%add(severity%error, 'no block left: hole points delete '// &
-                        trim(merge('the one block', 'all blocks   ', outlines%n == 1)), &
-                        geometry%hole_origin(size(geometry%hole_origin)))
-         return
-      end if
-      number = 0
-      number(pack([(i, i=1, outlines%n)],.not. is_hole)) = [(i, i=1, blocks%n_blocks)]
-      call report_islands(geometry, graph, faces, nesting, outlines, number, messages)
-      call assign_materials(geometry, blocks, locator, told)
-      call assign_points(geometry, blocks, locator, told)
-      call assign_bolts(geometry%bolts, blocks, locator, told)
-      do i = 1, told%n
-         if (told%items(i)%severity == severity%error) then
-            call found%add(severity%error, told%items(i)%message, told%items(i)%origin)
-         else
-            call messages%add(told%items(i)%severity, told%items(i)%message, told%items(i)%origin)
-         end if
-      end do
-   end subroutine make_blocks
-
-   !> Warn of islands and of outlines that touch themselves.
-   subroutine report_islands(geometry, graph, faces, nesting, outlines, number, messages)
-      type(geometry_input_type), intent(in) :: geometry
-      type(graph_type), intent(in) :: graph
-      type(face_set_type), intent(in) :: faces
-      type(nesting_type), intent(in) :: nesting
-      type(outline_set_type), intent(in) :: outlines
-      integer, intent(in) :: number(:)                         !! final number of each polygon, 0: hole
-      type(diagnostics_type), intent(inout) :: messages
-      type(origin_type) :: file
-      integer :: of_face(faces%n_cycles), g, i, line
-      real(wp) :: place(2)
-      of_face = 0
-      of_face(outlines%face) = number
-      do g = 1, faces%n_groups
-         if (nesting%face(g) == 0) cycle
-         if (of_face(nesting%face(g)) == 0) cycle
-         line = graph%line((faces%first(faces%contour(g)) + 1)/2)
-         call messages%add(severity%warning, 'line '//to_string(line)//' belongs to '//trim(merge( &
-                           'an opening: a closed loop', 'an island: a closed loop ', all(of_face == 0 .or. &
-                           faces%group /= g)))//' inside block '//to_string(of_face(nesting%face(g)))// &
-                           ' that touches nothing around it; the block is joined to it by a bridge without contacts', &
-                           geometry%line_origin(line))
-      end do
-      if (allocated(geometry%line_origin(1)%file)) file%file = geometry%line_origin(1)%file
-      do i = 1, outlines%n
-         if (number(i) == 0 .or. outlines%n_touching(i) == 0) cycle
-         place = graph%position(:, outlines%touching(i))
-         call messages%add(severity%warning, 'the outline of block '//to_string(number(i))// &
-                           ' touches itself at a corner near ('//to_string(place(1))//', '//to_string(place(2))//')', &
-                           file)
-      end do
-   end subroutine report_islands
-
-   !> Blocks from the polygons that are not holes.
-   pure subroutine select_blocks(graph, outlines, is_hole, e0, blocks)
-      type(graph_type), intent(in) :: graph
-      type(outline_set_type), intent(in) :: outlines
-      logical, intent(in) :: is_hole(:)
-      real(wp), intent(in) :: e0
-      type(block_system_type), intent(inout) :: blocks
-      integer :: i, n, first, last, to
-      n = 0
-      do i = 1, outlines%n
-         if (.not. is_hole(i)) n = n + outlines%offset(i + 1) - outlines%offset(i)
-      end do
-      if (allocated(blocks%vertices)) &
-         deallocate (blocks%vertex_offset, blocks%vertices, blocks%edge_joint, blocks%block_material)
-      blocks%n_blocks = count(.not. is_hole)
-      blocks%edge_node_distance = e0
-      allocate (blocks%vertex_offset(blocks%n_blocks + 1), blocks%vertices(2, n), blocks%edge_joint(n))
-      allocate (blocks%block_material(blocks%n_blocks), source=1)
-      blocks%vertex_offset(1) = 0
-      n = 0
-      do i = 1, outlines%n
-         if (is_hole(i)) cycle
-         n = n + 1
-         first = outlines%offset(i) + 1
-         last = outlines%offset(i + 1)
-         to = blocks%vertex_offset(n) + last - first + 1
-         blocks%vertex_offset(n + 1) = to
-         blocks%vertices(:, blocks%vertex_offset(n) + 1:to) = graph%position(:, outlines%node(first:last))
-         blocks%edge_joint(blocks%vertex_offset(n) + 1:to) = outlines%joint(first:last)
-      end do
-   end subroutine select_blocks
 
    !> The last place of the input, for problems that belong to no line of it.
    function last_origin(geometry) result(origin)

@@ -130,10 +130,10 @@ contains
          may_pause = effort%pause > 0
          continues = effort%continues
       end if
-      call take_direct(self, matrix%n)
-      call pass_settings(self)
+      call take_direct(matrix%n)
+      call pass_settings()
       if (matrix%values_id == 0 .or. matrix%values_id /= self%inertia_id) then
-         call measure_inertia(self, matrix, self%inertia)
+         call measure_inertia(self%inertia)
          self%inertia_id = matrix%values_id
          if (self%last_inertia > 0) self%correction = self%correction*(self%inertia/self%last_inertia)**saturation
          self%last_inertia = self%inertia
@@ -153,7 +153,7 @@ contains
       else
          self%reuse = max(1.0_wp, real(self%n_solves, wp), forget*self%reuse)
          self%n_solves = 0
-         call choose(self, matrix, f, expected, may_pause, x, use_direct, granted)
+         call choose()
       end if
       if (.not. continues) self%n_solves = self%n_solves + 1
       self%values_id = matrix%values_id
@@ -202,94 +202,122 @@ contains
          end if
       end subroutine remember
 
-   end subroutine solve_auto
-
-   !> Let `direct` be the direct solver for systems of this size.
-   subroutine take_direct(self, n)
-      class(auto_solver_type), intent(inout) :: self
-      integer, intent(in) :: n   !! blocks
-      class(direct_solver_type), allocatable :: last
-      if (.not. allocated(self%other) .or. (self%is_small .eqv. n <= most_blocks)) return
-      call move_alloc(self%direct, last)
-      call move_alloc(self%other, self%direct)
-      call move_alloc(last, self%other)
-      self%is_small = .not. self%is_small
-   end subroutine take_direct
-
-   !> Choose the solver and the limit of iterations for PCG.
-   subroutine choose(self, matrix, f, expected, may_pause, x, use_direct, granted)
-      class(auto_solver_type), intent(inout) :: self
-      type(block_matrix_type), intent(in) :: matrix
-      real(wp), intent(in), contiguous :: f(:, :)     !! (6, n)
-      real(wp), intent(in) :: expected                !! iterations of PCG for all digits
-      logical, intent(in) :: may_pause                !! the solve
-      real(wp), intent(inout), contiguous :: x(:, :)  !! (6, n) guess
-      logical, intent(out) :: use_direct
-      integer, intent(inout) :: granted
-      type(error_type), allocatable :: error
-      type(solve_report_type) :: report
-      logical :: done
-      real(wp) :: work_pcg, work_direct, operations, fill, affordable, solves, each, preparation
-      real(wp) :: share   !! of all digits, to be gained
-      use_direct = .false.
-      if (matrix%n <= few_blocks) then
-         use_direct = .true.
-         self%choice = trim(self%direct%label)//': few blocks'
-         return
-      end if
-      if (self%is_small .and. self%waiting > 0) then
-         use_direct = .true.
-         self%waiting = self%waiting - 1
-         return
-      end if
-      each = merge(deflated_cost, 1.0_wp, self%pcg%deflates)*per_iteration
-      preparation = merge(deflated_cost, 1.0_wp, self%pcg%deflates)*per_preparation
-      solves = 1 + merge(follow_up_of_small, follow_up, self%is_small)*(self%reuse - 1)
-      share = 1
-      if (may_pause .and. expected > 2*many_iterations) share = min(share, log(usual_reduction)/log(wanted(self)))
-      work_pcg = n_stored_blocks(matrix)*(preparation + solves*share*expected*each)
-      self%choice = kind_of_pcg(self)//'about '//to_string(nint(min(share*expected, 1.0e9_wp)))//' iterations expected'
-      if (matrix%n > self%direct_limit .or. work_pcg <= &
-          merge(analysis_of_small, analysis_cost, self%is_small)*real(matrix%n, wp)**1.5_wp) return
-      call self%direct%count_work(matrix, operations, fill, error)
-      ! too little memory for the analysis: PCG solves
-      if (allocated(error)) return
-      work_direct = self%direct%per_operation*operations + &
-                    (self%direct%per_fill + (self%reuse - 1)*self%direct%per_backsolve)*fill
-      if (work_pcg <= work_direct) then
-         ! PCG that needs more than that pays no more: in small systems the direct solver is at hand
+      !> Choose the solver and the limit of iterations for PCG.
+      subroutine choose()
+         type(error_type), allocatable :: error
+         type(solve_report_type) :: report
+         logical :: done
+         real(wp) :: work_pcg, work_direct, operations, fill, affordable, solves, each, preparation
+         real(wp) :: share   !! of all digits, to be gained
+         use_direct = .false.
+         if (matrix%n <= few_blocks) then
+            use_direct = .true.
+            self%choice = trim(self%direct%label)//': few blocks'
+            return
+         end if
+         if (self%is_small .and. self%waiting > 0) then
+            use_direct = .true.
+            self%waiting = self%waiting - 1
+            return
+         end if
+         each = merge(deflated_cost, 1.0_wp, self%pcg%deflates)*per_iteration
+         preparation = merge(deflated_cost, 1.0_wp, self%pcg%deflates)*per_preparation
+         solves = 1 + merge(follow_up_of_small, follow_up, self%is_small)*(self%reuse - 1)
+         share = 1
+         if (may_pause .and. expected > 2*many_iterations) share = min(share, log(usual_reduction)/log(wanted(self)))
+         work_pcg = n_stored_blocks(matrix)*(preparation + solves*share*expected*each)
+         self%choice = kind_of_pcg()//'about '//to_string(nint(min(share*expected, 1.0e9_wp)))//' iterations expected'
+         if (matrix%n > self%direct_limit .or. work_pcg <= &
+             merge(analysis_of_small, analysis_cost, self%is_small)*real(matrix%n, wp)**1.5_wp) return
+         call self%direct%count_work(matrix, operations, fill, error)
+         ! too little memory for the analysis: PCG solves
+         if (allocated(error)) return
+         work_direct = self%direct%per_operation*operations + &
+                       (self%direct%per_fill + (self%reuse - 1)*self%direct%per_backsolve)*fill
+         if (work_pcg <= work_direct) then
+            ! PCG that needs more than that pays no more: in small systems the direct solver is at hand
+            affordable = (work_direct/n_stored_blocks(matrix) - preparation)/(solves*each)
+            if (self%is_small) granted = min(granted, max(1, nint(affordable)))
+            return
+         end if
+         call self%pcg%residual%start(matrix, f, self%reference_load, x, report, done, error)
+         if (done .or. allocated(error)) return
+         call self%pcg%residual%evaluate(matrix, f, x, self%pcg%first_residual)
+         call self%pcg%residual%remember(matrix, f, x)
+         self%pcg%first_residual = min(self%pcg%first_residual, self%pcg%residual%zero_guess_residual)
+         share = min(share, share_of_digits(self))
+         work_pcg = n_stored_blocks(matrix)*(preparation + solves*share*expected*each)
+         self%choice = kind_of_pcg()//'about '//to_string(nint(min(share*expected, 1.0e9_wp)))//' iterations expected'
+         if (work_pcg <= work_direct) return
          affordable = (work_direct/n_stored_blocks(matrix) - preparation)/(solves*each)
-         if (self%is_small) granted = min(granted, max(1, nint(affordable)))
-         return
-      end if
-      call self%pcg%residual%start(matrix, f, self%reference_load, x, report, done, error)
-      if (done .or. allocated(error)) return
-      call self%pcg%residual%evaluate(matrix, f, x, self%pcg%first_residual)
-      call self%pcg%residual%remember(matrix, f, x)
-      self%pcg%first_residual = min(self%pcg%first_residual, self%pcg%residual%zero_guess_residual)
-      share = min(share, share_of_digits(self))
-      work_pcg = n_stored_blocks(matrix)*(preparation + solves*share*expected*each)
-      self%choice = kind_of_pcg(self)//'about '//to_string(nint(min(share*expected, 1.0e9_wp)))//' iterations expected'
-      if (work_pcg <= work_direct) return
-      affordable = (work_direct/n_stored_blocks(matrix) - preparation)/(solves*each)
-      if (self%waiting == 0 .and. work_pcg < max_trial_cost*work_direct .and. affordable >= 1) then
-         granted = nint(min(affordable, real(most_iterations, wp)))
-         self%choice = kind_of_pcg(self)//'tried with '//to_string(granted)// &
-                       ' iterations, which cost as much as '//trim(self%direct%label)
-         return
-      end if
-      use_direct = .true.
-      self%waiting = merge(wait_of_small, max(0, self%waiting - 1), self%is_small)
-      self%choice = trim(self%direct%label)//': counted work is '//to_string(work_direct/work_pcg)//' of that of pcg'
-   end subroutine choose
+         if (self%waiting == 0 .and. work_pcg < max_trial_cost*work_direct .and. affordable >= 1) then
+            granted = nint(min(affordable, real(most_iterations, wp)))
+            self%choice = kind_of_pcg()//'tried with '//to_string(granted)// &
+                          ' iterations, which cost as much as '//trim(self%direct%label)
+            return
+         end if
+         use_direct = .true.
+         self%waiting = merge(wait_of_small, max(0, self%waiting - 1), self%is_small)
+         self%choice = trim(self%direct%label)//': counted work is '//to_string(work_direct/work_pcg)//' of that of pcg'
+      end subroutine choose
 
-   !> How PCG iterates, to begin the reason of a choice.
-   pure function kind_of_pcg(self) result(text)
-      class(auto_solver_type), intent(in) :: self
-      character(len=:), allocatable :: text
-      text = 'pcg: '
-      if (self%pcg%deflates) text = 'pcg: with a coarse space, '
-   end function kind_of_pcg
+      !> Geometric mean of rho_i, see the head of the module, over some hundred blocks.
+      subroutine measure_inertia(share)
+         real(wp), intent(out) :: share   !! between 1e-12 and 1
+         real(wp) :: total
+         integer :: i, j, k, stride
+         if (allocated(self%row_sum)) then
+            if (size(self%row_sum) /= matrix%n) deallocate (self%row_sum)
+         end if
+         if (.not. allocated(self%row_sum)) allocate (self%row_sum(matrix%n))
+         stride = max(1, matrix%n/sample)
+         associate (row_sum => self%row_sum)
+            row_sum = 0
+            do i = 1, matrix%n
+               do k = matrix%row_start(i), matrix%row_start(i + 1) - 1
+                  j = matrix%column(k)
+                  if (mod(i, stride) /= 0 .and. mod(j, stride) /= 0) cycle
+                  total = sum(matrix%values(1:2, 1:2, k))
+                  row_sum(i) = row_sum(i) + total
+                  if (j /= i) row_sum(j) = row_sum(j) + total
+               end do
+            end do
+            total = 0
+            do i = stride, matrix%n, stride
+               associate (alone => sum(matrix%values(1:2, 1:2, matrix%row_start(i))))
+                  if (alone > 0) total = total + log(min(1.0_wp, max(1.0e-12_wp, row_sum(i)/alone)))
+               end associate
+            end do
+         end associate
+         share = exp(total/max(1, matrix%n/stride))
+      end subroutine measure_inertia
+
+      !> Let `direct` be the direct solver for systems of this size.
+      subroutine take_direct(n)
+         integer, intent(in) :: n   !! blocks
+         class(direct_solver_type), allocatable :: last
+         if (.not. allocated(self%other) .or. (self%is_small .eqv. n <= most_blocks)) return
+         call move_alloc(self%direct, last)
+         call move_alloc(self%other, self%direct)
+         call move_alloc(last, self%other)
+         self%is_small = .not. self%is_small
+      end subroutine take_direct
+
+      !> Pass requests to stop, and where to stop, to the solvers.
+      subroutine pass_settings()
+         if (allocated(self%pcg%interruption)) deallocate (self%pcg%interruption)
+         if (allocated(self%interruption)) allocate (self%pcg%interruption, source=self%interruption)
+         self%pcg%enough = self%enough
+      end subroutine pass_settings
+
+      !> How PCG iterates, to begin the reason of a choice.
+      pure function kind_of_pcg() result(text)
+         character(len=:), allocatable :: text
+         text = 'pcg: '
+         if (self%pcg%deflates) text = 'pcg: with a coarse space, '
+      end function kind_of_pcg
+
+   end subroutine solve_auto
 
    !> Digits that PCG has to gain from its first residual, over those from a residual of one.
    pure real(wp) function share_of_digits(self, residual) result(share)
@@ -338,46 +366,5 @@ contains
       call move_alloc(from%reference_load, to%reference_load)
       call move_alloc(from%centroid, to%centroid)
    end subroutine lend
-
-   !> Pass requests to stop, and where to stop, to the solvers.
-   subroutine pass_settings(self)
-      type(auto_solver_type), intent(inout) :: self
-      if (allocated(self%pcg%interruption)) deallocate (self%pcg%interruption)
-      if (allocated(self%interruption)) allocate (self%pcg%interruption, source=self%interruption)
-      self%pcg%enough = self%enough
-   end subroutine pass_settings
-
-   !> Geometric mean of rho_i, see the head of the module, over some hundred blocks.
-   subroutine measure_inertia(self, matrix, share)
-      type(auto_solver_type), intent(inout) :: self
-      type(block_matrix_type), intent(in) :: matrix
-      real(wp), intent(out) :: share   !! between 1e-12 and 1
-      real(wp) :: total
-      integer :: i, j, k, stride
-      if (allocated(self%row_sum)) then
-         if (size(self%row_sum) /= matrix%n) deallocate (self%row_sum)
-      end if
-      if (.not. allocated(self%row_sum)) allocate (self%row_sum(matrix%n))
-      stride = max(1, matrix%n/sample)
-      associate (row_sum => self%row_sum)
-         row_sum = 0
-         do i = 1, matrix%n
-            do k = matrix%row_start(i), matrix%row_start(i + 1) - 1
-               j = matrix%column(k)
-               if (mod(i, stride) /= 0 .and. mod(j, stride) /= 0) cycle
-               total = sum(matrix%values(1:2, 1:2, k))
-               row_sum(i) = row_sum(i) + total
-               if (j /= i) row_sum(j) = row_sum(j) + total
-            end do
-         end do
-         total = 0
-         do i = stride, matrix%n, stride
-            associate (alone => sum(matrix%values(1:2, 1:2, matrix%row_start(i))))
-               if (alone > 0) total = total + log(min(1.0_wp, max(1.0e-12_wp, row_sum(i)/alone)))
-            end associate
-         end do
-      end associate
-      share = exp(total/max(1, matrix%n/stride))
-   end subroutine measure_inertia
 
 end module rockdda_linear_auto

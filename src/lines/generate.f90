@@ -61,9 +61,9 @@ contains
          end do
       end if
       rock%tolerance = e0
-      call add_openings(statistics, rock, holes, messages)
+      call add_openings(holes)
       if (messages%n_errors > before) return
-      call check_amount(statistics, rock, messages)
+      call check_amount()
       if (messages%n_errors > before) return
 
       report%rock_area = polygon_area(rock%region%vertices)
@@ -73,8 +73,8 @@ contains
       allocate (lines%ends(4, 256), lines%material(256))
       call add_boundary(statistics, rock, lines, fixed)
       n_boundary = lines%n
-      call add_extra_lines(statistics, rock, lines, report, messages)
-      call add_sets(statistics, rock, lines, report, messages)
+      call add_extra_lines()
+      call add_sets()
       if (messages%n_errors > before) return
 
       call geometry%allocate_all(lines%n, size(statistics%material_lines), 0, size(fixed, 2), &
@@ -91,45 +91,201 @@ contains
       geometry%loading_points = statistics%loading
       geometry%measured_points = statistics%measured
       geometry%hole_points = rounded(holes, extent)
-   end subroutine generate_lines
 
-   !> Outlines of the openings, each with a point inside; they must lie in the region and apart from each other.
-   subroutine add_openings(statistics, rock, holes, messages)
-      type(statistics_type), intent(in) :: statistics
-      type(rock_type), intent(inout) :: rock
-      real(wp), allocatable, intent(out) :: holes(:, :)   !! (2, openings that are empty)
-      type(diagnostics_type), intent(inout) :: messages
-      integer :: i, k, n
-      character(len=:), allocatable :: name
-      n = size(statistics%openings)
-      allocate (rock%openings(n), holes(2, 0))
-      do i = 1, n
-         associate (origin => statistics%openings(i)%origin)
-            name = '&opening '//to_string(i)
-            rock%openings(i)%vertices = opening_outline(statistics%openings(i))
-            associate (vertices => rock%openings(i)%vertices)
-               if (crosses_itself(vertices)) then
-                  call messages%add(severity%error, name//': its outline crosses itself', origin)
-                  return
-               end if
-               if (.not. is_inside(vertices, rock%region%vertices, rock%tolerance)) then
-                  call messages%add(severity%error, name//' must lie inside the boundary; it reaches from ('// &
-                                    to_string(minval(vertices(1, :)))//', '//to_string(minval(vertices(2, :)))// &
-                                    ') to ('//to_string(maxval(vertices(1, :)))//', '// &
-                                    to_string(maxval(vertices(2, :)))//')', origin)
-                  return
-               end if
-               do k = 1, i - 1
-                  if (are_apart(vertices, rock%openings(k)%vertices)) cycle
-                  call messages%add(severity%error, name//' overlaps &opening '//to_string(k), origin)
-                  return
-               end do
-               if (.not. allocated(statistics%openings(i)%outline)) &
-                  holes = reshape([holes, inner_point(vertices)], [2, size(holes, 2) + 1])
+   contains
+
+      !> All joint sets.
+      subroutine add_sets()
+         type(random_stream_type) :: stream
+         type(joint_set_type) :: set
+         integer :: i
+         allocate (report%sets(size(statistics%sets)))
+         do i = 1, size(statistics%sets)
+            set = statistics%sets(i)
+            if (set%avoid_cantilevers) call keep_roof_whole(rock, set)
+            call new_stream(statistics%seed, i, stream)
+            if (set%ends_at > 0) then
+               call add_banded_set(set, stream, report%sets(i), report%n_short)
+            else
+               call add_set(set, stream, report%sets(i), report%n_short)
+            end if
+            if (report%sets(i)%n_traces == 0) call messages%add(severity%warning, '&joint_set '//to_string(i)// &
+               ' has no trace in the rock', set%origin)
+         end do
+      end subroutine add_sets
+
+      !> Individual lines, clipped to the rock.
+      subroutine add_extra_lines()
+         real(wp), allocatable :: pieces(:, :)
+         integer :: i, k, n
+         logical :: whole
+         do i = 1, size(statistics%lines)
+            call clip_segment(rock, statistics%lines(i)%ends, pieces, n, report%n_short, whole)
+            if (n == 0) call messages%add(severity%warning, '&line '//to_string(i)//' lies outside the rock and is '// &
+                                          'left out', statistics%lines(i)%origin)
+            do k = 1, n
+               call lines%add(pieces(:, k), statistics%lines(i)%material)
+            end do
+         end do
+      end subroutine add_extra_lines
+
+      !> Joints that run between neighbouring lines of an endless set and end there. Each band has a lattice of its own,
+      !> shifted by `stagger` spacings from the one below.
+      subroutine add_banded_set(set, stream, report, n_short)
+         type(joint_set_type), intent(in) :: set
+         type(random_stream_type), intent(inout) :: stream
+         type(set_report_type), intent(inout) :: report
+         integer, intent(inout) :: n_short
+         type(joint_set_type) :: other
+         type(random_stream_type) :: other_stream
+         type(sample_type) :: spacing, trace, bridge
+         real(wp), allocatable :: bands(:), positions(:)
+         real(wp) :: t(2), normal(2), band_t(2), band_normal(2), across(2), range(2), s(2), foot(2), slope
+         integer :: band, k, first_band, first
+         logical :: whole
+         ! the bands lie between the lines of the other set
+         other = statistics%sets(set%ends_at)
+         if (other%avoid_cantilevers) call keep_roof_whole(rock, other)
+         call new_stream(statistics%seed, set%ends_at, other_stream)
+         band_t = direction_of(other%inclination)
+         band_normal = [-band_t(2), band_t(1)]
+         range = range_along(rock%region%vertices, band_normal)
+         call line_positions(other, 0.0_wp, range(1), range(2), other_stream, bands, first_band)
+         t = direction_of(set%inclination)
+         normal = [-t(2), t(1)]
+         slope = dot_product(band_normal, t)
+         across = range_along(rock%region%vertices, normal)
+         do band = 1, size(bands) - 1
+            call line_positions(set, modulo(set%stagger*(first_band + band - 1), 1.0_wp)*set%spacing, across(1), &
+                                across(2), stream, positions, first)
+            if (bands(band + 1) < range(1) .or. bands(band) > range(2)) cycle
+            do k = 1, size(positions)
+               if (positions(k) < across(1) .or. positions(k) > across(2)) cycle
+               report%n_lines = report%n_lines + 1
+               if (k < size(positions)) call spacing%take(positions(k + 1) - positions(k))
+               foot = positions(k)*normal
+               s = (bands(band:band + 1) - positions(k)*dot_product(band_normal, normal))/slope
+               call add_trace(rock, [foot + minval(s)*t, foot + maxval(s)*t], set%material, lines, report, n_short, &
+                              whole)
+               if (whole) report%n_whole = report%n_whole + 1
+               call trace%take(maxval(s) - minval(s))
+            end do
+         end do
+         call fill_report(report, spacing, trace, bridge)
+      end subroutine add_banded_set
+
+      !> Lines and traces of a set that does not end at another one.
+      subroutine add_set(set, stream, report, n_short)
+         type(joint_set_type), intent(in) :: set
+         type(random_stream_type), intent(inout) :: stream
+         type(set_report_type), intent(inout) :: report
+         integer, intent(inout) :: n_short
+         type(sample_type) :: spacing, trace, bridge
+         real(wp), allocatable :: positions(:), traces(:, :)
+         real(wp) :: t(2), normal(2), across(2), along(2), foot(2), margin
+         integer :: k, j, first
+         logical :: whole
+         t = direction_of(set%inclination)
+         normal = [-t(2), t(1)]
+         across = range_along(rock%region%vertices, normal)
+         along = range_along(rock%region%vertices, t)
+         margin = 0.01_wp*(along(2) - along(1))
+         call line_positions(set, 0.0_wp, across(1), across(2), stream, positions, first)
+         do k = 1, size(positions)
+            call line_traces(set, first + k - 1, along(1) - margin, along(2) + margin, stream, traces)
+            if (positions(k) < across(1) .or. positions(k) > across(2)) cycle
+            report%n_lines = report%n_lines + 1
+            if (k < size(positions)) call spacing%take(positions(k + 1) - positions(k))
+            foot = positions(k)*normal
+            do j = 1, size(traces, 2)
+               call add_trace(rock, [foot + traces(1, j)*t, foot + traces(2, j)*t], set%material, lines, report, &
+                              n_short, whole)
+               if (whole) report%n_whole = report%n_whole + 1
+               ! unbiased sample: traces that begin in the extent of the region; whole traces alone are shorter on
+               ! average
+               if (is_endless(set) .or. traces(1, j) < along(1) .or. traces(1, j) > along(2)) cycle
+               call trace%take(traces(2, j) - traces(1, j))
+               if (j < size(traces, 2)) call bridge%take(traces(1, j + 1) - traces(2, j))
+            end do
+         end do
+         call fill_report(report, spacing, trace, bridge)
+      end subroutine add_set
+
+      !> Outlines of the openings, each with a point inside; they must lie in the region and apart from each other.
+      subroutine add_openings(holes)
+         real(wp), allocatable, intent(out) :: holes(:, :)   !! (2, openings that are empty)
+         integer :: i, k, n
+         character(len=:), allocatable :: name
+         n = size(statistics%openings)
+         allocate (rock%openings(n), holes(2, 0))
+         do i = 1, n
+            associate (origin => statistics%openings(i)%origin)
+               name = '&opening '//to_string(i)
+               rock%openings(i)%vertices = opening_outline(statistics%openings(i))
+               associate (vertices => rock%openings(i)%vertices)
+                  if (crosses_itself(vertices)) then
+                     call messages%add(severity%error, name//': its outline crosses itself', origin)
+                     return
+                  end if
+                  if (.not. is_inside(vertices, rock%region%vertices, rock%tolerance)) then
+                     call messages%add(severity%error, name//' must lie inside the boundary; it reaches from ('// &
+                                       to_string(minval(vertices(1, :)))//', '//to_string(minval(vertices(2, :)))// &
+                                       ') to ('//to_string(maxval(vertices(1, :)))//', '// &
+                                       to_string(maxval(vertices(2, :)))//')', origin)
+                     return
+                  end if
+                  do k = 1, i - 1
+                     if (are_apart(vertices, rock%openings(k)%vertices)) cycle
+                     call messages%add(severity%error, name//' overlaps &opening '//to_string(k), origin)
+                     return
+                  end do
+                  if (.not. allocated(statistics%openings(i)%outline)) &
+                     holes = reshape([holes, inner_point(vertices)], [2, size(holes, 2) + 1])
+               end associate
             end associate
-         end associate
-      end do
-   end subroutine add_openings
+         end do
+      end subroutine add_openings
+
+      !> Refuse statistics that would make more traces than a computer holds.
+      subroutine check_amount()
+         real(wp) :: t(2), across(2), along(2), area, n_lines, cell, drawn, all_drawn, all_traces
+         integer :: i
+         character(len=:), allocatable :: others
+         area = polygon_area(rock%region%vertices)
+         all_drawn = 0
+         all_traces = 0
+         others = ''
+         do i = 1, size(statistics%sets)
+            associate (set => statistics%sets(i))
+               t = direction_of(set%inclination)
+               across = range_along(rock%region%vertices, [-t(2), t(1)])
+               along = range_along(rock%region%vertices, t)
+               n_lines = (across(2) - across(1))/set%spacing + 1
+               if (set%ends_at > 0) then
+                  cell = statistics%sets(set%ends_at)%spacing
+               else
+                  cell = set%trace + merge(0.0_wp, set%bridge, is_endless(set))
+               end if
+               drawn = n_lines*((along(2) - along(1))/cell + 1)
+               all_drawn = all_drawn + drawn
+               all_traces = all_traces + min(drawn, n_lines + area/set%spacing/cell)
+               if (all_traces > most_traces) then
+                  call messages%add(severity%error, '&joint_set '//to_string(i)//others//' would make about '// &
+                                    to_string(all_traces, 3)//' traces; at most '//to_string(most_traces, 3)// &
+                                    ' can be made', set%origin)
+                  return
+               else if (all_drawn > most_drawn) then
+                  call messages%add(severity%error, '&joint_set '//to_string(i)//others//' would draw about '// &
+                                    to_string(all_drawn, 3)//' traces around the region; at most '// &
+                                    to_string(most_drawn, 3)//' can be drawn', set%origin)
+                  return
+               end if
+               others = ' and those before it'
+            end associate
+         end do
+      end subroutine check_amount
+
+   end subroutine generate_lines
 
    !> Does a polygon lie inside another one, nowhere nearer to its outline than a tolerance?
    pure logical function is_inside(inner, outer, tolerance)
@@ -160,48 +316,6 @@ contains
          end do
       end do
    end function edges_cross
-
-   !> Refuse statistics that would make more traces than a computer holds.
-   subroutine check_amount(statistics, rock, messages)
-      type(statistics_type), intent(in) :: statistics
-      type(rock_type), intent(in) :: rock
-      type(diagnostics_type), intent(inout) :: messages
-      real(wp) :: t(2), across(2), along(2), area, n_lines, cell, drawn, all_drawn, all_traces
-      integer :: i
-      character(len=:), allocatable :: others
-      area = polygon_area(rock%region%vertices)
-      all_drawn = 0
-      all_traces = 0
-      others = ''
-      do i = 1, size(statistics%sets)
-         associate (set => statistics%sets(i))
-            t = direction_of(set%inclination)
-            across = range_along(rock%region%vertices, [-t(2), t(1)])
-            along = range_along(rock%region%vertices, t)
-            n_lines = (across(2) - across(1))/set%spacing + 1
-            if (set%ends_at > 0) then
-               cell = statistics%sets(set%ends_at)%spacing
-            else
-               cell = set%trace + merge(0.0_wp, set%bridge, is_endless(set))
-            end if
-            drawn = n_lines*((along(2) - along(1))/cell + 1)
-            all_drawn = all_drawn + drawn
-            all_traces = all_traces + min(drawn, n_lines + area/set%spacing/cell)
-            if (all_traces > most_traces) then
-               call messages%add(severity%error, '&joint_set '//to_string(i)//others//' would make about '// &
-                                 to_string(all_traces, 3)//' traces; at most '//to_string(most_traces, 3)// &
-                                 ' can be made', set%origin)
-               return
-            else if (all_drawn > most_drawn) then
-               call messages%add(severity%error, '&joint_set '//to_string(i)//others//' would draw about '// &
-                                 to_string(all_drawn, 3)//' traces around the region; at most '// &
-                                 to_string(most_drawn, 3)//' can be drawn', set%origin)
-               return
-            end if
-            others = ' and those before it'
-         end associate
-      end do
-   end subroutine check_amount
 
    !> Least and largest component of points along a direction.
    pure function range_along(points, direction) result(range)
@@ -262,51 +376,6 @@ contains
 
    end subroutine add_boundary
 
-   !> Individual lines, clipped to the rock.
-   subroutine add_extra_lines(statistics, rock, lines, report, messages)
-      type(statistics_type), intent(in) :: statistics
-      type(rock_type), intent(in) :: rock
-      type(line_list_type), intent(inout) :: lines
-      type(lines_report_type), intent(inout) :: report
-      type(diagnostics_type), intent(inout) :: messages
-      real(wp), allocatable :: pieces(:, :)
-      integer :: i, k, n
-      logical :: whole
-      do i = 1, size(statistics%lines)
-         call clip_segment(rock, statistics%lines(i)%ends, pieces, n, report%n_short, whole)
-         if (n == 0) call messages%add(severity%warning, '&line '//to_string(i)//' lies outside the rock and is '// &
-                                       'left out', statistics%lines(i)%origin)
-         do k = 1, n
-            call lines%add(pieces(:, k), statistics%lines(i)%material)
-         end do
-      end do
-   end subroutine add_extra_lines
-
-   !> All joint sets.
-   subroutine add_sets(statistics, rock, lines, report, messages)
-      type(statistics_type), intent(in) :: statistics
-      type(rock_type), intent(in) :: rock
-      type(line_list_type), intent(inout) :: lines
-      type(lines_report_type), intent(inout) :: report
-      type(diagnostics_type), intent(inout) :: messages
-      type(random_stream_type) :: stream
-      type(joint_set_type) :: set
-      integer :: i
-      allocate (report%sets(size(statistics%sets)))
-      do i = 1, size(statistics%sets)
-         set = statistics%sets(i)
-         if (set%avoid_cantilevers) call keep_roof_whole(rock, set)
-         call new_stream(statistics%seed, i, stream)
-         if (set%ends_at > 0) then
-            call add_banded_set(statistics, rock, set, stream, lines, report%sets(i), report%n_short)
-         else
-            call add_set(rock, set, stream, lines, report%sets(i), report%n_short)
-         end if
-         if (report%sets(i)%n_traces == 0) call messages%add(severity%warning, '&joint_set '//to_string(i)// &
-            ' has no trace in the rock', set%origin)
-      end do
-   end subroutine add_sets
-
    !> Shift a set so that few beams of rock reach from the roof of the first opening into its sides uncut
    !> (thesis, Fig. 7.2a): lines lie symmetrically about the opening and as near to its walls as their spacing
    !> allows; traces begin at the height of its middle, which puts the bridges above the roof as high as possible.
@@ -327,91 +396,6 @@ contains
       set%offset = 0.5_wp*sum(across)
       if (beside < on_axis*(1 - 1.0e-9_wp)) set%offset = set%offset + 0.5_wp*set%spacing
    end subroutine keep_roof_whole
-
-   !> Lines and traces of a set that does not end at another one.
-   subroutine add_set(rock, set, stream, lines, report, n_short)
-      type(rock_type), intent(in) :: rock
-      type(joint_set_type), intent(in) :: set
-      type(random_stream_type), intent(inout) :: stream
-      type(line_list_type), intent(inout) :: lines
-      type(set_report_type), intent(inout) :: report
-      integer, intent(inout) :: n_short
-      type(sample_type) :: spacing, trace, bridge
-      real(wp), allocatable :: positions(:), traces(:, :)
-      real(wp) :: t(2), normal(2), across(2), along(2), foot(2), margin
-      integer :: k, j, first
-      logical :: whole
-      t = direction_of(set%inclination)
-      normal = [-t(2), t(1)]
-      across = range_along(rock%region%vertices, normal)
-      along = range_along(rock%region%vertices, t)
-      margin = 0.01_wp*(along(2) - along(1))
-      call line_positions(set, 0.0_wp, across(1), across(2), stream, positions, first)
-      do k = 1, size(positions)
-         call line_traces(set, first + k - 1, along(1) - margin, along(2) + margin, stream, traces)
-         if (positions(k) < across(1) .or. positions(k) > across(2)) cycle
-         report%n_lines = report%n_lines + 1
-         if (k < size(positions)) call spacing%take(positions(k + 1) - positions(k))
-         foot = positions(k)*normal
-         do j = 1, size(traces, 2)
-            call add_trace(rock, [foot + traces(1, j)*t, foot + traces(2, j)*t], set%material, lines, report, &
-                           n_short, whole)
-            if (whole) report%n_whole = report%n_whole + 1
-            ! unbiased sample: traces that begin in the extent of the region; whole traces alone are shorter on average
-            if (is_endless(set) .or. traces(1, j) < along(1) .or. traces(1, j) > along(2)) cycle
-            call trace%take(traces(2, j) - traces(1, j))
-            if (j < size(traces, 2)) call bridge%take(traces(1, j + 1) - traces(2, j))
-         end do
-      end do
-      call fill_report(report, spacing, trace, bridge)
-   end subroutine add_set
-
-   !> Joints that run between neighbouring lines of an endless set and end there. Each band has a lattice of its own,
-   !> shifted by `stagger` spacings from the one below.
-   subroutine add_banded_set(statistics, rock, set, stream, lines, report, n_short)
-      type(statistics_type), intent(in) :: statistics
-      type(rock_type), intent(in) :: rock
-      type(joint_set_type), intent(in) :: set
-      type(random_stream_type), intent(inout) :: stream
-      type(line_list_type), intent(inout) :: lines
-      type(set_report_type), intent(inout) :: report
-      integer, intent(inout) :: n_short
-      type(joint_set_type) :: other
-      type(random_stream_type) :: other_stream
-      type(sample_type) :: spacing, trace, bridge
-      real(wp), allocatable :: bands(:), positions(:)
-      real(wp) :: t(2), normal(2), band_t(2), band_normal(2), across(2), range(2), s(2), foot(2), slope
-      integer :: band, k, first_band, first
-      logical :: whole
-      ! the bands lie between the lines of the other set
-      other = statistics%sets(set%ends_at)
-      if (other%avoid_cantilevers) call keep_roof_whole(rock, other)
-      call new_stream(statistics%seed, set%ends_at, other_stream)
-      band_t = direction_of(other%inclination)
-      band_normal = [-band_t(2), band_t(1)]
-      range = range_along(rock%region%vertices, band_normal)
-      call line_positions(other, 0.0_wp, range(1), range(2), other_stream, bands, first_band)
-      t = direction_of(set%inclination)
-      normal = [-t(2), t(1)]
-      slope = dot_product(band_normal, t)
-      across = range_along(rock%region%vertices, normal)
-      do band = 1, size(bands) - 1
-         call line_positions(set, modulo(set%stagger*(first_band + band - 1), 1.0_wp)*set%spacing, across(1), &
-                             across(2), stream, positions, first)
-         if (bands(band + 1) < range(1) .or. bands(band) > range(2)) cycle
-         do k = 1, size(positions)
-            if (positions(k) < across(1) .or. positions(k) > across(2)) cycle
-            report%n_lines = report%n_lines + 1
-            if (k < size(positions)) call spacing%take(positions(k + 1) - positions(k))
-            foot = positions(k)*normal
-            s = (bands(band:band + 1) - positions(k)*dot_product(band_normal, normal))/slope
-            call add_trace(rock, [foot + minval(s)*t, foot + maxval(s)*t], set%material, lines, report, n_short, whole)
-            if (whole) report%n_whole = report%n_whole + 1
-            call trace%take(maxval(s) - minval(s))
-         end do
-      end do
-      call fill_report(report, spacing, trace, bridge)
-   end subroutine add_banded_set
 
    !> Append one trace, clipped to the rock.
    subroutine add_trace(rock, ends, material, lines, report, n_short, whole)

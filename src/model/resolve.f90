@@ -55,7 +55,7 @@ contains
 
       is_windows = analysis%dialect == dialect%windows
       alone = .not. allocated(analysis%block_materials)
-      call take_analysis(blocks, analysis, parameters)
+      call take_analysis()
       parameters%units = units_of(options)
       settings = options
       has_preset = .false.
@@ -66,17 +66,17 @@ contains
       call fill_defaults(defaults, has_preset)
       call defaults%give_back()
       call describe_options(defaults, settings, parameters)
-      call choose_formulation(options, has_preset, settings, messages)
+      call choose_formulation()
       call describe_options(choices, settings, parameters)
       call transfer_options(choices, replaced)
       call choices%give_back()
       call describe_options(choices, settings, parameters)
       if (alone .and. .not. has_preset) call choose_sliding_damping(options, parameters)
       if (.not. alone) then
-         call note_extent(analysis, options, parameters, messages)
+         call note_extent()
          call messages%append(replaced)
       end if
-      if (.not. parameters%by_length) call report_unused(options, messages)
+      if (.not. parameters%by_length) call report_unused()
       if (is_set(options%points)) call messages%add(severity%warning, 'points has no effect: a joint is integrated '// &
          'exactly over the part that is closed', options%points_origin)
       if (is_set(options%gravity) .and. .not. alone) call messages%add(severity%note, 'gravity '// &
@@ -88,7 +88,7 @@ contains
       parameters%quakes = settings%quakes
       call settle_quakes(parameters%quakes, parameters%units, any([(parameters%boundaries(i)%kind == 'viscous', &
                                                   i=1, size(parameters%boundaries))]), messages)
-      call note_stages(options, parameters, messages)
+      call note_stages()
       if (options%labelled) call choose_base_stage(parameters, messages)
       call put_materials_together(analysis, settings, parameters, messages)
       call put_tables_together(settings, parameters, messages)
@@ -113,9 +113,147 @@ contains
       if (settings%strict .and. .not. parameters%energy) call messages%add(severity%error, &
          'strict needs the energy balance, but &output energy is .false.: leave one of them out', options%strict_origin)
       if (parameters%by_length) call report_tips(blocks, messages)
-      call resolve_stiffness(settings, parameters, messages)
-      call resolve_lengths(blocks, settings, alone .and. parameters%by_length .and. .not. parameters%windows_contacts &
-                           .and. .not. is_set(options%stiffness), parameters, messages)
+      call resolve_stiffness()
+      call resolve_lengths(alone .and. parameters%by_length .and. .not. parameters%windows_contacts .and. &
+                           .not. is_set(options%stiffness))
+
+   contains
+
+      !> Find search distance and tolerances.
+      subroutine resolve_lengths(by_blocks)
+         logical, intent(in) :: by_blocks   !! joints without a stiffness of their own take it from their blocks
+         real(wp) :: edge
+         ! a step that moves blocks further than this searches again; to begin with, blocks further away than their
+         ! neighbours' neighbours are no candidates
+         parameters%search_distance = min(settings%search_factor*parameters%displacement_ratio*parameters%w0, &
+                                          2*mean_diameter(blocks))
+         edge = mean_edge(blocks)
+         if (parameters%displacement_ratio*parameters%w0 > edge .and. edge > 0) call messages%add(severity%warning, &
+            'the displacement ratio (g2) lets a block move by '// &
+            parameters%shown(parameters%displacement_ratio*parameters%w0, 'length')// &
+            ' in a step, more than the mean length of edges, '//parameters%shown(edge, 'length')//': g2 = '// &
+            to_string(advised_ratio(edge, parameters%w0))//' is advised', settings%ratio_origin)
+         parameters%angle_tolerance = settings%angle_tolerance*pi/180
+         parameters%smooth_step = blocks%edge_node_distance
+         parameters%stiffness_length = merge(0.0_wp, edge, by_blocks)
+         parameters%close_tolerance = settings%close_tolerance*parameters%w0
+         parameters%open_tolerance = settings%open_tolerance*parameters%w0
+      end subroutine resolve_lengths
+
+      !> Remove the limit of the number of steps where only an end time is given.
+      subroutine note_extent()
+         if (is_set(options%steps) .or. .not. is_set(options%t_end)) return
+         parameters%n_steps = huge(1)
+         call messages%add(severity%note, 'end time '//parameters%shown(options%t_end, 'time', 10)// &
+                           ' replaces the number of steps '//to_string(analysis%n_steps)//' of the analysis file')
+      end subroutine note_extent
+
+      !> Settle the formulation: `settings` holds the options with their defaults.
+      subroutine choose_formulation()
+         type(joint_material_type) :: tied
+         character(len=:), allocatable :: what
+         logical :: is_given, has_tie
+         is_given = .false.
+         if (allocated(options%formulation)) is_given = len_trim(options%formulation) > 0
+         if (settings%formulation == by_length) then
+            if (has_preset .and. is_given) call messages%add(severity%note, "formulation 'length' is given: of the "// &
+               "preset '"//options%preset//"' the closing rule, tolerances and defaults hold, its contacts do not", &
+               options%formulation_origin)
+            return
+         end if
+         call find_tie(settings, tied, has_tie)
+         if (.not. has_tie) return
+         what = 'joint material '//to_string(tied%number)//": tie = .true. needs formulation 'length'"
+         if (has_preset) then
+            call messages%add(severity%error, what//", and the preset '"//options%preset//"' has 'vertex': leave "// &
+                              "out the tie or the preset, or give &contact formulation = 'length'", tied%origin)
+         else if (is_given) then
+            call messages%add(severity%warning, what//", which all contacts of the run take in place of 'vertex'", &
+                              tied%origin)
+         else
+            call messages%add(severity%note, what//', which all contacts of the run take', tied%origin)
+         end if
+         settings%formulation = by_length
+      end subroutine choose_formulation
+
+      !> Take the values of the analysis file.
+      subroutine take_analysis()
+         if (.not. allocated(analysis%block_materials)) then
+            allocate (parameters%fixed_tables(blocks%fixed%n), parameters%loading_tables(blocks%loading%n))
+            parameters%k01 = 1
+            return
+         end if
+         parameters%n_steps = analysis%n_steps
+         parameters%k01 = analysis%k01
+         parameters%dt_max = analysis%dt_max
+         parameters%displacement_ratio = analysis%displacement_ratio
+         parameters%normal_stiffness = analysis%stiffness
+         parameters%sor_factor = analysis%sor_factor
+         allocate (parameters%fixed_tables(blocks%fixed%n), parameters%loading_tables(blocks%loading%n))
+         if (allocated(analysis%fixed_tables)) then
+            if (size(analysis%fixed_tables) == blocks%fixed%n) parameters%fixed_tables = analysis%fixed_tables
+         end if
+         if (allocated(analysis%loading_tables)) then
+            if (size(analysis%loading_tables) == blocks%loading%n) parameters%loading_tables = analysis%loading_tables
+         end if
+      end subroutine take_analysis
+
+      !> Find the stiffness of contacts and fixed points.
+      subroutine resolve_stiffness()
+         character(len=:), allocatable :: text
+         real(wp) :: e_max, springs
+         springs = springs_of_joint(parameters%by_length)
+         e_max = max(0.0_wp, maxval(parameters%block_materials%youngs_modulus))
+         if (parameters%normal_stiffness <= 0) then
+            if (parameters%windows_contacts) then
+               parameters%normal_stiffness = preset_over_e*e_max
+               text = to_string(preset_over_e)//' times the largest E, as the preset has it, = '
+            else
+               parameters%normal_stiffness = automatic_over_e/springs*e_max
+               text = trim(merge('twice the largest E', 'the largest E      ', parameters%by_length))//' = '
+            end if
+            call messages%add(severity%note, 'contact stiffness (g0) is automatic: '//text// &
+                              parameters%shown(parameters%normal_stiffness, 'force/length')//', constant in the run')
+         else if (parameters%normal_stiffness > far_over_e/springs*e_max) then
+            call messages%add(severity%warning, 'the contact stiffness (g0) is '// &
+                              to_string(parameters%normal_stiffness/e_max)//' times the largest E: '// &
+                              stiffness_advice(parameters%by_length), settings%stiffness_origin)
+         end if
+         parameters%shear_stiffness = parameters%normal_stiffness/settings%shear_ratio
+         parameters%fixed_stiffness = parameters%normal_stiffness*settings%fixed_stiffness_factor
+      end subroutine resolve_stiffness
+
+      !> Does the run end with its last stage? Then the number of steps of the analysis file does not count. It does in
+      !> a labelled file; after stages as older files have them it goes on.
+      subroutine note_stages()
+         integer :: i, n
+         n = size(parameters%stages)
+         if (n == 0) return
+         if (.not. has_end(parameters%stages(n))) return
+         parameters%ends_with_stages = options%labelled .or. .not. all([(is_plain(parameters%stages(i)), i=1, n)])
+         if (.not. parameters%ends_with_stages .or. is_set(options%steps) .or. is_set(options%t_end)) return
+         if (parameters%n_steps > 0 .and. parameters%n_steps < huge(1)) call messages%add(severity%note, 'the end '// &
+            'of the last stage replaces the number of steps '//to_string(parameters%n_steps)//' of the analysis file')
+         parameters%n_steps = huge(1)
+      end subroutine note_stages
+
+      !> Warn of numbers that have no effect with contacts of vertices on edges, where they were read.
+      subroutine report_unused()
+         type(option_rows_type) :: table
+         type(run_options_type) :: given
+         type(parameters_type) :: none
+         integer :: i
+         given = options
+         call describe_options(table, given, none)
+         do i = 1, table%n
+            associate (row => table%rows(i))
+               if (row%by_length .and. (is_set(row%given%number) .or. is_set(row%given%whole))) &
+                  call messages%add(severity%warning, row%name//" has no effect with formulation 'vertex': there a "// &
+                  'contact is one vertex, with a sharp corner, on an edge, and has the stiffness g0', row%origin)
+            end associate
+         end do
+      end subroutine report_unused
+
    end subroutine resolve_parameters
 
    !> Steps, and what they are shortened to land on: inertia and accelerations divide by the square of a time.
@@ -149,31 +287,6 @@ contains
 
    end subroutine refuse_short_times
 
-   !> Take the values of the analysis file.
-   subroutine take_analysis(blocks, analysis, parameters)
-      type(block_system_type), intent(in) :: blocks
-      type(analysis_input_type), intent(in) :: analysis
-      type(parameters_type), intent(inout) :: parameters
-      if (.not. allocated(analysis%block_materials)) then
-         allocate (parameters%fixed_tables(blocks%fixed%n), parameters%loading_tables(blocks%loading%n))
-         parameters%k01 = 1
-         return
-      end if
-      parameters%n_steps = analysis%n_steps
-      parameters%k01 = analysis%k01
-      parameters%dt_max = analysis%dt_max
-      parameters%displacement_ratio = analysis%displacement_ratio
-      parameters%normal_stiffness = analysis%stiffness
-      parameters%sor_factor = analysis%sor_factor
-      allocate (parameters%fixed_tables(blocks%fixed%n), parameters%loading_tables(blocks%loading%n))
-      if (allocated(analysis%fixed_tables)) then
-         if (size(analysis%fixed_tables) == blocks%fixed%n) parameters%fixed_tables = analysis%fixed_tables
-      end if
-      if (allocated(analysis%loading_tables)) then
-         if (size(analysis%loading_tables) == blocks%loading%n) parameters%loading_tables = analysis%loading_tables
-      end if
-   end subroutine take_analysis
-
    !> The system of units of the input: SI in a labelled file that does not say it, none in others.
    pure function units_of(options) result(units)
       type(run_options_type), intent(in) :: options
@@ -201,35 +314,6 @@ contains
       type(parameters_type), intent(inout) :: parameters
       if (parameters%by_length .and. .not. is_set(options%sliding_damping)) parameters%sliding_damping = damps_sliding
    end subroutine choose_sliding_damping
-
-   !> Remove the limit of the number of steps where only an end time is given.
-   subroutine note_extent(analysis, options, parameters, messages)
-      type(analysis_input_type), intent(in) :: analysis
-      type(run_options_type), intent(in) :: options
-      type(parameters_type), intent(inout) :: parameters
-      type(diagnostics_type), intent(inout) :: messages
-      if (is_set(options%steps) .or. .not. is_set(options%t_end)) return
-      parameters%n_steps = huge(1)
-      call messages%add(severity%note, 'end time '//parameters%shown(options%t_end, 'time', 10)// &
-                        ' replaces the number of steps '//to_string(analysis%n_steps)//' of the analysis file')
-   end subroutine note_extent
-
-   !> Does the run end with its last stage? Then the number of steps of the analysis file does not count. It does in a
-   !> labelled file; after stages as older files have them it goes on.
-   subroutine note_stages(options, parameters, messages)
-      type(run_options_type), intent(in) :: options
-      type(parameters_type), intent(inout) :: parameters
-      type(diagnostics_type), intent(inout) :: messages
-      integer :: i, n
-      n = size(parameters%stages)
-      if (n == 0) return
-      if (.not. has_end(parameters%stages(n))) return
-      parameters%ends_with_stages = options%labelled .or. .not. all([(is_plain(parameters%stages(i)), i=1, n)])
-      if (.not. parameters%ends_with_stages .or. is_set(options%steps) .or. is_set(options%t_end)) return
-      if (parameters%n_steps > 0 .and. parameters%n_steps < huge(1)) call messages%add(severity%note, 'the end '// &
-         'of the last stage replaces the number of steps '//to_string(parameters%n_steps)//' of the analysis file')
-      parameters%n_steps = huge(1)
-   end subroutine note_stages
 
    !> Warn of stages that cannot begin before the run ends.
    subroutine report_unreached(parameters, messages)
@@ -289,59 +373,6 @@ contains
       reference_length = 0.5_wp*merge(maxval(extent), extent(2), scale == 'largest')
    end function reference_length
 
-   !> Find the stiffness of contacts and fixed points.
-   subroutine resolve_stiffness(settings, parameters, messages)
-      type(run_options_type), intent(in) :: settings
-      type(parameters_type), intent(inout) :: parameters
-      type(diagnostics_type), intent(inout) :: messages
-      character(len=:), allocatable :: text
-      real(wp) :: e_max, springs
-      springs = springs_of_joint(parameters%by_length)
-      e_max = max(0.0_wp, maxval(parameters%block_materials%youngs_modulus))
-      if (parameters%normal_stiffness <= 0) then
-         if (parameters%windows_contacts) then
-            parameters%normal_stiffness = preset_over_e*e_max
-            text = to_string(preset_over_e)//' times the largest E, as the preset has it, = '
-         else
-            parameters%normal_stiffness = automatic_over_e/springs*e_max
-            text = trim(merge('twice the largest E', 'the largest E      ', parameters%by_length))//' = '
-         end if
-         call messages%add(severity%note, 'contact stiffness (g0) is automatic: '//text// &
-                           parameters%shown(parameters%normal_stiffness, 'force/length')//', constant in the run')
-      else if (parameters%normal_stiffness > far_over_e/springs*e_max) then
-         call messages%add(severity%warning, 'the contact stiffness (g0) is '// &
-                           to_string(parameters%normal_stiffness/e_max)//' times the largest E: '// &
-                           stiffness_advice(parameters%by_length), settings%stiffness_origin)
-      end if
-      parameters%shear_stiffness = parameters%normal_stiffness/settings%shear_ratio
-      parameters%fixed_stiffness = parameters%normal_stiffness*settings%fixed_stiffness_factor
-   end subroutine resolve_stiffness
-
-   !> Find search distance and tolerances.
-   subroutine resolve_lengths(blocks, settings, by_blocks, parameters, messages)
-      type(block_system_type), intent(in) :: blocks
-      type(run_options_type), intent(in) :: settings
-      logical, intent(in) :: by_blocks   !! the stiffness of joints without one of their own follows from their blocks
-      type(parameters_type), intent(inout) :: parameters
-      type(diagnostics_type), intent(inout) :: messages
-      real(wp) :: edge
-      ! a step that moves blocks further than this searches again; to begin with, blocks further away than their
-      ! neighbours' neighbours are no candidates
-      parameters%search_distance = min(settings%search_factor*parameters%displacement_ratio*parameters%w0, &
-                                       2*mean_diameter(blocks))
-      edge = mean_edge(blocks)
-      if (parameters%displacement_ratio*parameters%w0 > edge .and. edge > 0) call messages%add(severity%warning, &
-         'the displacement ratio (g2) lets a block move by '// &
-         parameters%shown(parameters%displacement_ratio*parameters%w0, 'length')//' in a step, more than the mean '// &
-         'length of edges, '//parameters%shown(edge, 'length')//': g2 = '// &
-         to_string(advised_ratio(edge, parameters%w0))//' is advised', settings%ratio_origin)
-      parameters%angle_tolerance = settings%angle_tolerance*pi/180
-      parameters%smooth_step = blocks%edge_node_distance
-      parameters%stiffness_length = merge(0.0_wp, edge, by_blocks)
-      parameters%close_tolerance = settings%close_tolerance*parameters%w0
-      parameters%open_tolerance = settings%open_tolerance*parameters%w0
-   end subroutine resolve_lengths
-
    !> Mean diagonal of the blocks' bounding boxes at the start.
    pure real(wp) function mean_diameter(blocks)
       type(block_system_type), intent(in) :: blocks
@@ -354,38 +385,6 @@ contains
       end do
       mean_diameter = mean_diameter/max(1, blocks%n_blocks)
    end function mean_diameter
-
-   !> Settle the formulation: `settings` holds the options with their defaults.
-   subroutine choose_formulation(options, has_preset, settings, messages)
-      type(run_options_type), intent(in) :: options        !! as given
-      logical, intent(in) :: has_preset
-      type(run_options_type), intent(inout) :: settings
-      type(diagnostics_type), intent(inout) :: messages
-      type(joint_material_type) :: tied
-      character(len=:), allocatable :: what
-      logical :: is_given, has_tie
-      is_given = .false.
-      if (allocated(options%formulation)) is_given = len_trim(options%formulation) > 0
-      if (settings%formulation == by_length) then
-         if (has_preset .and. is_given) call messages%add(severity%note, "formulation 'length' is given: of the "// &
-            "preset '"//options%preset//"' the closing rule, tolerances and defaults hold, its contacts do not", &
-            options%formulation_origin)
-         return
-      end if
-      call find_tie(settings, tied, has_tie)
-      if (.not. has_tie) return
-      what = 'joint material '//to_string(tied%number)//": tie = .true. needs formulation 'length'"
-      if (has_preset) then
-         call messages%add(severity%error, what//", and the preset '"//options%preset//"' has 'vertex': leave out "// &
-                           "the tie or the preset, or give &contact formulation = 'length'", tied%origin)
-      else if (is_given) then
-         call messages%add(severity%warning, what//", which all contacts of the run take in place of 'vertex'", &
-                           tied%origin)
-      else
-         call messages%add(severity%note, what//', which all contacts of the run take', tied%origin)
-      end if
-      settings%formulation = by_length
-   end subroutine choose_formulation
 
    !> A group by which a material is tied, and that no later group takes back.
    subroutine find_tie(settings, tied, has_tie)
@@ -407,25 +406,6 @@ contains
          return
       end do
    end subroutine find_tie
-
-   !> Warn of numbers that have no effect with contacts of vertices on edges, where they were read.
-   subroutine report_unused(options, messages)
-      type(run_options_type), intent(in) :: options        !! as given
-      type(diagnostics_type), intent(inout) :: messages
-      type(option_rows_type) :: table
-      type(run_options_type) :: given
-      type(parameters_type) :: none
-      integer :: i
-      given = options
-      call describe_options(table, given, none)
-      do i = 1, table%n
-         associate (row => table%rows(i))
-            if (row%by_length .and. (is_set(row%given%number) .or. is_set(row%given%whole))) &
-               call messages%add(severity%warning, row%name//" has no effect with formulation 'vertex': there a "// &
-               'contact is one vertex, with a sharp corner, on an edge, and has the stiffness g0', row%origin)
-         end associate
-      end do
-   end subroutine report_unused
 
    !> Materials of the analysis file and the options; without an analysis file also the end of the run.
    subroutine put_materials_together(analysis, options, parameters, messages)

@@ -213,7 +213,7 @@ contains
       logical :: is_given
       d = 0
       is_given = present(motion) .or. present(at_rest)
-      rises = all_rises(context, attempt, size(pressure))
+      rises = all_rises(size(pressure))
       !$omp parallel do default(none) shared(stretches, group, pressure, context, attempt, loads) &
       !$omp shared(motion, is_given, rises) &
       !$omp private(i, block, scratch) firstprivate(d) schedule(static) if (size(stretches) > parallel_blocks)
@@ -227,46 +227,46 @@ contains
             else
                block = attempt%moving(b)
             end if
-            call find_load(stretches(i), pressure(group(i)), rises(group(i)), context, block, scratch, loads(:, i))
+            call find_load(stretches(i), pressure(group(i)), rises(group(i)), block, scratch, loads(:, i))
          end associate
       end do
       !$omp end parallel do
+
+   contains
+
+      !> Load of the pressure on a stretch, at the place that it has in the middle of the step.
+      pure subroutine find_load(stretch, pressure, rise, block, scratch, load)
+         type(edge_stretch_type), intent(in) :: stretch
+         type(water_pressure_type), intent(in) :: pressure
+         real(wp), intent(in) :: rise                    !! of the table [length]
+         type(moving_block_type), intent(in) :: block    !! with the motion of the step
+         type(water_scratch_type), intent(inout) :: scratch
+         real(wp), intent(out) :: load(6)
+         real(wp) :: p(2), q(2), normal(2), shares(2)
+         load = 0
+         associate (start => context%state%vertices(:, stretch%vertices))
+            p = start(:, 1) + 0.5_wp*mean_displacement(block%d, start(:, 1), block)
+            q = start(:, 2) + 0.5_wp*mean_displacement(block%d, start(:, 2), block)
+            call pressure%end_shares(p + context%state%datum, q + context%state%datum, stretch%ends, rise, scratch, &
+                                     shares)
+            if (.not. any(abs(shares) > 0)) return
+            ! outward, as long as the edge
+            normal = [q(2) - p(2), p(1) - q(1)]
+            load = mean_load(-shares(1)*normal, start(:, 1), block) + mean_load(-shares(2)*normal, start(:, 2), block)
+         end associate
+      end subroutine find_load
+
+      !> Rises of the tables of all groups at the end of the step.
+      pure function all_rises(n) result(rises)
+         integer, intent(in) :: n          !! groups
+         real(wp) :: rises(n)
+         integer :: g
+         do g = 1, n
+            rises(g) = rise_of(context%parameters%water(g), attempt%load_time(context))
+         end do
+      end function all_rises
+
    end subroutine find_loads
-
-   !> Rises of the tables of all groups at the end of the step.
-   pure function all_rises(context, attempt, n) result(rises)
-      type(step_context_type), intent(in) :: context
-      type(attempt_type), intent(in) :: attempt
-      integer, intent(in) :: n          !! groups
-      real(wp) :: rises(n)
-      integer :: g
-      do g = 1, n
-         rises(g) = rise_of(context%parameters%water(g), attempt%load_time(context))
-      end do
-   end function all_rises
-
-   !> Load of the pressure on a stretch, at the place that it has in the middle of the step.
-   pure subroutine find_load(stretch, pressure, rise, context, block, scratch, load)
-      type(edge_stretch_type), intent(in) :: stretch
-      type(water_pressure_type), intent(in) :: pressure
-      real(wp), intent(in) :: rise                    !! of the table [length]
-      type(step_context_type), intent(in) :: context
-      type(moving_block_type), intent(in) :: block    !! with the motion of the step
-      type(water_scratch_type), intent(inout) :: scratch
-      real(wp), intent(out) :: load(6)
-      real(wp) :: p(2), q(2), normal(2), shares(2)
-      load = 0
-      associate (start => context%state%vertices(:, stretch%vertices))
-         p = start(:, 1) + 0.5_wp*mean_displacement(block%d, start(:, 1), block)
-         q = start(:, 2) + 0.5_wp*mean_displacement(block%d, start(:, 2), block)
-         call pressure%end_shares(p + context%state%datum, q + context%state%datum, stretch%ends, rise, scratch, &
-                                  shares)
-         if (.not. any(abs(shares) > 0)) return
-         ! outward, as long as the edge
-         normal = [q(2) - p(2), p(1) - q(1)]
-         load = mean_load(-shares(1)*normal, start(:, 1), block) + mean_load(-shares(2)*normal, start(:, 2), block)
-      end associate
-   end subroutine find_load
 
    !> The stretches that some group wets. Warnings: groups that wet nothing. Error: points that make no triangle. The
    !> groups have been checked (rockdda_model_water_check).
@@ -294,145 +294,133 @@ contains
                               'no triangle: they lie on a line, or two are the same', parameters%water(g)%origin)
             return
          end if
-         all_wets(g, :) = wetted_by(blocks, parameters, parameters%water(g), all_stretches)
+         all_wets(g, :) = wetted_by(parameters%water(g), all_stretches)
       end do
       stretches = pack(all_stretches, any(all_wets, dim=1))
       allocate (wets(n, size(stretches)))
       do g = 1, n
          wets(g, :) = pack(all_wets(g, :), any(all_wets, dim=1))
-         call report(stretches, wets(g, :), pressure(g), blocks, parameters%water(g), g, &
-                     unit_system(parameters%units), messages)
-         call report_beyond(stretches, wets(g, :), pressure(g), blocks, parameters, g, messages)
+         call report(wets(g, :), pressure(g), parameters%water(g), unit_system(parameters%units))
+         call report_beyond(wets(g, :), pressure(g))
       end do
-   end subroutine find_wetted_edges
 
-   !> Which stretches does a group wet?
-   pure function wetted_by(blocks, parameters, group, stretches) result(wets)
-      type(block_system_type), intent(in) :: blocks
-      type(parameters_type), intent(in) :: parameters
-      type(water_type), intent(in) :: group
-      type(edge_stretch_type), intent(in) :: stretches(:)
-      logical :: wets(size(stretches))
-      logical :: inside(blocks%n_blocks), joints(size(parameters%joint_materials))
-      integer :: i
-      inside = blocks_of_group(blocks, parameters, group)
-      joints = named_joints(parameters, group)
-      do i = 1, size(stretches)
-         associate (s => stretches(i))
-            wets(i) = group%surfaces
-            if (s%joints(2) > 0) wets(i) = any(joints(s%joints))
-            wets(i) = wets(i) .and. inside(s%block)
-         end associate
-      end do
-   end function wetted_by
+   contains
 
-   !> Blocks that a group names.
-   pure function blocks_of_group(blocks, parameters, group) result(inside)
-      type(block_system_type), intent(in) :: blocks
-      type(parameters_type), intent(in) :: parameters
-      type(water_type), intent(in) :: group
-      logical, allocatable :: inside(:)
-      character(len=:), allocatable :: names
-      names = ''
-      if (allocated(group%region)) names = group%region
-      if (allocated(parameters%regions)) then
-         inside = blocks_of_region(blocks, parameters%regions, names)
-      else
-         allocate (inside(blocks%n_blocks), source=.true.)
-      end if
-   end function blocks_of_group
-
-   !> Joint materials that a group names; all of them when it names none.
-   pure function named_joints(parameters, group) result(named)
-      type(parameters_type), intent(in) :: parameters
-      type(water_type), intent(in) :: group
-      logical, allocatable :: named(:)          !! (joint materials)
-      character(len=:), allocatable :: word, names
-      integer :: i, k
-      names = ''
-      if (allocated(group%joints)) names = group%joints
-      allocate (named(size(parameters%joint_materials)), source=len_trim(names) == 0)
-      if (len_trim(names) == 0 .or. same_name(names, 'none')) return
-      do k = 1, count_words(names)
-         word = word_of(names, k)
-         do i = 1, size(named)
-            if (material_number(word) == i) named(i) = .true.
-            if (.not. allocated(parameters%joint_materials(i)%name)) cycle
-            if (same_name(word, parameters%joint_materials(i)%name)) named(i) = .true.
+      !> A note on what a group wets at the start, or the warning that it wets nothing at any time.
+      subroutine report(wets, pressure, group, system)
+         logical, intent(in) :: wets(:)                 !! (stretches)
+         type(water_pressure_type), intent(in) :: pressure
+         type(water_type), intent(in) :: group
+         type(unit_system_type), intent(in) :: system
+         type(water_scratch_type) :: scratch
+         real(wp) :: rises(2), largest, here(2)
+         integer :: i, wet(2), time
+         rises = rise_of(group, 0.0_wp)
+         if (allocated(group%level)) then
+            if (size(group%level, 2) > 0) rises(2) = max(rises(1), maxval(group%level(2, :)))
+         end if
+         wet = 0
+         largest = 0
+         do i = 1, size(stretches)
+            if (.not. wets(i)) cycle
+            associate (s => stretches(i), p => blocks%vertices(:, stretches(i)%vertices(1)), &
+                       q => blocks%vertices(:, stretches(i)%vertices(2)))
+               do time = 1, 2
+                  call pressure%largest_on(p, q, s%ends, rises(time), scratch, here(time))
+                  if (here(time) > 0) wet(time) = wet(time) + 1
+               end do
+               largest = max(largest, here(1))
+            end associate
          end do
-      end do
-   end function named_joints
+         if (count(wets) == 0) then
+            call messages%add(severity%warning, title_of(group, g)//' wets nothing: no edge belongs to its joints, '// &
+                              'surfaces and region', group%origin)
+         else if (maxval(wet) == 0) then
+            call messages%add(severity%warning, title_of(group, g)//' wets nothing: the pressure is 0 on all '// &
+                              counted(count(wets), 'piece')//' of edges of its joints, '// &
+                              'surfaces and region', group%origin)
+         else
+            call messages%add(severity%note, title_of(group, g)//': '//counted(wet(1), 'piece')// &
+                              ' of edges under water at the start, largest pressure '// &
+                              system%shown(largest, 'stress', 6), group%origin)
+         end if
+      end subroutine report
 
-   !> A note on what a group wets at the start, or the warning that it wets nothing at any time.
-   subroutine report(stretches, wets, pressure, blocks, group, g, system, messages)
-      type(edge_stretch_type), intent(in) :: stretches(:)
-      logical, intent(in) :: wets(:)                 !! (stretches)
-      type(water_pressure_type), intent(in) :: pressure
-      type(block_system_type), intent(in) :: blocks
-      type(water_type), intent(in) :: group
-      integer, intent(in) :: g
-      type(unit_system_type), intent(in) :: system
-      type(diagnostics_type), intent(inout) :: messages
-      type(water_scratch_type) :: scratch
-      real(wp) :: rises(2), largest, here(2)
-      integer :: i, wet(2), time
-      rises = rise_of(group, 0.0_wp)
-      if (allocated(group%level)) then
-         if (size(group%level, 2) > 0) rises(2) = max(rises(1), maxval(group%level(2, :)))
-      end if
-      wet = 0
-      largest = 0
-      do i = 1, size(stretches)
-         if (.not. wets(i)) cycle
-         associate (s => stretches(i), p => blocks%vertices(:, stretches(i)%vertices(1)), &
-                    q => blocks%vertices(:, stretches(i)%vertices(2)))
-            do time = 1, 2
-               call pressure%largest_on(p, q, s%ends, rises(time), scratch, here(time))
-               if (here(time) > 0) wet(time) = wet(time) + 1
+      !> The warning that blocks reach beyond the points at which the pressure is given.
+      subroutine report_beyond(wets, pressure)
+         logical, intent(in) :: wets(:)                 !! (stretches)
+         type(water_pressure_type), intent(in) :: pressure
+         real(wp) :: margin
+         integer :: i, n, first
+         n = 0
+         first = 0
+         margin = max(blocks%edge_node_distance, 1.0e-6_wp*parameters%w0)
+         if (.not. allocated(pressure%field)) return
+         do i = 1, size(stretches)
+            if (.not. wets(i)) cycle
+            if (pressure%covers(blocks%vertices(:, stretches(i)%vertices(1)), margin)) cycle
+            n = n + 1
+            if (first == 0) first = stretches(i)%vertices(1)
+         end do
+         if (n > 0) call messages%add(severity%warning, title_of(parameters%water(g), g)//': '//counted(n, 'piece')// &
+            ' of edges begin beyond the points of pressure_file, the first at ('// &
+            to_string(blocks%vertices(1, first), 6)//', '//to_string(blocks%vertices(2, first), 6)// &
+            '); the pressure there goes on as in the nearest triangle', parameters%water(g)%origin)
+      end subroutine report_beyond
+
+      !> Which stretches does a group wet?
+      pure function wetted_by(group, stretches) result(wets)
+         type(water_type), intent(in) :: group
+         type(edge_stretch_type), intent(in) :: stretches(:)
+         logical :: wets(size(stretches))
+         logical :: inside(blocks%n_blocks), joints(size(parameters%joint_materials))
+         integer :: i
+         inside = blocks_of_group(group)
+         joints = named_joints(group)
+         do i = 1, size(stretches)
+            associate (s => stretches(i))
+               wets(i) = group%surfaces
+               if (s%joints(2) > 0) wets(i) = any(joints(s%joints))
+               wets(i) = wets(i) .and. inside(s%block)
+            end associate
+         end do
+      end function wetted_by
+
+      !> Blocks that a group names.
+      pure function blocks_of_group(group) result(inside)
+         type(water_type), intent(in) :: group
+         logical, allocatable :: inside(:)
+         character(len=:), allocatable :: names
+         names = ''
+         if (allocated(group%region)) names = group%region
+         if (allocated(parameters%regions)) then
+            inside = blocks_of_region(blocks, parameters%regions, names)
+         else
+            allocate (inside(blocks%n_blocks), source=.true.)
+         end if
+      end function blocks_of_group
+
+      !> Joint materials that a group names; all of them when it names none.
+      pure function named_joints(group) result(named)
+         type(water_type), intent(in) :: group
+         logical, allocatable :: named(:)          !! (joint materials)
+         character(len=:), allocatable :: word, names
+         integer :: i, k
+         names = ''
+         if (allocated(group%joints)) names = group%joints
+         allocate (named(size(parameters%joint_materials)), source=len_trim(names) == 0)
+         if (len_trim(names) == 0 .or. same_name(names, 'none')) return
+         do k = 1, count_words(names)
+            word = word_of(names, k)
+            do i = 1, size(named)
+               if (material_number(word) == i) named(i) = .true.
+               if (.not. allocated(parameters%joint_materials(i)%name)) cycle
+               if (same_name(word, parameters%joint_materials(i)%name)) named(i) = .true.
             end do
-            largest = max(largest, here(1))
-         end associate
-      end do
-      if (count(wets) == 0) then
-         call messages%add(severity%warning, title_of(group, g)//' wets nothing: no edge belongs to its joints, '// &
-                           'surfaces and region', group%origin)
-      else if (maxval(wet) == 0) then
-         call messages%add(severity%warning, title_of(group, g)//' wets nothing: the pressure is 0 on all '// &
-                           counted(count(wets), 'piece')//' of edges of its joints, '// &
-                           'surfaces and region', group%origin)
-      else
-         call messages%add(severity%note, title_of(group, g)//': '//counted(wet(1), 'piece')// &
-                           ' of edges under water at the start, largest pressure '// &
-                           system%shown(largest, 'stress', 6), group%origin)
-      end if
-   end subroutine report
+         end do
+      end function named_joints
 
-   !> The warning that blocks reach beyond the points at which the pressure is given.
-   subroutine report_beyond(stretches, wets, pressure, blocks, parameters, g, messages)
-      type(edge_stretch_type), intent(in) :: stretches(:)
-      logical, intent(in) :: wets(:)                 !! (stretches)
-      type(water_pressure_type), intent(in) :: pressure
-      type(block_system_type), intent(in) :: blocks
-      type(parameters_type), intent(in) :: parameters
-      integer, intent(in) :: g
-      type(diagnostics_type), intent(inout) :: messages
-      real(wp) :: margin
-      integer :: i, n, first
-      n = 0
-      first = 0
-      margin = max(blocks%edge_node_distance, 1.0e-6_wp*parameters%w0)
-      if (.not. allocated(pressure%field)) return
-      do i = 1, size(stretches)
-         if (.not. wets(i)) cycle
-         if (pressure%covers(blocks%vertices(:, stretches(i)%vertices(1)), margin)) cycle
-         n = n + 1
-         if (first == 0) first = stretches(i)%vertices(1)
-      end do
-      if (n > 0) call messages%add(severity%warning, title_of(parameters%water(g), g)//': '//counted(n, 'piece')// &
-         ' of edges begin beyond the points of pressure_file, the first at ('// &
-         to_string(blocks%vertices(1, first), 6)//', '//to_string(blocks%vertices(2, first), 6)// &
-         '); the pressure there goes on as in the nearest triangle', parameters%water(g)%origin)
-   end subroutine report_beyond
+   end subroutine find_wetted_edges
 
    !> All stretches, by blocks and edges. Bridges to islands have none.
    pure subroutine find_stretches(blocks, tolerance, stretches)

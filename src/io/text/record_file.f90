@@ -71,13 +71,13 @@ contains
       if (.not. ok) return
       if (form == 'at2') then
          call tokenise(source, tokens)
-         call read_peer(source, tokens, has_scale, rows, unit, messages)
+         call read_peer()
       else
-         call refuse_peer(source, messages, ok)
+         call refuse_peer()
          if (ok) call settle_separators(source, 2, 1, messages, ok)
          if (.not. ok) return
          call tokenise(source, tokens)
-         call read_table(source, tokens, column, has_scale, rows, places, unit, messages)
+         call read_table(places)
       end if
       if (messages%n_errors > before) return
       if (size(rows, 2) < 2) then
@@ -85,205 +85,305 @@ contains
       else if (.not. rows(1, size(rows, 2)) > rows(1, 1)) then
          call messages%add(severity%error, 'all rows of the record have the same time', tokens%end_origin())
       else if (allocated(places)) then
-         call check_sampling(tokens, rows(1, :), places, messages)
+         call check_sampling(rows(1, :))
       end if
-   end subroutine read_record
 
-   !> Refuse a file of the PEER database as a table: its first lines have the number of points.
-   subroutine refuse_peer(source, messages, ok)
-      type(source_type), intent(in) :: source
-      type(diagnostics_type), intent(inout) :: messages
-      logical, intent(out) :: ok
-      integer, parameter :: lines_of_head = 5
-      integer :: line, at
-      ok = .true.
-      do line = 1, min(lines_of_head, source%n_lines)
-         at = index(lower_case(source%line_text(line)), 'npts')
-         if (at == 0) cycle
-         ok = .false.
-         call messages%add(severity%error, "this is a file of the PEER database (AT2), and no table: give "// &
-                           "format = 'at2', or name it .at2", source%origin(line, at))
-         return
-      end do
-   end subroutine refuse_peer
+   contains
 
-   !> A table: an optional header, then a row of numbers on each line.
-   subroutine read_table(source, tokens, column, has_scale, rows, places, unit, messages)
-      type(source_type), intent(in) :: source
-      type(token_list_type), intent(in) :: tokens
-      character(len=*), intent(in) :: column
-      logical, intent(in) :: has_scale
-      real(wp), allocatable, intent(inout) :: rows(:, :)
-      integer, allocatable, intent(out) :: places(:)
-      real(wp), intent(inout) :: unit
-      type(diagnostics_type), intent(inout) :: messages
-      real(wp) :: seconds
-      type(header_type) :: header
-      integer :: i, n, last, wanted, n_columns
-      logical :: ok
-      i = 1
-      call find_column(source, tokens, column, i, header, wanted, messages)
-      if (wanted == 0) return
-      call find_units(tokens, header, wanted, has_scale, seconds, unit, messages)
-      deallocate (rows)
-      allocate (rows(2, tokens%n - i + 1), places(tokens%n - i + 1))   ! as many lines as there can be
-      n = 0
-      n_columns = 0
-      do while (i <= tokens%n)
-         if (messages%n_errors > most_errors) exit
-         last = i
-         do while (last < tokens%n)
-            if (tokens%line(last + 1) /= tokens%line(i)) exit
-            last = last + 1
+      !> Refuse a file of the PEER database as a table: its first lines have the number of points.
+      subroutine refuse_peer()
+         integer, parameter :: lines_of_head = 5
+         integer :: line, at
+         ok = .true.
+         do line = 1, min(lines_of_head, source%n_lines)
+            at = index(lower_case(source%line_text(line)), 'npts')
+            if (at == 0) cycle
+            ok = .false.
+            call messages%add(severity%error, "this is a file of the PEER database (AT2), and no table: give "// &
+                              "format = 'at2', or name it .at2", source%origin(line, at))
+            return
          end do
-         n = n + 1
-         places(n) = i
-         if (n == 1) then
-            n_columns = last - i + 1
-            if (header%is_sure .and. size(header%names) /= n_columns) &
-               call messages%add(severity%error, 'the header has '//counted(size(header%names), 'name')// &
-                                 ', this row '//counted(n_columns, 'number')//decimal_comma(tokens, i, last)// &
-                                 ' (a title begins with #)', tokens%origin(last))
-         end if
-         if (last - i + 1 < wanted) then
-            call messages%add(severity%error, 'row '//to_string(n)//': expected at least '//to_string(wanted)// &
-                              ' numbers on this line, found '//to_string(last - i + 1), tokens%origin(last))
+      end subroutine refuse_peer
+
+      !> A table: an optional header, then a row of numbers on each line.
+      subroutine read_table(places)
+         integer, allocatable, intent(out) :: places(:)
+         real(wp) :: seconds
+         type(header_type) :: header
+         integer :: i, n, last, wanted, n_columns
+         logical :: ok
+         i = 1
+         call find_column(i, header, wanted)
+         if (wanted == 0) return
+         call find_units(header, wanted, seconds)
+         deallocate (rows)
+         allocate (rows(2, tokens%n - i + 1), places(tokens%n - i + 1))   ! as many lines as there can be
+         n = 0
+         n_columns = 0
+         do while (i <= tokens%n)
+            if (messages%n_errors > most_errors) exit
+            last = i
+            do while (last < tokens%n)
+               if (tokens%line(last + 1) /= tokens%line(i)) exit
+               last = last + 1
+            end do
+            n = n + 1
+            places(n) = i
             if (n == 1) then
-               rows = rows(:, 1:0)
+               n_columns = last - i + 1
+               if (header%is_sure .and. size(header%names) /= n_columns) &
+                  call messages%add(severity%error, 'the header has '//counted(size(header%names), 'name')// &
+                                    ', this row '//counted(n_columns, 'number')//decimal_comma(tokens, i, last)// &
+                                    ' (a title begins with #)', tokens%origin(last))
+            end if
+            if (last - i + 1 < wanted) then
+               call messages%add(severity%error, 'row '//to_string(n)//': expected at least '//to_string(wanted)// &
+                                 ' numbers on this line, found '//to_string(last - i + 1), tokens%origin(last))
+               if (n == 1) then
+                  rows = rows(:, 1:0)
+                  return
+               end if
+            else if (last - i + 1 /= n_columns) then
+               call messages%add(severity%error, 'row '//to_string(n)//': expected '//to_string(n_columns)// &
+                                 ' numbers on this line, as in the first row, found '//to_string(last - i + 1)// &
+                                 decimal_comma(tokens, i, last), tokens%origin(last))
+            end if
+            call take_number(tokens, i, 'time of row '//to_string(n), rows(1, n), ok, messages)
+            rows(1, n) = seconds*rows(1, n)
+            if (last - i + 1 >= wanted) &
+               call take_number(tokens, i + wanted - 1, 'value of row '//to_string(n), rows(2, n), ok, messages)
+            if (n > 1) then
+               if (rows(1, n) < rows(1, n - 1)) call messages%add(severity%error, 'time of row '//to_string(n)// &
+                  ": must not be smaller than in the row before, found '"//tokens%text(i)//"'", tokens%origin(i))
+            end if
+            i = last + 1
+         end do
+         rows = rows(:, 1:n)
+         if (n == 0) call messages%add(severity%error, 'the record has no rows', tokens%end_origin())
+      end subroutine read_table
+
+      !> Warn of a record of equal steps that misses some of them or lists a time twice.
+      subroutine check_sampling(time)
+         real(wp), intent(in) :: time(:)
+         character(len=:), allocatable :: more
+         real(wp), allocatable :: steps(:)
+         integer, allocatable :: order(:)
+         real(wp) :: usual
+         integer :: k, n, n_others
+         n = size(time)
+         if (n < fewest_samples) return
+         steps = time(2:) - time(:n - 1)
+         order = sorted_order(steps)
+         usual = steps(order(n/2))
+         n_others = count(abs(steps - usual) > 0.1_wp*usual)
+         if (n_others == 0 .or. 10*n_others > n) return
+         k = 1
+         do while (abs(steps(k) - usual) <= 0.1_wp*usual)
+            k = k + 1
+         end do
+         more = ''
+         if (n_others > 1) more = ' (nor in '//counted(n_others - 1, 'row')//' more)'
+         call messages%add(severity%warning, 'the rows are '//to_string(usual, 4)//' apart, but not this one'//more// &
+                           ', which follows '//to_string(steps(k), 4)//' after the one before: are rows missing or '// &
+                           'there twice? In between the record is a straight line', tokens%origin(places(k + 1)))
+      end subroutine check_sampling
+
+      !> Number of the column of the values, 0 on error; `i` becomes the first token behind the header.
+      subroutine find_column(i, header, wanted)
+         integer, intent(inout) :: i
+         type(header_type), intent(out) :: header
+         integer, intent(out) :: wanted
+         integer :: k, status
+         real(wp) :: number
+         wanted = 2
+         allocate (header%names(0))
+         if (tokens%n > 0) then
+            if (tokens%kind(1) == token_kind%text .and. .not. tokens%is_not_finite(1)) then
+               call split_header(source%line_text(tokens%line(1)), header)
+               do while (i <= tokens%n)
+                  if (tokens%line(i) /= tokens%line(1)) exit
+                  i = i + 1
+               end do
+            end if
+         end if
+         if (len(column) == 0) return
+         call parse_number(column, number, status)
+         if (status == number_status%ok) then
+            wanted = 0
+            if (is_whole(number) .and. number >= 2 .and. number < 1.0e6_wp) wanted = nint(number)
+            if (wanted == 0) call messages%add(severity%error, "column '"//column// &
+                                               "' is not possible: the first one "// &
+                                               'holds the time, expected a number from 2', first_place(tokens))
+            return
+         end if
+         wanted = 0
+         associate (names => header%names)
+            do k = size(names), 2, -1
+               if (names(k) == lower_case(column) .or. header%bare_name(k) == lower_case(column)) wanted = k
+            end do
+            if (wanted > 0) return
+            if (size(names) == 0) then
+               call messages%add(severity%error, "column '"//column// &
+                                 "' has a name, but this file has no header with "//'names: give its number', &
+                                 first_place(tokens))
+            else
+               call messages%add(severity%error, "no column '"//column//"' in the header"// &
+                                 did_you_mean(lower_case(column), names(min(2, size(names)):)), first_place(tokens))
+            end if
+         end associate
+      end subroutine find_column
+
+      !> Find the units of times and values that the header names, that of the values also in comments before them.
+      subroutine find_units(header, wanted, seconds)
+         type(header_type), intent(in) :: header
+         integer, intent(in) :: wanted            !! column of the values
+         real(wp), intent(out) :: seconds         !! of the unit of the times
+         character(len=:), allocatable :: word
+         integer :: k
+         seconds = 1
+         unit = unit_of_comments(tokens)
+         if (size(header%names) == 0) return
+         do k = 2, size(header%names)
+            if (is_time(header%bare_name(k)) .and. .not. is_time(header%bare_name(1))) &
+               call messages%add(severity%error, 'the header names the time in column '//to_string(k)// &
+               ': expected it in the first one', first_place(tokens))
+         end do
+         word = header%unit_of(1)
+         if (len(word) > 0) then
+            seconds = time_unit(word)
+            if (.not. seconds > 0) call messages%add(severity%error, "the header names '"//word//"' as unit of the "// &
+               'times: expected s, ms or min', first_place(tokens))
+         end if
+         if (size(header%names) < wanted) return
+         word = header%unit_of(wanted)
+         if (index(header%names(wanted), 'vel') == 1 .or. index(header%names(wanted), 'disp') == 1 .or. &
+             is_of_other_quantity(word)) then
+            call messages%add(severity%error, "column '"//trim(header%names(wanted))// &
+                              "' is no acceleration: expected "// &
+                              'a column of accelerations (name or number in column)', first_place(tokens))
+         else if (len(word) > 0) then
+            unit = acceleration_unit(word)
+            if (.not. (unit > 0 .or. has_scale)) call messages%add(severity%error, "the header names '"//word// &
+               "' as unit of column '"//trim(header%bare_name(wanted))//"': expected one of "//known_units// &
+               ', or scale, the factor of the values', first_place(tokens))
+         end if
+      end subroutine find_units
+
+      !> Read the values; `rows` is complete when no error was added.
+      subroutine read_peer()
+         type(head_type) :: head
+         real(wp) :: number
+         integer :: first, i, k, n
+         logical :: ok
+         unit = 0
+         call find_head(head, ok)
+         if (.not. ok) return
+         call find_unit(head%last)
+         n = nint(head%n)
+         first = tokens%n + 1
+         do i = tokens%n, 1, -1
+            if (tokens%line(i) <= head%last) exit
+            first = i
+         end do
+         k = tokens%n - first + 1
+         if (k > n) then
+            call messages%add(severity%error, 'the file has more than the '//counted(n, 'value')//' of NPTS'// &
+                              decimal_comma(tokens, first, tokens%n), tokens%origin(first + n))
+            return
+         else if (k < n) then
+            do i = first, tokens%n
+               call take_number(tokens, i, 'value '//to_string(i - first + 1), number, ok, messages)
+               if (.not. ok) return
+            end do
+            call messages%add(severity%error, 'the file ends after '//counted(k, 'value')//', NPTS is '//to_string(n), &
+                              tokens%end_origin())
+            return
+         end if
+         deallocate (rows)
+         allocate (rows(2, n))
+         do k = 1, n
+            if (messages%n_errors > most_errors) return
+            rows(1, k) = (k - 1)*head%dt
+            call take_number(tokens, first + k - 1, 'value '//to_string(k), rows(2, k), ok, messages)
+         end do
+      end subroutine read_peer
+
+      !> Find NPTS and DT: "NPTS= 4000, DT= .0050 SEC", in any order, on two lines, or "4000 0.0050 NPTS, DT".
+      subroutine find_head(head, ok)
+         type(head_type), intent(out) :: head
+         logical, intent(out) :: ok
+         integer :: line
+         ok = .true.
+         do line = 1, min(head_lines, source%n_lines)
+            call read_line(source, line, head, ok, messages)
+            if (.not. ok) return
+            if (all(head%places > 0)) exit
+         end do
+         ok = .false.
+         if (all(head%places == 0)) then
+            call messages%add(severity%error, "this is no file of PEER (AT2): expected a line such as 'NPTS= 4000, "// &
+                              "DT= .005 SEC' among the first "//to_string(head_lines), source%origin(1, 1))
+         else if (head%places(1) == 0) then
+            call messages%add(severity%error, 'expected the number of values too (NPTS= 4000), here or in the '// &
+                              'first '//counted(head_lines, 'line'), source%origin(head%places(2), 1))
+         else if (head%places(2) == 0) then
+            call messages%add(severity%error, 'expected the step in time too (DT= .005 SEC), here or in the first '// &
+                              counted(head_lines, 'line'), source%origin(head%places(1), 1))
+         else if (.not. (is_whole(head%n) .and. head%n >= 1)) then
+            call messages%add(severity%error, 'expected the number of values (NPTS) on this line, a whole number', &
+                              source%origin(head%places(1), 1))
+         else if (.not. (head%dt > 0 .and. head%dt <= 1.0e10_wp)) then
+            call messages%add(severity%error, 'expected the step in time (DT), greater than 0, on this line', &
+                              source%origin(head%places(2), 1))
+         else
+            ok = .true.
+            head%last = maxval(head%places)
+         end if
+      end subroutine find_head
+
+      !> Find the unit of the values: "ACCELERATION TIME SERIES IN UNITS OF CM/S/S"; g where no line names one.
+      subroutine find_unit(head)
+         integer, intent(in) :: head              !! the lines before the values are so many
+         character(len=:), allocatable :: text, word
+         integer :: line, at
+         unit = 0
+         do line = 1, head
+            text = lower_case(source%line_text(line))
+            text = trim(adjustl(text))
+            at = index(text, 'units of ')
+            if (at == 0 .and. .not. any([index(text, 'accel'), index(text, 'veloc'), index(text, 'displ')] == 1)) cycle
+            word = ''
+            if (at > 0) then
+               word = text(at + 9:)
+            else if (scan(text, '([') > 0 .and. scan(text, ')]', back=.true.) > scan(text, '([')) then
+               word = text(scan(text, '([') + 1:scan(text, ')]', back=.true.) - 1)
+            else if (index(text, ' in ') > 0) then
+               word = text(index(text, ' in ') + 4:)
+            end if
+            word = trim(adjustl(word))
+            unit = acceleration_unit(word)
+            if (.not. unit > 0) then      ! words follow it
+               if (scan(word, ',;:( ') > 1) word = word(:scan(word, ',;:( ') - 1)
+               unit = acceleration_unit(word)
+            end if
+            if (index(text, 'veloc') > 0 .or. index(text, 'displ') > 0 .or. is_of_other_quantity(word)) then
+               call messages%add(severity%error, 'this is a record of velocities or displacements: expected one of '// &
+                                 'accelerations (at PEER the file that ends in .AT2)', source%origin(line, 1))
+               return
+            else if (at > 0 .and. .not. unit > 0 .and. .not. has_scale) then
+               call messages%add(severity%error, "the values are in '"//word//"': expected one of "//known_units// &
+                                 ', or scale, the factor of the values', source%origin(line, 1))
                return
             end if
-         else if (last - i + 1 /= n_columns) then
-            call messages%add(severity%error, 'row '//to_string(n)//': expected '//to_string(n_columns)// &
-                              ' numbers on this line, as in the first row, found '//to_string(last - i + 1)// &
-                              decimal_comma(tokens, i, last), tokens%origin(last))
-         end if
-         call take_number(tokens, i, 'time of row '//to_string(n), rows(1, n), ok, messages)
-         rows(1, n) = seconds*rows(1, n)
-         if (last - i + 1 >= wanted) &
-            call take_number(tokens, i + wanted - 1, 'value of row '//to_string(n), rows(2, n), ok, messages)
-         if (n > 1) then
-            if (rows(1, n) < rows(1, n - 1)) call messages%add(severity%error, 'time of row '//to_string(n)// &
-               ": must not be smaller than in the row before, found '"//tokens%text(i)//"'", tokens%origin(i))
-         end if
-         i = last + 1
-      end do
-      rows = rows(:, 1:n)
-      if (n == 0) call messages%add(severity%error, 'the record has no rows', tokens%end_origin())
-   end subroutine read_table
-
-   !> Warn of a record of equal steps that misses some of them or lists a time twice.
-   subroutine check_sampling(tokens, time, places, messages)
-      type(token_list_type), intent(in) :: tokens
-      real(wp), intent(in) :: time(:)
-      integer, intent(in) :: places(:)           !! token of each time
-      type(diagnostics_type), intent(inout) :: messages
-      character(len=:), allocatable :: more
-      real(wp), allocatable :: steps(:)
-      integer, allocatable :: order(:)
-      real(wp) :: usual
-      integer :: k, n, n_others
-      n = size(time)
-      if (n < fewest_samples) return
-      steps = time(2:) - time(:n - 1)
-      order = sorted_order(steps)
-      usual = steps(order(n/2))
-      n_others = count(abs(steps - usual) > 0.1_wp*usual)
-      if (n_others == 0 .or. 10*n_others > n) return
-      k = 1
-      do while (abs(steps(k) - usual) <= 0.1_wp*usual)
-         k = k + 1
-      end do
-      more = ''
-      if (n_others > 1) more = ' (nor in '//counted(n_others - 1, 'row')//' more)'
-      call messages%add(severity%warning, 'the rows are '//to_string(usual, 4)//' apart, but not this one'//more// &
-                        ', which follows '//to_string(steps(k), 4)//' after the one before: are rows missing or '// &
-                        'there twice? In between the record is a straight line', tokens%origin(places(k + 1)))
-   end subroutine check_sampling
-
-   !> Number of the column of the values, 0 on error; `i` becomes the first token behind the header.
-   subroutine find_column(source, tokens, column, i, header, wanted, messages)
-      type(source_type), intent(in) :: source
-      type(token_list_type), intent(in) :: tokens
-      character(len=*), intent(in) :: column
-      integer, intent(inout) :: i
-      type(header_type), intent(out) :: header
-      integer, intent(out) :: wanted
-      type(diagnostics_type), intent(inout) :: messages
-      integer :: k, status
-      real(wp) :: number
-      wanted = 2
-      allocate (header%names(0))
-      if (tokens%n > 0) then
-         if (tokens%kind(1) == token_kind%text .and. .not. tokens%is_not_finite(1)) then
-            call split_header(source%line_text(tokens%line(1)), header)
-            do while (i <= tokens%n)
-               if (tokens%line(i) /= tokens%line(1)) exit
-               i = i + 1
-            end do
-         end if
-      end if
-      if (len(column) == 0) return
-      call parse_number(column, number, status)
-      if (status == number_status%ok) then
-         wanted = 0
-         if (is_whole(number) .and. number >= 2 .and. number < 1.0e6_wp) wanted = nint(number)
-         if (wanted == 0) call messages%add(severity%error, "column '"//column//"' is not possible: the first one "// &
-                                            'holds the time, expected a number from 2', first_place(tokens))
-         return
-      end if
-      wanted = 0
-      associate (names => header%names)
-         do k = size(names), 2, -1
-            if (names(k) == lower_case(column) .or. header%bare_name(k) == lower_case(column)) wanted = k
+            if (unit > 0) return
          end do
-         if (wanted > 0) return
-         if (size(names) == 0) then
-            call messages%add(severity%error, "column '"//column//"' has a name, but this file has no header with "// &
-                              'names: give its number', first_place(tokens))
-         else
-            call messages%add(severity%error, "no column '"//column//"' in the header"// &
-                              did_you_mean(lower_case(column), names(min(2, size(names)):)), first_place(tokens))
-         end if
-      end associate
-   end subroutine find_column
+         if (has_scale) return
+         unit = acceleration_unit('g')
+         call messages%add(severity%warning, 'no line before the values names their unit; they are taken as in g '// &
+                           '(give scale, the factor of the values, where they are not)', source%origin(1, 1))
+      end subroutine find_unit
 
-   !> Find the units of times and values that the header names, that of the values also in comments before them.
-   subroutine find_units(tokens, header, wanted, has_scale, seconds, unit, messages)
-      type(token_list_type), intent(in) :: tokens
-      type(header_type), intent(in) :: header
-      integer, intent(in) :: wanted            !! column of the values
-      logical, intent(in) :: has_scale
-      real(wp), intent(out) :: seconds         !! of the unit of the times
-      real(wp), intent(inout) :: unit          !! of the values [m/s^2], 0: not named
-      type(diagnostics_type), intent(inout) :: messages
-      character(len=:), allocatable :: word
-      integer :: k
-      seconds = 1
-      unit = unit_of_comments(tokens)
-      if (size(header%names) == 0) return
-      do k = 2, size(header%names)
-         if (is_time(header%bare_name(k)) .and. .not. is_time(header%bare_name(1))) call messages%add(severity%error, &
-            'the header names the time in column '//to_string(k)//': expected it in the first one', first_place(tokens))
-      end do
-      word = header%unit_of(1)
-      if (len(word) > 0) then
-         seconds = time_unit(word)
-         if (.not. seconds > 0) call messages%add(severity%error, "the header names '"//word//"' as unit of the "// &
-            'times: expected s, ms or min', first_place(tokens))
-      end if
-      if (size(header%names) < wanted) return
-      word = header%unit_of(wanted)
-      if (index(header%names(wanted), 'vel') == 1 .or. index(header%names(wanted), 'disp') == 1 .or. &
-          is_of_other_quantity(word)) then
-         call messages%add(severity%error, "column '"//trim(header%names(wanted))//"' is no acceleration: expected "// &
-                           'a column of accelerations (name or number in column)', first_place(tokens))
-      else if (len(word) > 0) then
-         unit = acceleration_unit(word)
-         if (.not. (unit > 0 .or. has_scale)) call messages%add(severity%error, "the header names '"//word// &
-            "' as unit of column '"//trim(header%bare_name(wanted))//"': expected one of "//known_units// &
-            ', or scale, the factor of the values', first_place(tokens))
-      end if
-   end subroutine find_units
+   end subroutine read_record
 
    !> Is this the name of a column of times?
    pure logical function is_time(name)
@@ -411,86 +511,6 @@ contains
       end do
    end function unit_of_comments
 
-   !> Read the values; `rows` is complete when no error was added.
-   subroutine read_peer(source, tokens, has_scale, rows, unit, messages)
-      type(source_type), intent(in) :: source
-      type(token_list_type), intent(in) :: tokens
-      logical, intent(in) :: has_scale                     !! a factor is given: the unit does not matter
-      real(wp), allocatable, intent(inout) :: rows(:, :)   !! (2, n) time and value
-      real(wp), intent(out) :: unit                        !! of the values [m/s^2]
-      type(diagnostics_type), intent(inout) :: messages
-      type(head_type) :: head
-      real(wp) :: number
-      integer :: first, i, k, n
-      logical :: ok
-      unit = 0
-      call find_head(source, head, ok, messages)
-      if (.not. ok) return
-      call find_unit(source, head%last, has_scale, unit, messages)
-      n = nint(head%n)
-      first = tokens%n + 1
-      do i = tokens%n, 1, -1
-         if (tokens%line(i) <= head%last) exit
-         first = i
-      end do
-      k = tokens%n - first + 1
-      if (k > n) then
-         call messages%add(severity%error, 'the file has more than the '//counted(n, 'value')//' of NPTS'// &
-                           decimal_comma(tokens, first, tokens%n), tokens%origin(first + n))
-         return
-      else if (k < n) then
-         do i = first, tokens%n
-            call take_number(tokens, i, 'value '//to_string(i - first + 1), number, ok, messages)
-            if (.not. ok) return
-         end do
-         call messages%add(severity%error, 'the file ends after '//counted(k, 'value')//', NPTS is '//to_string(n), &
-                           tokens%end_origin())
-         return
-      end if
-      deallocate (rows)
-      allocate (rows(2, n))
-      do k = 1, n
-         if (messages%n_errors > most_errors) return
-         rows(1, k) = (k - 1)*head%dt
-         call take_number(tokens, first + k - 1, 'value '//to_string(k), rows(2, k), ok, messages)
-      end do
-   end subroutine read_peer
-
-   !> Find NPTS and DT: "NPTS= 4000, DT= .0050 SEC", in any order, on two lines, or "4000 0.0050 NPTS, DT".
-   subroutine find_head(source, head, ok, messages)
-      type(source_type), intent(in) :: source
-      type(head_type), intent(out) :: head
-      logical, intent(out) :: ok
-      type(diagnostics_type), intent(inout) :: messages
-      integer :: line
-      ok = .true.
-      do line = 1, min(head_lines, source%n_lines)
-         call read_line(source, line, head, ok, messages)
-         if (.not. ok) return
-         if (all(head%places > 0)) exit
-      end do
-      ok = .false.
-      if (all(head%places == 0)) then
-         call messages%add(severity%error, "this is no file of PEER (AT2): expected a line such as 'NPTS= 4000, "// &
-                           "DT= .005 SEC' among the first "//to_string(head_lines), source%origin(1, 1))
-      else if (head%places(1) == 0) then
-         call messages%add(severity%error, 'expected the number of values too (NPTS= 4000), here or in the first '// &
-                           counted(head_lines, 'line'), source%origin(head%places(2), 1))
-      else if (head%places(2) == 0) then
-         call messages%add(severity%error, 'expected the step in time too (DT= .005 SEC), here or in the first '// &
-                           counted(head_lines, 'line'), source%origin(head%places(1), 1))
-      else if (.not. (is_whole(head%n) .and. head%n >= 1)) then
-         call messages%add(severity%error, 'expected the number of values (NPTS) on this line, a whole number', &
-                           source%origin(head%places(1), 1))
-      else if (.not. (head%dt > 0 .and. head%dt <= 1.0e10_wp)) then
-         call messages%add(severity%error, 'expected the step in time (DT), greater than 0, on this line', &
-                           source%origin(head%places(2), 1))
-      else
-         ok = .true.
-         head%last = maxval(head%places)
-      end if
-   end subroutine find_head
-
    !> Take NPTS and DT from a line that has one of them or both.
    subroutine read_line(source, line, head, ok, messages)
       type(source_type), intent(in) :: source
@@ -603,51 +623,5 @@ contains
       call parse_number(text, value, status)
       is_number = status == number_status%ok
    end function is_number
-
-   !> Find the unit of the values: "ACCELERATION TIME SERIES IN UNITS OF CM/S/S"; g where no line names one.
-   subroutine find_unit(source, head, has_scale, unit, messages)
-      type(source_type), intent(in) :: source
-      integer, intent(in) :: head              !! the lines before the values are so many
-      logical, intent(in) :: has_scale
-      real(wp), intent(out) :: unit            !! [m/s^2]
-      type(diagnostics_type), intent(inout) :: messages
-      character(len=:), allocatable :: text, word
-      integer :: line, at
-      unit = 0
-      do line = 1, head
-         text = lower_case(source%line_text(line))
-         text = trim(adjustl(text))
-         at = index(text, 'units of ')
-         if (at == 0 .and. .not. any([index(text, 'accel'), index(text, 'veloc'), index(text, 'displ')] == 1)) cycle
-         word = ''
-         if (at > 0) then
-            word = text(at + 9:)
-         else if (scan(text, '([') > 0 .and. scan(text, ')]', back=.true.) > scan(text, '([')) then
-            word = text(scan(text, '([') + 1:scan(text, ')]', back=.true.) - 1)
-         else if (index(text, ' in ') > 0) then
-            word = text(index(text, ' in ') + 4:)
-         end if
-         word = trim(adjustl(word))
-         unit = acceleration_unit(word)
-         if (.not. unit > 0) then      ! words follow it
-            if (scan(word, ',;:( ') > 1) word = word(:scan(word, ',;:( ') - 1)
-            unit = acceleration_unit(word)
-         end if
-         if (index(text, 'veloc') > 0 .or. index(text, 'displ') > 0 .or. is_of_other_quantity(word)) then
-            call messages%add(severity%error, 'this is a record of velocities or displacements: expected one of '// &
-                              'accelerations (at PEER the file that ends in .AT2)', source%origin(line, 1))
-            return
-         else if (at > 0 .and. .not. unit > 0 .and. .not. has_scale) then
-            call messages%add(severity%error, "the values are in '"//word//"': expected one of "//known_units// &
-                              ', or scale, the factor of the values', source%origin(line, 1))
-            return
-         end if
-         if (unit > 0) return
-      end do
-      if (has_scale) return
-      unit = acceleration_unit('g')
-      call messages%add(severity%warning, 'no line before the values names their unit; they are taken as in g '// &
-                        '(give scale, the factor of the values, where they are not)', source%origin(1, 1))
-   end subroutine find_unit
 
 end module rockdda_io_record_file

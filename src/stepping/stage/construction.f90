@@ -154,7 +154,7 @@ contains
       integer :: i, l
       do i = 1, blocks%n_blocks
          if (self%placed(i, stage) > 0 .and. .not. state%active(i) .and. self%comes_back(i, stage)) &
-            call draw_again(blocks, parameters%block_materials(blocks%block_material(i))%density, i, state)
+            call draw_again(parameters%block_materials(blocks%block_material(i))%density)
          self%newborn(i) = self%newborn(i) .or. (self%placed(i, stage) > 0 .and. .not. state%active(i))
          state%active(i) = state%active(i) .or. self%placed(i, stage) > 0
       end do
@@ -206,42 +206,39 @@ contains
                   least_share*min(state%area(k), state%area(m))
       end function lie_on
 
-   end subroutine place
-
-   !> A block that had been taken out as it was drawn, with its points and ends of bolts.
-   subroutine draw_again(blocks, density, i, state)
-      type(block_system_type), intent(in) :: blocks
-      real(wp), intent(in) :: density
-      integer, intent(in) :: i
-      type(block_state_type), intent(inout) :: state
-      integer :: l, p, side
-      associate (first => blocks%vertex_offset(i) + 1, last => blocks%vertex_offset(i + 1))
-         state%vertices(:, first:last) = blocks%vertices(:, first:last)
-         call polygon_properties(state%vertices(:, first:last), state%area(i), state%centroid(:, i), &
-                                 state%moments(:, i))
-      end associate
-      state%mass(i) = density*state%area(i)
-      state%rotation(i) = 0
-      do p = 1, blocks%fixed%n
-         if (blocks%fixed%block(p) == i) state%fixed_position(:, p) = blocks%fixed%position(:, p)
-      end do
-      do p = 1, blocks%loading%n
-         if (blocks%loading%block(p) == i) state%loading_position(:, p) = blocks%loading%position(:, p)
-      end do
-      do p = 1, blocks%measured%n
-         if (blocks%measured%block(p) /= i) cycle
-         state%measured_position(:, p) = blocks%measured%position(:, p)
-         state%measured_from(:, p) = [state%measured_position(:, p), 0.0_wp]
-      end do
-      do l = 1, blocks%bolts%n
-         do side = 1, 2
-            if (blocks%bolts%blocks(side, l) == i) state%bolt_ends(2*side - 1:2*side, l) = &
-               blocks%bolts%ends(2*side - 1:2*side, l)
+      !> A block that had been taken out as it was drawn, with its points and ends of bolts.
+      subroutine draw_again(density)
+         real(wp), intent(in) :: density
+         integer :: l, p, side
+         associate (first => blocks%vertex_offset(i) + 1, last => blocks%vertex_offset(i + 1))
+            state%vertices(:, first:last) = blocks%vertices(:, first:last)
+            call polygon_properties(state%vertices(:, first:last), state%area(i), state%centroid(:, i), &
+                                    state%moments(:, i))
+         end associate
+         state%mass(i) = density*state%area(i)
+         state%rotation(i) = 0
+         do p = 1, blocks%fixed%n
+            if (blocks%fixed%block(p) == i) state%fixed_position(:, p) = blocks%fixed%position(:, p)
          end do
-         state%bolt_elongation(l) = norm2(state%bolt_ends(3:4, l) - state%bolt_ends(1:2, l)) &
-                                    - norm2(blocks%bolts%ends(3:4, l) - blocks%bolts%ends(1:2, l))
-      end do
-   end subroutine draw_again
+         do p = 1, blocks%loading%n
+            if (blocks%loading%block(p) == i) state%loading_position(:, p) = blocks%loading%position(:, p)
+         end do
+         do p = 1, blocks%measured%n
+            if (blocks%measured%block(p) /= i) cycle
+            state%measured_position(:, p) = blocks%measured%position(:, p)
+            state%measured_from(:, p) = [state%measured_position(:, p), 0.0_wp]
+         end do
+         do l = 1, blocks%bolts%n
+            do side = 1, 2
+               if (blocks%bolts%blocks(side, l) == i) state%bolt_ends(2*side - 1:2*side, l) = &
+                  blocks%bolts%ends(2*side - 1:2*side, l)
+            end do
+            state%bolt_elongation(l) = norm2(state%bolt_ends(3:4, l) - state%bolt_ends(1:2, l)) &
+                                       - norm2(blocks%bolts%ends(3:4, l) - blocks%bolts%ends(1:2, l))
+         end do
+      end subroutine draw_again
+
+   end subroutine place
 
    !> Take out the blocks of a stage; the forces that they gave are held. Their energy, and that of bolts that end in
    !> them, is discarded; that of their contacts and supports in the next step.
@@ -261,63 +258,57 @@ contains
       call held%drop(state%active .and. .not. goes)
       first = held%n + 1
       if (.not. any(goes)) return
-      call hold_contact_forces(goes, contacts, state, held)
-      call hold_bolt_forces(goes, blocks, state, held, balance)
+      call hold_contact_forces()
+      call hold_bolt_forces()
       do i = 1, size(goes)
          if (.not. goes(i)) cycle
          call balance%add(energy%discarded, strain_and_kinetic(i))
          call retire_block(state, i)
       end do
+
+   contains
+
+      !> Hold the forces of bolts between a block that goes and one that stays.
+      subroutine hold_bolt_forces()
+         real(wp) :: along(2), force, length
+         integer :: l, side
+         do l = 1, blocks%bolts%n
+            associate (pair => blocks%bolts%blocks(:, l), ends => state%bolt_ends(:, l), k => blocks%bolts%stiffness(l))
+               if (.not. any(on(pair, goes)) .or. any(on(pair, .not. state%active))) cycle
+               force = bolt_force(k, blocks%bolts%pretension(l), state%bolt_elongation(l), state%bolt_plastic(l))
+               balance%bolt_energy = balance%bolt_energy - 0.5_wp*force**2/k
+               call balance%add(energy%discarded, 0.5_wp*force**2/k)
+               if (pair(1) == pair(2)) cycle
+               along = ends(3:4) - ends(1:2)
+               length = norm2(along)
+               if (.not. length > 0) cycle
+               do side = 1, 2
+                  if (pair(side) < 1) cycle
+                  if (goes(pair(side))) cycle
+                  call held%hold(pair(side), ends(2*side - 1:2*side), merge(force, -force, side == 1)*along/length)
+               end do
+            end associate
+         end do
+      end subroutine hold_bolt_forces
+
+      !> Hold the forces of contacts between a block that goes and one that stays.
+      subroutine hold_contact_forces()
+         real(wp) :: force(2), point(2)
+         integer :: c
+         do c = 1, contacts%n
+            if (contacts%state(c) == contact_state%open) cycle
+            associate (a => contacts%block_a(c), b => contacts%block_b(c))
+               if (goes(a) .eqv. goes(b)) cycle
+               force = force_on_a(contacts, c)
+               point = contacts%point(:, c)
+               if (contacts%station(c) == 0) point = state%vertices(:, contacts%vertex(c))
+               if (goes(a)) call held%hold(b, point, -force)
+               if (goes(b)) call held%hold(a, point, force)
+            end associate
+         end do
+      end subroutine hold_contact_forces
+
    end subroutine excavate
-
-   !> Hold the forces of contacts between a block that goes and one that stays.
-   subroutine hold_contact_forces(goes, contacts, state, held)
-      logical, intent(in) :: goes(:)
-      type(contact_table_type), intent(in) :: contacts
-      type(block_state_type), intent(in) :: state
-      type(held_forces_type), intent(inout) :: held
-      real(wp) :: force(2), point(2)
-      integer :: c
-      do c = 1, contacts%n
-         if (contacts%state(c) == contact_state%open) cycle
-         associate (a => contacts%block_a(c), b => contacts%block_b(c))
-            if (goes(a) .eqv. goes(b)) cycle
-            force = force_on_a(contacts, c)
-            point = contacts%point(:, c)
-            if (contacts%station(c) == 0) point = state%vertices(:, contacts%vertex(c))
-            if (goes(a)) call held%hold(b, point, -force)
-            if (goes(b)) call held%hold(a, point, force)
-         end associate
-      end do
-   end subroutine hold_contact_forces
-
-   !> Hold the forces of bolts between a block that goes and one that stays.
-   subroutine hold_bolt_forces(goes, blocks, state, held, balance)
-      logical, intent(in) :: goes(:)
-      type(block_system_type), intent(in) :: blocks
-      type(block_state_type), intent(in) :: state
-      type(held_forces_type), intent(inout) :: held
-      class(energy_balance_type), intent(inout) :: balance
-      real(wp) :: along(2), force, length
-      integer :: l, side
-      do l = 1, blocks%bolts%n
-         associate (pair => blocks%bolts%blocks(:, l), ends => state%bolt_ends(:, l), k => blocks%bolts%stiffness(l))
-            if (.not. any(on(pair, goes)) .or. any(on(pair, .not. state%active))) cycle
-            force = bolt_force(k, blocks%bolts%pretension(l), state%bolt_elongation(l), state%bolt_plastic(l))
-            balance%bolt_energy = balance%bolt_energy - 0.5_wp*force**2/k
-            call balance%add(energy%discarded, 0.5_wp*force**2/k)
-            if (pair(1) == pair(2)) cycle
-            along = ends(3:4) - ends(1:2)
-            length = norm2(along)
-            if (.not. length > 0) cycle
-            do side = 1, 2
-               if (pair(side) < 1) cycle
-               if (goes(pair(side))) cycle
-               call held%hold(pair(side), ends(2*side - 1:2*side), merge(force, -force, side == 1)*along/length)
-            end do
-         end associate
-      end do
-   end subroutine hold_bolt_forces
 
    !> Is a block of an end one of a set? Not the fixed outside.
    pure function on(pair, set)

@@ -68,16 +68,16 @@ contains
       integer :: s
       places = any(construction%placed > 0)
       if (allocated(construction%overlaps)) deallocate (construction%overlaps)
-      if (step%state%step == 0 .and. step%control%begun == 0) call find_first_forces(step, construction, places)
+      if (step%state%step == 0 .and. step%control%begun == 0) call find_first_forces()
       do s = step%control%begun + 1, min(step%control%stage, size(step%parameters%stages))
          call construction%place(s, step%blocks, step%parameters, step%state, balance)
-         call bring_back(step, construction, s)
-         call take_out_blocks(step, construction, s, balance)
+         call bring_back()
+         call take_out_blocks()
          call step%families%bars%begin_stage(s, step%step_context_type, balance)
          call step%families%liners%begin_stage(s, step%step_context_type, balance)
          if (any(construction%excavated(:, s) > 0) .or. is_set(step%parameters%stages(s)%relax)) &
             call step%control%begin_release(step%parameters)
-         call take_new_materials(step, construction, s, balance)
+         call take_new_materials()
          if (step%parameters%stages(s)%reset_displacement) call reset_measured(step%blocks, step%state)
          step%control%begun = s
          ! what acts on blocks asleep changes
@@ -86,92 +86,81 @@ contains
          step%state%accelerates = .false.
       end do
       call step%trial%finder%show_blocks(with_contacts(step), construction%newborn, places)
+
+   contains
+
+      !> Take out the blocks of a stage, and begin to release the forces that they gave.
+      subroutine take_out_blocks()
+         real(wp) :: energies(step%blocks%n_blocks), share
+         integer :: first
+         energies = block_energies(step%blocks, step%families%elasticity, step%state)
+         associate (stage => step%parameters%stages(s), held => step%families%held)
+            if (step%state%step == 0) then
+               call construction%excavate(s, step%blocks, step%families%contacts%table, energies, step%state, held, &
+                                          balance, first)
+            else
+               call construction%excavate(s, step%blocks, step%contacts, energies, step%state, held, balance, first)
+            end if
+            share = 1
+            if (is_set(stage%relax)) share = stage%relax
+            ! a share that is given holds for all forces, otherwise for those of this excavation
+            if (is_set(stage%relax)) first = 1
+            call held%relax(first, share, stage%relax_steps)
+         end associate
+      end subroutine take_out_blocks
+
+      !> Take the materials that change with a stage; what strain and motion lose by it is discarded.
+      subroutine take_new_materials()
+         type(diagnostics_type) :: ignored
+         real(wp) :: before(step%blocks%n_blocks)
+         logical :: is_new
+         before = block_energies(step%blocks, step%families%elasticity, step%state)
+         call change_materials(construction%changed, s, step%blocks, step%parameters, step%state, is_new)
+         if (.not. is_new) return
+         call new_joint_laws(step%parameters%joint_materials, step%families%contacts%laws, ignored)
+         if (step%parameters%by_length) &
+            call act_along_length(step%parameters%joint_materials, step%families%contacts%laws)
+         call step%families%elasticity%init(step%parameters)
+         call balance%add(energy%discarded, sum(before) - &
+                          sum(block_energies(step%blocks, step%families%elasticity, step%state)))
+         step%families%contacts%stiffness_is_new = .true.
+      end subroutine take_new_materials
+
+      !> Where the first stage excavates: contacts of all blocks with the forces that the initial stress gives them.
+      subroutine find_first_forces()
+         real(wp) :: reach
+         if (size(construction%excavated, 2) == 0) return
+         if (.not. any(construction%excavated(:, 1) > 0)) return
+         step%trial%asleep = step%state%asleep
+         step%trial%released = step%control%released
+         step%trial%gravity = step%control%gravity(step%parameters)
+         step%trial%water = step%control%water(step%parameters)
+         step%trial%dt = step%control%step_size(step%parameters, step%state%time)
+         call step%trial%finder%show_blocks(with_contacts(step), construction%newborn, places)
+         step%trial%finder%needs_forces = .true.
+         reach = step%trial%finder%first_reach(step%step_context_type, step%control, step%trial%dt)
+         call step%trial%find_contacts(step%step_context_type, step%contacts, reach, step%families, step%equations, &
+                                       step%solver, step%times)
+         step%trial%finder%needs_forces = .false.
+      end subroutine find_first_forces
+
+      !> Blocks that were taken out and that a stage has placed again: their boundaries and line loads begin anew.
+      subroutine bring_back()
+         logical :: back(step%blocks%n_blocks)
+         integer :: i, l
+         do i = 1, size(back)
+            back(i) = construction%newborn(i)
+            if (back(i)) back(i) = construction%comes_back(i, s)
+         end do
+         if (.not. any(back)) return
+         call step%families%boundaries%springs%release(.not. back)
+         do l = 1, size(step%families%loads%line_blocks)
+            if (.not. back(step%families%loads%line_blocks(l))) cycle
+            step%line_ends(:, l) = step%parameters%line_loads(l)%ends - [step%state%datum, step%state%datum]
+         end do
+      end subroutine bring_back
+
    end subroutine begin_stages
-
-   !> Blocks that were taken out and that a stage has placed again: their boundaries and line loads begin anew.
-   subroutine bring_back(step, construction, s)
-      type(step_type), intent(inout) :: step
-      type(construction_type), intent(in) :: construction
-      integer, intent(in) :: s   !! stage
-      logical :: back(step%blocks%n_blocks)
-      integer :: i, l
-      do i = 1, size(back)
-         back(i) = construction%newborn(i)
-         if (back(i)) back(i) = construction%comes_back(i, s)
-      end do
-      if (.not. any(back)) return
-      call step%families%boundaries%springs%release(.not. back)
-      do l = 1, size(step%families%loads%line_blocks)
-         if (.not. back(step%families%loads%line_blocks(l))) cycle
-         step%line_ends(:, l) = step%parameters%line_loads(l)%ends - [step%state%datum, step%state%datum]
-      end do
-   end subroutine bring_back
-
-   !> Take out the blocks of a stage, and begin to release the forces that they gave.
-   subroutine take_out_blocks(step, construction, s, balance)
-      type(step_type), intent(inout) :: step
-      type(construction_type), intent(in) :: construction
-      integer, intent(in) :: s   !! stage
-      class(energy_balance_type), intent(inout) :: balance
-      real(wp) :: energies(step%blocks%n_blocks), share
-      integer :: first
-      energies = block_energies(step%blocks, step%families%elasticity, step%state)
-      associate (stage => step%parameters%stages(s), held => step%families%held)
-         if (step%state%step == 0) then
-            call construction%excavate(s, step%blocks, step%families%contacts%table, energies, step%state, held, &
-                                       balance, first)
-         else
-            call construction%excavate(s, step%blocks, step%contacts, energies, step%state, held, balance, first)
-         end if
-         share = 1
-         if (is_set(stage%relax)) share = stage%relax
-         ! a share that is given holds for all forces, otherwise for those of this excavation
-         if (is_set(stage%relax)) first = 1
-         call held%relax(first, share, stage%relax_steps)
-      end associate
-   end subroutine take_out_blocks
-
-   !> Take the materials that change with a stage; what strain and motion lose by it is discarded.
-   subroutine take_new_materials(step, construction, s, balance)
-      type(step_type), intent(inout) :: step
-      type(construction_type), intent(in) :: construction
-      integer, intent(in) :: s   !! stage
-      class(energy_balance_type), intent(inout) :: balance
-      type(diagnostics_type) :: ignored
-      real(wp) :: before(step%blocks%n_blocks)
-      logical :: is_new
-      before = block_energies(step%blocks, step%families%elasticity, step%state)
-      call change_materials(construction%changed, s, step%blocks, step%parameters, step%state, is_new)
-      if (.not. is_new) return
-      call new_joint_laws(step%parameters%joint_materials, step%families%contacts%laws, ignored)
-      if (step%parameters%by_length) &
-         call act_along_length(step%parameters%joint_materials, step%families%contacts%laws)
-      call step%families%elasticity%init(step%parameters)
-      call balance%add(energy%discarded, sum(before) - &
-                       sum(block_energies(step%blocks, step%families%elasticity, step%state)))
-      step%families%contacts%stiffness_is_new = .true.
-   end subroutine take_new_materials
-
-   !> Where the first stage excavates: contacts of all blocks with the forces that the initial stress gives them.
-   subroutine find_first_forces(step, construction, places)
-      type(step_type), intent(inout) :: step
-      type(construction_type), intent(in) :: construction
-      logical, intent(in) :: places   !! some stage places blocks
-      real(wp) :: reach
-      if (size(construction%excavated, 2) == 0) return
-      if (.not. any(construction%excavated(:, 1) > 0)) return
-      step%trial%asleep = step%state%asleep
-      step%trial%released = step%control%released
-      step%trial%gravity = step%control%gravity(step%parameters)
-      step%trial%water = step%control%water(step%parameters)
-      step%trial%dt = step%control%step_size(step%parameters, step%state%time)
-      call step%trial%finder%show_blocks(with_contacts(step), construction%newborn, places)
-      step%trial%finder%needs_forces = .true.
-      reach = step%trial%finder%first_reach(step%step_context_type, step%control, step%trial%dt)
-      call step%trial%find_contacts(step%step_context_type, step%contacts, reach, step%families, step%equations, &
-                                    step%solver, step%times)
-      step%trial%finder%needs_forces = .false.
-   end subroutine find_first_forces
 
    !> The changes of materials that begin with a stage.
    subroutine change_materials(changed, stage, blocks, parameters, state, is_new)
@@ -192,12 +181,12 @@ contains
             if (.not. same_name(change%stage, stage_name(parameters%stages, stage))) cycle
             if (is_given(change%liner)) cycle   ! rockdda_interaction_liners
             is_new = .true.
-            if (is_set(change%unit_weight)) call write_out_weights(parameters)
+            if (is_set(change%unit_weight)) call write_out_weights()
             if (is_given(change%joint_material)) then
                j = joint_of(change%joint_material, parameters)
                if (j > 0) call change_joint(change%joint, parameters%joint_materials(j))
             else if (is_given(change%region)) then
-               call change_region(change, changed(:, i) > 0, blocks, parameters)
+               call change_region(change, changed(:, i) > 0)
             else
                m = material_number(trim(adjustl(change%block_material)))
                if (m >= 1 .and. m <= size(parameters%block_materials)) &
@@ -211,15 +200,43 @@ contains
             if (abs(now - density(i)) > 0) state%mass(i) = state%mass(i)*(now/density(i))
          end associate
       end do
-   end subroutine change_materials
 
-   !> Give the materials the weights that the gravity of the run makes of their densities, so that one can have another.
-   pure subroutine write_out_weights(parameters)
-      type(parameters_type), intent(inout) :: parameters
-      if (parameters%gravity < 0) return
-      parameters%block_materials%weight = parameters%gravity*parameters%block_materials%density
-      parameters%gravity = -1
-   end subroutine write_out_weights
+   contains
+
+      !> The blocks of a region have another material, or new values: a material of their own for each that they have.
+      subroutine change_region(change, inside)
+         type(change_type), intent(in) :: change
+         logical, intent(in) :: inside(:)          !! (nb)
+         type(block_material_type) :: own
+         integer :: m, n
+         n = size(parameters%block_materials)
+         if (is_given(change%block_material)) then
+            m = material_number(trim(adjustl(change%block_material)))
+            if (m >= 1 .and. m <= n) then
+               where (inside) blocks%block_material = m
+            end if
+         end if
+         if (.not. any([is_set(change%density), is_set(change%young), is_set(change%poisson), &
+                        is_set(change%unit_weight)])) return
+         do m = 1, n
+            if (.not. any(inside .and. blocks%block_material(1:size(inside)) == m)) cycle
+            own = parameters%block_materials(m)
+            call change_block_material(change, own)
+            parameters%block_materials = [parameters%block_materials, own]
+            where (inside .and. blocks%block_material(1:size(inside)) == m) &
+               blocks%block_material(1:size(inside)) = size(parameters%block_materials)
+         end do
+      end subroutine change_region
+
+      !> Give the materials the weights that the gravity of the run makes of their densities, so that one can have
+      !> another.
+      subroutine write_out_weights()
+         if (parameters%gravity < 0) return
+         parameters%block_materials%weight = parameters%gravity*parameters%block_materials%density
+         parameters%gravity = -1
+      end subroutine write_out_weights
+
+   end subroutine change_materials
 
    !> Number of the joint material with a number or name, 0: none.
    pure integer function joint_of(word, parameters) result(j)
@@ -234,33 +251,6 @@ contains
          if (same_name(parameters%joint_materials(i)%name, word)) j = i
       end do
    end function joint_of
-
-   !> The blocks of a region have another material, or new values: a material of their own for each that they have.
-   subroutine change_region(change, inside, blocks, parameters)
-      type(change_type), intent(in) :: change
-      logical, intent(in) :: inside(:)          !! (nb)
-      type(block_system_type), intent(inout) :: blocks
-      type(parameters_type), intent(inout) :: parameters
-      type(block_material_type) :: own
-      integer :: m, n
-      n = size(parameters%block_materials)
-      if (is_given(change%block_material)) then
-         m = material_number(trim(adjustl(change%block_material)))
-         if (m >= 1 .and. m <= n) then
-            where (inside) blocks%block_material = m
-         end if
-      end if
-      if (.not. any([is_set(change%density), is_set(change%young), is_set(change%poisson), &
-                     is_set(change%unit_weight)])) return
-      do m = 1, n
-         if (.not. any(inside .and. blocks%block_material(1:size(inside)) == m)) cycle
-         own = parameters%block_materials(m)
-         call change_block_material(change, own)
-         parameters%block_materials = [parameters%block_materials, own]
-         where (inside .and. blocks%block_material(1:size(inside)) == m) &
-            blocks%block_material(1:size(inside)) = size(parameters%block_materials)
-      end do
-   end subroutine change_region
 
    !> Values that a change names.
    pure subroutine change_block_material(change, material)

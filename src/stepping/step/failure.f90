@@ -135,13 +135,152 @@ contains
       if (outcome == attempt_end%no_solution) then
          call tell_no_solution(dt, detail, blocks, parameters, state, text)
       else if (outcome == attempt_end%ruined) then
-         call tell_ruined(blocks, parameters, state, x, text)
+         call tell_ruined()
       else if (outcome == attempt_end%thrown) then
-         call tell_thrown(dt, blocks, parameters, state, table, x, text)
+         call tell_thrown()
       else
-         call tell_flipping(blocks, parameters, state, table, trial, of_linings, text)
+         call tell_flipping()
       end if
       call make_error(error, error_code%computation, text)
+
+   contains
+
+      !> Append the block that is inverted or loses its area, with its strains, stress and E.
+      subroutine tell_ruined()
+         real(wp) :: factor, stiffness
+         integer :: block
+         call find_ruined_block(blocks, parameters, state, x, block, factor)
+         if (block == 0) return
+         stiffness = parameters%block_materials(blocks%block_material(block))%youngs_modulus
+         if (factor > 0 .and. ieee_is_finite(factor)) then
+            text = text//block_at(blocks, parameters, state, block)//' loses its area: the step would multiply '// &
+                   parameters%shown(state%area(block), 'length^2')//' by '//to_string(factor)
+         else
+            text = text//block_at(blocks, parameters, state, block)// &
+                   ' is inverted: the step would multiply its area of '// &
+                   parameters%shown(state%area(block), 'length^2')//' by '//to_string(factor)
+         end if
+         text = text//new_line('a')//'  strains of the step: ex = '//to_string(x(4, block))//', ey = '// &
+                to_string(x(5, block))//', gxy = '//to_string(x(6, block))//'; largest stress component before it: '// &
+                parameters%shown(maxval(abs(state%stress(:, block))), 'stress')//', E = '// &
+                parameters%shown(stiffness, 'stress')
+         call advise(text, 'strains of this size need stresses as large as E: check the units of E, density, loads '// &
+                     'and contact stiffness')
+         call advise(text, 'a block with far larger stresses than its neighbours may be a splinter (use a larger '// &
+                     'e0) or overlap them at the start')
+      end subroutine tell_ruined
+
+      !> Append the vertex with the largest displacement, and the deepest overlap.
+      subroutine tell_thrown()
+         real(wp) :: largest, u(2)
+         integer :: i, v, block, vertex, deepest
+         largest = -1
+         block = 1
+         vertex = 1
+         do i = 1, blocks%n_blocks
+            do v = blocks%vertex_offset(i) + 1, blocks%vertex_offset(i + 1)
+               u = displacement_at(x(:, i), state%vertices(:, v), state%centroid(:, i))
+               if (norm2(u) <= largest) cycle
+               largest = norm2(u)
+               block = i
+               vertex = v
+            end do
+         end do
+         text = text//block_name(blocks, parameters, block)//' moves by '// &
+                parameters%shown(largest, 'length')//' at its vertex '//at(state%vertices(:, vertex) + state%datum)// &
+                ', more than w0 = '// &
+                parameters%shown(parameters%w0, 'length')//', half the size of the model (speed '// &
+                parameters%shown(largest/dt, 'length/time')//')'
+         if (table%n > 0) then
+            deepest = minloc(table%gap(1:table%n), dim=1)
+            if (table%gap(deepest) < 0) then
+               text = text//new_line('a')//'  deepest overlap: '// &
+                      parameters%shown(-table%gap(deepest), 'length')//', block '// &
+                      to_string(table%block_a(deepest))//' in block '//to_string(table%block_b(deepest))//' at '// &
+                      at(table%point(:, deepest) + state%datum)
+               if (-table%gap(deepest) > 1.0e-3_wp*parameters%w0) call advise(text, &
+                  'contact springs push overlapping blocks apart: correct the geometry, or reduce the time step '// &
+                  'if the overlap arose during the run')
+            end if
+         end if
+         call advise(text, 'check that density, E, stiffness, loads and initial velocities use one system of units')
+         call advise_numbers(block)
+         call advise(text, 'shorter steps (&time dt_min) close contacts at a smaller overlap; k01 below 1 damps '// &
+                     'the motion')
+      end subroutine tell_thrown
+
+      !> Append the contacts that changed their state most often.
+      subroutine tell_flipping()
+         logical, allocatable :: told(:)
+         integer :: k, c, thinnest
+         text = text//'contacts still change state after '//to_string(parameters%max_open_close)// &
+                ' open-close rounds'//new_line('a')//'  those that changed most often:'
+         thinnest = 0
+         allocate (told(table%n), source=.false.)
+         do k = 1, min(most_listed, table%n)
+            c = maxloc(trial%changes(1:table%n), dim=1, mask=.not. told)
+            told(c) = .true.
+            if (trial%changes(c) == 0) exit
+            text = text//new_line('a')//'  block '//to_string(table%block_a(c))//' against block '// &
+                   to_string(table%block_b(c))//' at '//at(table%point(:, c) + state%datum)//': '// &
+                   to_string(int(trial%changes(c)))//' changes, now '//state_name(int(trial%joint(c)%state))// &
+                   ', gap '//parameters%shown(trial%gap(c), 'length')//', force residual '// &
+                   parameters%shown(trial%miss(c), 'force')
+            thinnest = thinner(thinnest, table%block_a(c))
+            thinnest = thinner(thinnest, table%block_b(c))
+         end do
+         text = text//of_linings
+         if (parameters%max_open_close < 20) call advise(text, 'allow more rounds: &time max_open_close, now '// &
+                                                         to_string(parameters%max_open_close)//', 20 by default')
+         if (parameters%dt_min > 1.0e-4_wp*parameters%dt_max) call advise(text, &
+            'allow shorter steps: &time dt_min, now '//parameters%shown(parameters%dt_min, 'time'))
+         call advise_numbers(thinnest)
+         if (parameters%k01 >= 1) call advise(text, 'k01 slightly below 1 (0.98) damps the vibration that keeps '// &
+                                              'contacts changing')
+         call advise(text, 'contacts of splinters and of overlapping blocks may never converge: check the blocks '// &
+                     'listed here')
+      end subroutine tell_flipping
+
+      !> Append advice on g0, g1 and g2 where they are far from the rules of docs/contact-numbers.md.
+      subroutine advise_numbers(block)
+         integer, intent(in) :: block   !! the thinnest block that the message names; 0: none
+         real(wp) :: ratio, dt, moved, width, springs
+         springs = springs_of_joint(parameters%by_length)
+         ratio = parameters%normal_stiffness/maxval(parameters%block_materials%youngs_modulus)
+         if (ratio > highest_over_e/springs) call advise(text, 'the contact stiffness (g0) is '//to_string(ratio)// &
+            ' times the largest E: '//stiffness_advice(parameters%by_length))
+         dt = advised_time_step(mean_edge(blocks), &
+              sum(state%mass(1:blocks%n_blocks))/sum(state%area(1:blocks%n_blocks)), &
+              springs*parameters%normal_stiffness)
+         if (parameters%dt_max > dt) call advise(text, 'the time step (g1) of '//parameters%shown(parameters%dt_max, &
+                                                 'time')//' is long for this block size and contact stiffness: at '// &
+                                                 'most '//parameters%shown(dt, 'time')//' is advised')
+         if (block == 0) return
+         moved = parameters%displacement_ratio*parameters%w0
+         width = thickness(block)
+         if (moved <= width) return
+         call advise(text, 'the displacement ratio (g2) allows displacements of '// &
+                     parameters%shown(moved, 'length')//' in a step, more than the thickness '// &
+                     parameters%shown(width, 'length')//' of '//block_at(blocks, parameters, state, block)// &
+                     ': reduce g2 from '// &
+                     to_string(parameters%displacement_ratio)//' to '// &
+                     to_string(min(advised_ratio(mean_edge(blocks), parameters%w0), width/parameters%w0)))
+      end subroutine advise_numbers
+
+      !> The thinner of two blocks; 0: none.
+      pure integer function thinner(a, b)
+         integer, intent(in) :: a, b
+         thinner = b
+         if (a == 0) return
+         if (thickness(a) <= thickness(b)) thinner = a
+      end function thinner
+
+      !> Width of a long block [length].
+      pure real(wp) function thickness(block)
+         integer, intent(in) :: block
+         thickness = inradius_bound(state%vertices(:, blocks%vertex_offset(block) + 1:blocks%vertex_offset(block + 1)))
+      end function thickness
+
    end subroutine report_failure
 
    !> Append the message of the linear solver, a block with values that are not finite, and the ratio of contact
@@ -183,167 +322,6 @@ contains
       end function is_finite
 
    end subroutine tell_no_solution
-
-   !> Append the block that is inverted or loses its area, with its strains, stress and E.
-   subroutine tell_ruined(blocks, parameters, state, x, text)
-      type(block_system_type), intent(in) :: blocks
-      type(parameters_type), intent(in) :: parameters
-      type(block_state_type), intent(in) :: state
-      real(wp), intent(in) :: x(:, :)
-      character(len=:), allocatable, intent(inout) :: text
-      real(wp) :: factor, stiffness
-      integer :: block
-      call find_ruined_block(blocks, parameters, state, x, block, factor)
-      if (block == 0) return
-      stiffness = parameters%block_materials(blocks%block_material(block))%youngs_modulus
-      if (factor > 0 .and. ieee_is_finite(factor)) then
-         text = text//block_at(blocks, parameters, state, block)//' loses its area: the step would multiply '// &
-                parameters%shown(state%area(block), 'length^2')//' by '//to_string(factor)
-      else
-         text = text//block_at(blocks, parameters, state, block)// &
-                ' is inverted: the step would multiply its area of '// &
-                parameters%shown(state%area(block), 'length^2')//' by '//to_string(factor)
-      end if
-      text = text//new_line('a')//'  strains of the step: ex = '//to_string(x(4, block))//', ey = '// &
-             to_string(x(5, block))//', gxy = '//to_string(x(6, block))//'; largest stress component before it: '// &
-             parameters%shown(maxval(abs(state%stress(:, block))), 'stress')//', E = '// &
-             parameters%shown(stiffness, 'stress')
-      call advise(text, 'strains of this size need stresses as large as E: check the units of E, density, loads '// &
-                  'and contact stiffness')
-      call advise(text, 'a block with far larger stresses than its neighbours may be a splinter (use a larger e0) '// &
-                  'or overlap them at the start')
-   end subroutine tell_ruined
-
-   !> Append the vertex with the largest displacement, and the deepest overlap.
-   subroutine tell_thrown(dt, blocks, parameters, state, table, x, text)
-      real(wp), intent(in) :: dt   !! step [time]
-      type(block_system_type), intent(in) :: blocks
-      type(parameters_type), intent(in) :: parameters
-      type(block_state_type), intent(in) :: state
-      type(contact_table_type), intent(in) :: table
-      real(wp), intent(in) :: x(:, :)
-      character(len=:), allocatable, intent(inout) :: text
-      real(wp) :: largest, u(2)
-      integer :: i, v, block, vertex, deepest
-      largest = -1
-      block = 1
-      vertex = 1
-      do i = 1, blocks%n_blocks
-         do v = blocks%vertex_offset(i) + 1, blocks%vertex_offset(i + 1)
-            u = displacement_at(x(:, i), state%vertices(:, v), state%centroid(:, i))
-            if (norm2(u) <= largest) cycle
-            largest = norm2(u)
-            block = i
-            vertex = v
-         end do
-      end do
-      text = text//block_name(blocks, parameters, block)//' moves by '// &
-             parameters%shown(largest, 'length')//' at its vertex '//at(state%vertices(:, vertex) + state%datum)// &
-             ', more than w0 = '// &
-             parameters%shown(parameters%w0, 'length')//', half the size of the model (speed '// &
-             parameters%shown(largest/dt, 'length/time')//')'
-      if (table%n > 0) then
-         deepest = minloc(table%gap(1:table%n), dim=1)
-         if (table%gap(deepest) < 0) then
-            text = text//new_line('a')//'  deepest overlap: '// &
-                   parameters%shown(-table%gap(deepest), 'length')//', block '// &
-                   to_string(table%block_a(deepest))//' in block '//to_string(table%block_b(deepest))//' at '// &
-                   at(table%point(:, deepest) + state%datum)
-            if (-table%gap(deepest) > 1.0e-3_wp*parameters%w0) call advise(text, 'contact springs push overlapping '// &
-               'blocks apart: correct the geometry, or reduce the time step if the overlap arose during the run')
-         end if
-      end if
-      call advise(text, 'check that density, E, stiffness, loads and initial velocities use one system of units')
-      call advise_numbers(blocks, parameters, state, block, text)
-      call advise(text, 'shorter steps (&time dt_min) close contacts at a smaller overlap; k01 below 1 damps the '// &
-                  'motion')
-   end subroutine tell_thrown
-
-   !> Append the contacts that changed their state most often.
-   subroutine tell_flipping(blocks, parameters, state, table, trial, of_linings, text)
-      type(block_system_type), intent(in) :: blocks
-      type(parameters_type), intent(in) :: parameters
-      type(block_state_type), intent(in) :: state
-      type(contact_table_type), intent(in) :: table
-      type(open_close_type), intent(in) :: trial
-      character(len=*), intent(in) :: of_linings        !! lines on their ties
-      character(len=:), allocatable, intent(inout) :: text
-      logical, allocatable :: told(:)
-      integer :: k, c, thinnest
-      text = text//'contacts still change state after '//to_string(parameters%max_open_close)// &
-             ' open-close rounds'//new_line('a')//'  those that changed most often:'
-      thinnest = 0
-      allocate (told(table%n), source=.false.)
-      do k = 1, min(most_listed, table%n)
-         c = maxloc(trial%changes(1:table%n), dim=1, mask=.not. told)
-         told(c) = .true.
-         if (trial%changes(c) == 0) exit
-         text = text//new_line('a')//'  block '//to_string(table%block_a(c))//' against block '// &
-                to_string(table%block_b(c))//' at '//at(table%point(:, c) + state%datum)//': '// &
-                to_string(int(trial%changes(c)))// &
-                ' changes, now '//state_name(int(trial%joint(c)%state))//', gap '// &
-                parameters%shown(trial%gap(c), 'length')//', force residual '//parameters%shown(trial%miss(c), 'force')
-         thinnest = thinner(blocks, state, thinnest, table%block_a(c))
-         thinnest = thinner(blocks, state, thinnest, table%block_b(c))
-      end do
-      text = text//of_linings
-      if (parameters%max_open_close < 20) call advise(text, 'allow more rounds: &time max_open_close, now '// &
-                                                      to_string(parameters%max_open_close)//', 20 by default')
-      if (parameters%dt_min > 1.0e-4_wp*parameters%dt_max) call advise(text, &
-         'allow shorter steps: &time dt_min, now '//parameters%shown(parameters%dt_min, 'time'))
-      call advise_numbers(blocks, parameters, state, thinnest, text)
-      if (parameters%k01 >= 1) call advise(text, 'k01 slightly below 1 (0.98) damps the vibration that keeps '// &
-                                           'contacts changing')
-      call advise(text, 'contacts of splinters and of overlapping blocks may never converge: check the blocks '// &
-                  'listed here')
-   end subroutine tell_flipping
-
-   !> Append advice on g0, g1 and g2 where they are far from the rules of docs/contact-numbers.md.
-   subroutine advise_numbers(blocks, parameters, state, block, text)
-      type(block_system_type), intent(in) :: blocks
-      type(parameters_type), intent(in) :: parameters
-      type(block_state_type), intent(in) :: state
-      integer, intent(in) :: block   !! the thinnest block that the message names; 0: none
-      character(len=:), allocatable, intent(inout) :: text
-      real(wp) :: ratio, dt, moved, width, springs
-      springs = springs_of_joint(parameters%by_length)
-      ratio = parameters%normal_stiffness/maxval(parameters%block_materials%youngs_modulus)
-      if (ratio > highest_over_e/springs) call advise(text, 'the contact stiffness (g0) is '//to_string(ratio)// &
-                                                      ' times the largest E: '//stiffness_advice(parameters%by_length))
-      dt = advised_time_step(mean_edge(blocks), sum(state%mass(1:blocks%n_blocks))/sum(state%area(1:blocks%n_blocks)), &
-                             springs*parameters%normal_stiffness)
-      if (parameters%dt_max > dt) call advise(text, 'the time step (g1) of '// &
-         parameters%shown(parameters%dt_max, 'time')//' is long for this block size and contact stiffness: at most '// &
-         parameters%shown(dt, 'time')//' is advised')
-      if (block == 0) return
-      moved = parameters%displacement_ratio*parameters%w0
-      width = thickness(blocks, state, block)
-      if (moved <= width) return
-      call advise(text, 'the displacement ratio (g2) allows displacements of '// &
-                  parameters%shown(moved, 'length')//' in a step, more than the thickness '// &
-                  parameters%shown(width, 'length')//' of '//block_at(blocks, parameters, state, block)// &
-                  ': reduce g2 from '// &
-                  to_string(parameters%displacement_ratio)//' to '// &
-                  to_string(min(advised_ratio(mean_edge(blocks), parameters%w0), width/parameters%w0)))
-   end subroutine advise_numbers
-
-   !> The thinner of two blocks; 0: none.
-   pure integer function thinner(blocks, state, a, b)
-      type(block_system_type), intent(in) :: blocks
-      type(block_state_type), intent(in) :: state
-      integer, intent(in) :: a, b
-      thinner = b
-      if (a == 0) return
-      if (thickness(blocks, state, a) <= thickness(blocks, state, b)) thinner = a
-   end function thinner
-
-   !> Width of a long block [length].
-   pure real(wp) function thickness(blocks, state, block)
-      type(block_system_type), intent(in) :: blocks
-      type(block_state_type), intent(in) :: state
-      integer, intent(in) :: block
-      thickness = inradius_bound(state%vertices(:, blocks%vertex_offset(block) + 1:blocks%vertex_offset(block + 1)))
-   end function thickness
 
    !> Append a line of advice.
    subroutine advise(text, what)

@@ -46,49 +46,114 @@ contains
       case (guard%in_child)
          ! otherwise the lock would outlive a killed parent until the child ends
          call lock%release()
-         call run_trial(path, digest, header, rows, length, record, series, error)
+         call run_trial(error)
          call end_child(error)
       case (guard%no_process)
-         call run_trial(path, digest, header, rows, length, record, series, error)
+         call run_trial(error)
       end select
       call explain(outcome, path, 'the file', error)
-   end subroutine check_results
 
-   !> Perform in memory all operations of the run on the file, then verify its content.
-   subroutine run_trial(path, digest, header, rows, length, record, series, error)
-      character(len=*), intent(in) :: path
-      character(len=digest_length), intent(in) :: digest
-      type(results_header_type), intent(in) :: header
-      type(results_rows_type), intent(in) :: rows
-      integer(i8), intent(in) :: length(:)
-      type(step_record_type), intent(in) :: record
-      type(series_type), intent(in) :: series(:)
-      type(error_type), allocatable, intent(out) :: error
-      type(hdf5_file_type) :: file
-      type(series_type) :: table(n_tables)
-      integer :: i
-      call file%open_for_trial(path, digest, .false., error)
-      if (.not. allocated(error)) call check_belongs(file, header, series, error)
-      if (.not. allocated(error)) call check_reaches(file, rows, length, record, series, error)
-      if (.not. allocated(error)) then
-         table = series
-         call cut_tables(file, length, rows, table, error)
-         if (.not. allocated(error)) call file%flush(error)
+   contains
+
+      !> Perform in memory all operations of the run on the file, then verify its content.
+      subroutine run_trial(error)
+         type(error_type), allocatable, intent(out) :: error
+         type(hdf5_file_type) :: file
+         type(series_type) :: table(n_tables)
+         integer :: i
+         call file%open_for_trial(path, digest, .false., error)
+         if (.not. allocated(error)) call check_belongs(file, header, series, error)
+         if (.not. allocated(error)) call check_reaches(file, error)
+         if (.not. allocated(error)) then
+            table = series
+            call cut_tables(file, length, rows, table, error)
+            if (.not. allocated(error)) call file%flush(error)
+            do i = 1, n_tables
+               if (allocated(error)) exit
+               call table(i)%add_zeros()
+               call table(i)%write(file, error)
+            end do
+            if (.not. allocated(error)) call file%set_attribute('/', 'exit_reason', 'finished', error)
+            if (.not. allocated(error)) call file%flush(error)
+            if (allocated(error)) call mark_as_damaged(path, error)
+         end if
+         call file%abandon()
+         ! verify the changed file: with a damaged address or length, new rows may have overwritten old ones
+         if (.not. allocated(error)) call file%open_for_trial(path, digest, .true., error)
+         if (.not. allocated(error)) call check_content(file, error)
+         call file%abandon()
+      end subroutine run_trial
+
+      !> Check that an open file contains all rows of the checkpoint in all tables, and the same last row.
+      subroutine check_reaches(file, error)
+         type(hdf5_file_type), intent(in) :: file
+         type(error_type), allocatable, intent(out) :: error
+         integer(i8), allocatable :: shape(:)
+         integer(i8) :: beyond(n_tables)
+         real(wp), allocatable :: time(:), energy(:)
+         character(len=:), allocatable :: reason
+         integer(i8) :: n
+         integer :: i
+         logical :: same
+         do i = 1, n_tables
+            beyond(i) = 0
+            if (series(i)%is_absent) cycle
+            call file%get_shape(series(i)%name, shape, error)
+            if (allocated(error)) return
+            beyond(i) = shape(size(shape)) - length(i)
+            if (beyond(i) < 0) then
+               call make_error(error, error_code%input, file%path//': these results end before the checkpoint '// &
+                               '(step '//to_string(record%step)//'); was the file replaced by an older copy?')
+               return
+            end if
+         end do
+         call file%get_attribute('/', 'exit_reason', reason, error)
+         if (allocated(error)) return
+         do i = 2, n_tables
+            ! after a kill during a flush some tables are longer than others
+            if (series(i)%is_absent .or. series(i - 1)%is_absent) cycle
+            if (reason == 'running' .or. tables(i)%of /= tables(i - 1)%of) cycle
+            if (beyond(i) /= beyond(i - 1)) then
+               call not_as_written(file%path, 'the numbers of rows', error)
+               call mark_as_damaged(file%path, error)
+               return
+            end if
+         end do
+         n = rows%steps
+         if (n == 0) return
+         call file%read('history/time', time, error, n - 1, 1_i8)
+         if (.not. allocated(error)) call file%read('history/energy', energy, error, n - 1, 1_i8)
+         if (allocated(error)) then
+            call mark_as_damaged(file%path, error)
+            return
+         end if
+         same = .not. abs(time(1) - record%time) > 0
+         if (same) same = .not. any(abs(energy - record%energy) > 0)
+         if (.not. same) call make_error(error, error_code%input, file%path//': these results are not those of the '// &
+                                         'checkpoint; they differ in step '//to_string(record%step))
+
+      end subroutine check_reaches
+
+      !> Compare model and all rows up to the checkpoint with their checksums.
+      subroutine check_content(file, error)
+         type(hdf5_file_type), intent(in) :: file
+         type(error_type), allocatable, intent(out) :: error
+         integer(i8) :: total
+         integer :: i
+         call file%visit_all(error)
+         if (.not. allocated(error)) call total_of_model(file, total, error)
+         if (.not. allocated(error) .and. total /= rows%totals(n_totals)) &
+            call not_as_written(file%path, 'the model', error)
          do i = 1, n_tables
             if (allocated(error)) exit
-            call table(i)%add_zeros()
-            call table(i)%write(file, error)
+            call series(i)%total_in_file(file, length(i), total, error)
+            if (.not. allocated(error) .and. total /= rows%totals(i)) &
+               call not_as_written(file%path, series(i)%name, error)
          end do
-         if (.not. allocated(error)) call file%set_attribute('/', 'exit_reason', 'finished', error)
-         if (.not. allocated(error)) call file%flush(error)
-         if (allocated(error)) call mark_as_damaged(path, error)
-      end if
-      call file%abandon()
-      ! verify the changed file: with a damaged address or length, new rows may have overwritten old ones
-      if (.not. allocated(error)) call file%open_for_trial(path, digest, .true., error)
-      if (.not. allocated(error)) call check_content(file, rows, length, series, error)
-      call file%abandon()
-   end subroutine run_trial
+         if (allocated(error)) call mark_as_damaged(file%path, error)
+      end subroutine check_content
+
+   end subroutine check_results
 
    !> Cut the tables of an open file back to a checkpoint.
    subroutine cut_tables(file, length, rows, series, error)
@@ -180,82 +245,6 @@ contains
       end subroutine compare_text
 
    end subroutine check_belongs
-
-   !> Check that an open file contains all rows of the checkpoint in all tables, and the same last row.
-   subroutine check_reaches(file, rows, length, record, series, error)
-      type(hdf5_file_type), intent(in) :: file
-      type(results_rows_type), intent(in) :: rows
-      integer(i8), intent(in) :: length(:)
-      type(step_record_type), intent(in) :: record
-      type(series_type), intent(in) :: series(:)
-      type(error_type), allocatable, intent(out) :: error
-      integer(i8), allocatable :: shape(:)
-      integer(i8) :: beyond(n_tables)
-      real(wp), allocatable :: time(:), energy(:)
-      character(len=:), allocatable :: reason
-      integer(i8) :: n
-      integer :: i
-      logical :: same
-      do i = 1, n_tables
-         beyond(i) = 0
-         if (series(i)%is_absent) cycle
-         call file%get_shape(series(i)%name, shape, error)
-         if (allocated(error)) return
-         beyond(i) = shape(size(shape)) - length(i)
-         if (beyond(i) < 0) then
-            call make_error(error, error_code%input, file%path//': these results end before the checkpoint (step '// &
-                            to_string(record%step)//'); was the file replaced by an older copy?')
-            return
-         end if
-      end do
-      call file%get_attribute('/', 'exit_reason', reason, error)
-      if (allocated(error)) return
-      do i = 2, n_tables
-         ! after a kill during a flush some tables are longer than others
-         if (series(i)%is_absent .or. series(i - 1)%is_absent) cycle
-         if (reason == 'running' .or. tables(i)%of /= tables(i - 1)%of) cycle
-         if (beyond(i) /= beyond(i - 1)) then
-            call not_as_written(file%path, 'the numbers of rows', error)
-            call mark_as_damaged(file%path, error)
-            return
-         end if
-      end do
-      n = rows%steps
-      if (n == 0) return
-      call file%read('history/time', time, error, n - 1, 1_i8)
-      if (.not. allocated(error)) call file%read('history/energy', energy, error, n - 1, 1_i8)
-      if (allocated(error)) then
-         call mark_as_damaged(file%path, error)
-         return
-      end if
-      same = .not. abs(time(1) - record%time) > 0
-      if (same) same = .not. any(abs(energy - record%energy) > 0)
-      if (.not. same) call make_error(error, error_code%input, file%path//': these results are not those of the '// &
-                                      'checkpoint; they differ in step '//to_string(record%step))
-
-   end subroutine check_reaches
-
-   !> Compare model and all rows up to the checkpoint with their checksums.
-   subroutine check_content(file, rows, length, series, error)
-      type(hdf5_file_type), intent(in) :: file
-      type(results_rows_type), intent(in) :: rows
-      integer(i8), intent(in) :: length(:)
-      type(series_type), intent(in) :: series(:)
-      type(error_type), allocatable, intent(out) :: error
-      integer(i8) :: total
-      integer :: i
-      call file%visit_all(error)
-      if (.not. allocated(error)) call total_of_model(file, total, error)
-      if (.not. allocated(error) .and. total /= rows%totals(n_totals)) &
-         call not_as_written(file%path, 'the model', error)
-      do i = 1, n_tables
-         if (allocated(error)) exit
-         call series(i)%total_in_file(file, length(i), total, error)
-         if (.not. allocated(error) .and. total /= rows%totals(i)) &
-            call not_as_written(file%path, series(i)%name, error)
-      end do
-      if (allocated(error)) call mark_as_damaged(file%path, error)
-   end subroutine check_content
 
    !> Report readable values that are wrong.
    subroutine not_as_written(path, what, error)
