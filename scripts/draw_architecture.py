@@ -73,7 +73,7 @@ FACES = {
     "linear": "factory",
     "lines": "generate joint_sets outlines report statistics statistics_options",
     "cutting": "assignment cell_lattice cut location subdivision",
-    "contact/find": "broad_phase interval_search narrow_search",
+    "contact/find": "broad_phase narrow_search",
     "contact/transfer": "inheritance merging",
     "contact": "search",
     "interaction/block": "elasticity held_forces inertia loads",

@@ -16,7 +16,7 @@ module rockdda_contact_interval_search
    use rockdda_contact_vertex_search, only : collect_pair
    implicit none
    private
-   public :: search_faces, joint_of
+   public :: search_faces
 
 contains
 
@@ -188,7 +188,6 @@ contains
             associate (interval => list%intervals(list%n_intervals + 1))
                call measure_interval(f, e, vertices, given%topology, given%outlines, interval)
                if (.not. counts(interval, given)) cycle
-               ! `joint_of`, in place
                interval%joint = max(joint(f), joint(e))
                list%n_intervals = list%n_intervals + 1
             end associate
@@ -260,12 +259,5 @@ contains
          if (was_closed) return
       end do
    end function was_closed
-
-   !> Joint material of two edges that face each other: the same whichever comes first.
-   pure integer function joint_of(f, e, joint)
-      integer, intent(in) :: f, e
-      integer, intent(in) :: joint(:)   !! (nv) of each edge
-      joint_of = max(joint(f), joint(e))
-   end function joint_of
 
 end module rockdda_contact_interval_search
