@@ -195,6 +195,7 @@ contains
       end do
       if (context%state%step == 0 .and. .not. context%parameters%has_legacy_rules()) &
          call stress_contacts(self, context, attempt)
+      call self%contacts%share_slips()
       call self%quiet%field%take_joints(context, attempt, self%contacts%laws, self%contacts%table)
    end subroutine prepare
 

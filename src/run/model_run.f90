@@ -33,7 +33,7 @@ module rockdda_run_model_run
    use rockdda_run_outcome, only : stage_share, short_run_warning, weak_start_warning, skipped_stages_warning, &
       unreached_tables_text, time_error_warning, strikes_warning, overlaps_warning, unrested_warning, lost_text, &
       lodged_warning, strain_warning, slid_lining_warning, sheared_lining_warning, peaked_lining_warning, &
-      stiff_layers_warning, unreached_stages_warning
+      unreached_stages_warning
    use rockdda_run_output_choice, only : choose_output
    use rockdda_run_thread_choice, only : thread_choice_type
    use rockdda_run_checkpointing, only : load_checkpoint
@@ -399,7 +399,6 @@ contains
       call warn_of(strikes_warning(self%sim))
       call warn_of(slid_lining_warning(self%sim))
       call warn_of(sheared_lining_warning(self%sim))
-      call warn_of(stiff_layers_warning(self%sim))
       call warn_of(peaked_lining_warning(self%sim))
       if (self%reason == 'finished' .and. .not. allocated(error)) then
          call self%object(unreached_stages_warning(self%sim), output_error)

@@ -9,24 +9,19 @@ module rockdda_run_outcome
    use rockdda_stepping_control, only : step_control_type, n_cut_reasons
    use rockdda_check_tables, only : unreached_tables_text
    use rockdda_stepping_simulation, only : simulation_type
-   use rockdda_interaction_elasticity, only : compliance, strain_energy
-   use rockdda_contact_table, only : contact_state
+   use rockdda_interaction_elasticity, only : compliance
    implicit none
    private
    public :: done_share, stage_share, last_stage, short_run_warning, cuts_text, weak_start_warning, &
       skipped_stages_warning, reactions_text, time_error_text, time_error_warning, strikes_text, strikes_warning, &
       share_after_strikes, overlaps_warning, unrested_warning, lost_text, lodged_warning, strain_warning, &
-      slid_lining_warning, sheared_lining_warning, peaked_lining_warning, stiff_layers_warning, &
-      unreached_stages_warning, &
-      unreached_tables_text
+      slid_lining_warning, sheared_lining_warning, peaked_lining_warning, &
+      unreached_stages_warning, unreached_tables_text
 
    !> Largest strain that linear elasticity is meant for.
    real(wp), parameter :: much_strain = 0.05_wp
    !> Slip over the length of an element at which a lining is no longer beside the rock that it was installed on.
    real(wp), parameter :: far_slid = 0.5_wp
-   !> Couples of bonded joints over the energy of blocks: 2 % stand for deflections that are 5 % too small
-   !> (docs/notes/design.md).
-   real(wp), parameter :: much_held = 0.02_wp
    !> Largest number of pairs named in one message.
    integer, parameter :: most_named = 3
 
@@ -477,43 +472,6 @@ contains
          return
       end do
    end function peaked_lining_warning
-
-   !> Warning about bonded joints that keep layers of coarse cells from bending, at the end of a static run; '' for
-   !> none. Cells of one strain on both sides of a joint stretch along it by different lengths; its two shear springs
-   !> resist by a couple of forces that stand for stress of the blocks. The energy of that stress is compared with that
-   !> of all blocks.
-   function stiff_layers_warning(sim) result(text)
-      type(simulation_type), intent(in) :: sim
-      character(len=:), allocatable :: text
-      real(wp) :: held(size(sim%parameters%joint_materials)), stored, couple
-      integer :: c, i, pair(2)
-      text = ''
-      held = 0
-      stored = 0
-      associate (table => sim%contacts, blocks => sim%blocks, state => sim%state, p => sim%parameters)
-         if (.not. (sim%control%is_static(p) .and. allocated(table%shear_force))) return
-         do c = 1, table%n - 1
-            if (table%station(c) /= 1 .or. table%tied(c)) cycle
-            if (.not. all(table%bonded(c:c + 1)) .or. any(table%state(c:c + 1) /= contact_state%locked)) cycle
-            couple = 0.5_wp*(table%shear_force(c) - table%shear_force(c + 1))*table%length(c)
-            pair = [table%block_a(c), table%block_b(c)]
-            held(table%joint(c)) = held(table%joint(c)) + sum(couple**2/(2*state%area(pair)* &
-               p%block_materials(blocks%block_material(pair))%youngs_modulus))
-         end do
-         do i = 1, blocks%n_blocks - blocks%n_segments
-            if (.not. state%active(i)) cycle
-            associate (m => p%block_materials(blocks%block_material(i)))
-               stored = stored + strain_energy(state%stress(:, i), compliance( &
-                                               m%youngs_modulus, m%poisson_ratio, p%plane_strain), state%area(i))
-            end associate
-         end do
-      end associate
-      if (.not. sum(held) > much_held*stored) return
-      text = 'bonded joints of material '//to_string(maxloc(held, 1))//' keep the cells beside them from '// &
-             'bending as one body: couples of their shear springs stand for '//to_string(100*sum(held)/stored, 2)// &
-             ' % of the elastic energy of the blocks. Displacements are too small by 5 % and more; cells of half '// &
-             'the size, or a smaller shear_stiffness, mend it'
-   end function stiff_layers_warning
 
    !> Warning about the block of largest strain; '' when linear elasticity holds.
    function strain_warning(sim) result(text)

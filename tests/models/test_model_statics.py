@@ -229,10 +229,10 @@ def test_solvers_of_the_options_file_carry_the_stack(program, tmp_path, near, op
     near(f"stack with {options}, support force [N]", run.support_forces()[:, 1].sum(), run.weight(), 1e-6)
 
 
-@pytest.mark.parametrize(("n", "stiffness", "ratio"), [(1, 2e10, 0.807), (1, 1e13, 0.0286), (2, 2e10, 0.99)])
-def test_coarse_layers_that_a_joint_keeps_from_bending_are_named(program, tmp_path, near, n, stiffness, ratio):
+@pytest.mark.parametrize(("n", "stiffness"), [(1, 2e10), (1, 1e13), (2, 2e10)])
+def test_layers_with_a_strong_joint_bend_as_one_beam(program, tmp_path, near, n, stiffness):
     """Two layers of tied cells, 10 m long, each of n cells across 1 m, held at the left, pushed down at the right end:
-    where they bend by 5 % less than a beam the joint between them is named."""
+    with a slip at each end of an interval they bent by 0.81, 0.03 and 0.99 of a beam."""
     young, push, length = 1e10, 1e4, 10
     cells = [(i / n, j / n) for j in range(2 * n) for i in range(-1, length * n)]
     corners = [(0, 0), (1 / n, 0), (1 / n, 1 / n), (0, 1 / n)]
@@ -264,7 +264,5 @@ def test_coarse_layers_that_a_joint_keeps_from_bending_are_named(program, tmp_pa
     assert outcome.returncode == 0, outcome.stderr
     deflection = push * length**3 / (3 * young * 2**3 / 12) + 1.2 * push * length / (young / 2 * 2)
     bent = -Run(tmp_path / "beam.h5").displacement(0)[-1, 1] / deflection
-    # as measured: the warning is to come with what it warns of
-    near("deflection over that of a beam", bent, ratio, 0.01)
-    named = "bonded joints of material 2 keep the cells beside them" in outcome.stderr
-    assert named == (bent < 0.95), outcome.stderr
+    # cells of constant strain; the joint gives way by a part in 200
+    near("deflection over that of a beam", bent, 1, 0.01)

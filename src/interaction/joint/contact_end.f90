@@ -12,7 +12,7 @@ module rockdda_interaction_contact_end
    use rockdda_interaction_contact_lengths, only : move_contacts
    use rockdda_interaction_contact_stiffness, only : joint_stiffness_type
    use rockdda_interaction_context, only : step_context_type
-   use rockdda_interaction_intervals, only : find_extremes, interval_response_type, respond, bond_after
+   use rockdda_interaction_intervals, only : find_extremes, interval_response_type, respond, bond_after, couple_of
    use rockdda_interaction_joint_response, only : joint_end_type
 use rockdda_interaction_joint_response, only : joint_settings_type, joint_type, opening_gap, spring_energy, spring_force
    use rockdda_interaction_open_close, only : open_close_type
@@ -25,20 +25,22 @@ use rockdda_interaction_joint_response, only : joint_settings_type, joint_type, 
 contains
 
    !> Springs, friction, dashpots and changes of state of an accepted step.
-   subroutine measure_energies(trial, laws, table, is_windows, balance)
+   subroutine measure_energies(trial, laws, table, twist, d, is_windows, balance)
       type(open_close_type), intent(in) :: trial
       type(joint_law_type), intent(in) :: laws(:)     !! per joint material
       type(contact_table_type), intent(in) :: table
+      real(wp), intent(in), contiguous :: twist(:)         !! (>= rows) of `part_shears` [length]
+      real(wp), intent(in), contiguous :: d(:, :)          !! (6, nb) unknowns of the step
       logical, intent(in) :: is_windows                    !! the contacts of a preset
       class(energy_balance_type), intent(inout) :: balance
       real(wp) :: carried, friction, dissipated, discarded, geometry, stored
       integer :: p, n, column, c
       n = n_pieces(table%n)
       call balance%make_room(table%n)
-      !$omp parallel do default(none) shared(trial, laws, table, is_windows, balance, n) private(p) schedule(static) &
-      !$omp if (table%n > parallel_contacts)
+      !$omp parallel do default(none) shared(trial, laws, table, twist, d, is_windows, balance, n) &
+      !$omp private(p) schedule(static) if (table%n > parallel_contacts)
       do p = 1, n
-         call measure_some(p, trial, laws, table, is_windows, balance%sums(:, p))
+         call measure_some(p, trial, laws, table, twist, d, is_windows, balance%sums(:, p))
       end do
       !$omp end parallel do
       carried = sum(balance%sums(1, 1:n))
@@ -66,11 +68,12 @@ contains
    end subroutine measure_energies
 
    !> The part of `measure_energies` for some of the contacts.
-   pure subroutine measure_some(p, trial, laws, table, is_windows, sums)
+   pure subroutine measure_some(p, trial, laws, table, twist, d, is_windows, sums)
       integer, intent(in) :: p                          !! piece
       type(open_close_type), intent(in) :: trial
       type(joint_law_type), intent(in) :: laws(:)
       type(contact_table_type), intent(in) :: table
+      real(wp), intent(in), contiguous :: twist(:), d(:, :)
       logical, intent(in) :: is_windows
       !> carried, friction, dissipated, discarded, geometry, stored; what the contact that gives most by a change of
       !> state gives and its number, the same by geometry
@@ -95,11 +98,13 @@ contains
       call piece_of_rows(table, p, first, last)
       call find_extremes(table, first, last, table%gap(first:last), lowest, at_start, mean)
       call find_extremes(table, first, last, trial%gap(first:last), lowest, widest, mean)
-      call find_ends(trial, laws, table, first, last, ends)
+      call find_ends(trial, laws, table, twist, first, last, ends)
       do c = first, last
-         s0 = table%shear(c)
+         s0 = table%shear(c) + twist(c)
          if (trial%joint(c)%worn) s0 = 0
          start = table%energy(c)
+         if (abs(twist(c)) > 0 .and. table%station(c) == 1) geometry = geometry + &
+            dot_product(couple_of(table, twist, c), d(4:6, table%block_a(c)) - d(4:6, table%block_b(c)))
          associate (after => ends(c - first + 1), was_closed => table%state(c) /= contact_state%open, &
                     x0 => table%gap(c), kn => table%k_n(c), ks => table%k_s(c))
             ! a corner that has passed the other one stands off from it: its spring has nothing to give
@@ -241,18 +246,19 @@ contains
 
    !> The table becomes that of the step's end; ties that have reached their strength break. What the springs gain by
    !> dilation is theirs from here on.
-   subroutine end_contacts(trial, laws, stiffness, context, attempt, d, table)
+   subroutine end_contacts(trial, laws, stiffness, context, attempt, d, twist, table)
       type(open_close_type), intent(in) :: trial
       type(joint_law_type), intent(in) :: laws(:)         !! per joint material
       type(joint_stiffness_type), intent(in) :: stiffness
       type(step_context_type), intent(inout) :: context
       type(attempt_type), intent(inout) :: attempt
       real(wp), intent(in), contiguous :: d(:, :)           !! (6, nb) unknowns of the step
+      real(wp), intent(in), contiguous :: twist(:)          !! (>= rows) of `part_shears` [length]
       type(contact_table_type), intent(inout) :: table
       real(wp), allocatable :: before(:)
       integer :: c
       if (any(laws%dilation > 0)) before = table%total_slip(1:table%n)
-      call commit(trial, laws, table)
+      call commit(trial, laws, twist, table)
       call commit_bonds(trial, laws, table)
       if (context%parameters%by_length) call attempt%find_moved(context, d)
       call move_contacts(trial%gap, attempt%moved, table)
@@ -268,15 +274,16 @@ contains
    end subroutine end_contacts
 
    !> States, forces and memory of the contacts at the step's end.
-   subroutine commit(trial, laws, table)
+   subroutine commit(trial, laws, twist, table)
       type(open_close_type), intent(in) :: trial
       type(joint_law_type), intent(in) :: laws(:)   !! per joint material
+      real(wp), intent(in), contiguous :: twist(:)  !! (>= rows) of `part_shears` [length]
       type(contact_table_type), intent(inout) :: table
       integer :: p
-      !$omp parallel do default(none) shared(trial, laws, table) private(p) schedule(static) &
+      !$omp parallel do default(none) shared(trial, laws, twist, table) private(p) schedule(static) &
       !$omp if (table%n > parallel_contacts)
       do p = 1, n_pieces(table%n)
-         call commit_rows(p, trial, laws, table)
+         call commit_rows(p, trial, laws, twist, table)
       end do
       !$omp end parallel do
    end subroutine commit
@@ -299,16 +306,26 @@ contains
    end subroutine commit_bonds
 
    !> Contacts of some rows at the end of the step, those of intervals with what is closed there.
-   pure subroutine find_ends(trial, laws, table, first, last, ends)
+   pure subroutine find_ends(trial, laws, table, twist, first, last, ends)
       type(open_close_type), intent(in) :: trial
       type(joint_law_type), intent(in) :: laws(:)   !! per joint material
       type(contact_table_type), intent(in) :: table
+      real(wp), intent(in), contiguous :: twist(:)    !! (>= rows) of `part_shears` [length]
       integer, intent(in) :: first, last              !! no interval is cut
       type(joint_end_type), intent(inout) :: ends(:)
       type(interval_response_type) :: interval
       real(wp) :: bond(2)
       integer :: c, i, k
       call trial%find_ends(table, first, last, ends)
+      do c = first, last
+         if (.not. abs(twist(c)) > 0 .or. trial%state_used(c) /= contact_state%locked) cycle
+         associate (joint_end => ends(c - first + 1))
+            joint_end%energy = joint_end%energy - 0.5_wp*table%k_s(c)*joint_end%shear**2
+            joint_end%shear = joint_end%shear + twist(c)
+            joint_end%shear_force = -table%k_s(c)*joint_end%shear
+            joint_end%energy = joint_end%energy + 0.5_wp*table%k_s(c)*joint_end%shear**2
+         end associate
+      end do
       do c = first, last
          if (table%station(c) /= 1 .or. trial%state_used(c) == contact_state%open .or. table%tied(c)) cycle
          if (max(trial%gap(c), trial%gap(c + 1)) + overhang*abs(trial%gap(c) - trial%gap(c + 1)) <= 0 .and. &
@@ -324,16 +341,17 @@ contains
    end subroutine find_ends
 
    !> `commit` for some of the rows.
-   pure subroutine commit_rows(p, trial, laws, table)
+   pure subroutine commit_rows(p, trial, laws, twist, table)
       integer, intent(in) :: p                        !! piece
       type(open_close_type), intent(in) :: trial
       type(joint_law_type), intent(in) :: laws(:)
+      real(wp), intent(in), contiguous :: twist(:)
       type(contact_table_type), intent(inout) :: table
       type(joint_end_type) :: ends(widest_piece)
       real(wp) :: slip
       integer :: c, first, last
       call piece_of_rows(table, p, first, last)
-      call find_ends(trial, laws, table, first, last, ends)
+      call find_ends(trial, laws, table, twist, first, last, ends)
       do c = first, last
          table%bonded(c) = trial%joint(c)%bonded
          if (trial%state_used(c) == contact_state%open .or. trial%opened(c)) then

@@ -19,7 +19,7 @@ module rockdda_interaction_contacts
    use rockdda_interaction_context, only : step_context_type
    use rockdda_interaction_equations, only : equations_type
    use rockdda_interaction_friction_search, only : friction_search_type
-   use rockdda_interaction_intervals, only : find_leans
+   use rockdda_interaction_intervals, only : find_leans, part_shears, couple_of
    use rockdda_interaction_joint_response, only : joint_settings_type, joint_type, new_joint_settings, &
       linearise_joints
    use rockdda_interaction_linked_interaction, only : linked_interaction_type
@@ -42,11 +42,14 @@ module rockdda_interaction_contacts
       logical :: delays = .false.                      !! dilation opens within the step: `expect_dilation`
       real(wp), allocatable :: kept_gap(:), kept_slip(:)   !! (>= n) of `keep` [length]
       real(wp), allocatable :: lean(:, :)              !! (3, >= n) of `find_leans` [length]
+      real(wp), allocatable :: twist(:)                !! (>= n) of `part_shears` [length]
    contains
       procedure :: count_links
       procedure :: prepare
+      procedure :: share_slips
       procedure :: begin
       procedure :: place
+      procedure :: add_to_blocks
       procedure :: add_to_links
       procedure :: add_friction
       procedure :: predict
@@ -121,6 +124,12 @@ contains
       call find_leans(self%laws, self%table, self%lean)
    end subroutine prepare
 
+   !> One slip for both rows of an interval, of which the table has its shear from here on.
+   subroutine share_slips(self)
+      class(contacts_type), intent(inout) :: self
+      call part_shears(self%table, self%twist)
+   end subroutine share_slips
+
    !> Vectors of all rows.
    subroutine place(self, context, attempt, equations)
       class(contacts_type), intent(inout) :: self
@@ -129,6 +138,26 @@ contains
       type(equations_type), intent(inout) :: equations
       call place_contacts(self%table, self%lean, self%first_link, attempt, equations)
    end subroutine place
+
+   !> Couples of the shear springs of intervals, for the blocks of which the expected motion is new.
+   subroutine add_to_blocks(self, context, attempt, equations)
+      class(contacts_type), intent(inout) :: self
+      type(step_context_type), intent(in) :: context
+      type(attempt_type), intent(in) :: attempt
+      type(equations_type), intent(inout) :: equations
+      real(wp) :: load(3)
+      integer :: c
+      do c = 1, self%table%n
+         if (.not. abs(self%twist(c)) > 0 .or. self%table%station(c) /= 1) cycle
+         load = couple_of(self%table, self%twist, c)
+         associate (a => self%table%block_a(c), b => self%table%block_b(c))
+            equations%block_load(4:6, a) = equations%block_load(4:6, a) + load
+            equations%block_load(4:6, b) = equations%block_load(4:6, b) - load
+            equations%block_magnitude(4:6, a) = equations%block_magnitude(4:6, a) + abs(load)
+            equations%block_magnitude(4:6, b) = equations%block_magnitude(4:6, b) + abs(load)
+         end associate
+      end do
+   end subroutine add_to_blocks
 
    !> Begin an attempt with the states of the last step.
    subroutine begin(self, context, attempt)
@@ -460,7 +489,7 @@ contains
       type(attempt_type), intent(in) :: attempt
       real(wp), intent(in), contiguous :: d(:, :)
       class(energy_balance_type), intent(inout) :: balance
-      call measure_energies(self%trial, self%laws, self%table, self%settings%windows_rules, balance)
+      call measure_energies(self%trial, self%laws, self%table, self%twist, d, self%settings%windows_rules, balance)
    end subroutine add_energies
 
    !> The table becomes that of the step's end.
@@ -469,7 +498,7 @@ contains
       type(step_context_type), intent(inout) :: context
       type(attempt_type), intent(inout) :: attempt
       real(wp), intent(in), contiguous :: d(:, :)
-      call end_contacts(self%trial, self%laws, self%stiffness, context, attempt, d, self%table)
+      call end_contacts(self%trial, self%laws, self%stiffness, context, attempt, d, self%twist, self%table)
    end subroutine commit
 
    !> Forces of the springs, and friction, where the contacts are now.

@@ -3,9 +3,8 @@
 !> they do with both rows at a time (rockdda_contact_interval_law).
 !>
 !> Both rows of an interval are open, or none is. Closed on all its length it is two contacts like any others. Closed on
-!> a part, or held by a bond, its forces along the normal depend on the gaps of both rows. It slides as two contacts of
-!> which each has half of the force that presses it together and of the length that is closed: the slip of both differs
-!> by strain alone, and no row has a force that pulls while the interval is pressed.
+!> a part, or held by a bond, its forces along the normal depend on the gaps of both rows. It slides as two contacts in
+!> one place, of which each has half of the force that presses it together and of the length that is closed.
 module rockdda_interaction_intervals
    use rockdda_base_kinds, only : wp
    use rockdda_base_parallel, only : parallel_contacts
@@ -15,8 +14,8 @@ module rockdda_interaction_intervals
    use rockdda_interaction_joint_strength, only : joint_law_type, tension_at
    implicit none
    private
-   public :: find_extremes, find_leans, end_gap, mean_gap, interval_response_type, respond, place_to_linearise, &
-      bond_after
+   public :: find_extremes, find_leans, part_shears, couple_of, end_gap, mean_gap, interval_response_type, respond, &
+      place_to_linearise, bond_after
 
    !> Largest closure at which a joint that has been open is linearised, share of the largest one of its law.
    real(wp), parameter :: first_closure = 0.9_wp
@@ -84,56 +83,88 @@ contains
       end do
    end subroutine find_extremes
 
-   !> Where rows slip: at their points, and those of an interval that is closed on a part at the points of Gauss of that
-   !> part. (There the edges move along each other; what they do where they are apart is no slip.) Both rows of a tie
-   !> slip in its middle: that cells of other strain stretch along each other must cost nothing, or a beam of two cells
-   !> bends by an eighth less.
+   !> Where rows slip: both of an interval in the middle of the part that is closed, others at their points. That blocks
+   !> of other strain stretch along each other costs nothing: with a slip at each point layers that a stiff joint bonds
+   !> bend by 3 to 80 % of a beam of the same cells.
    subroutine find_leans(laws, table, lean)
       type(joint_law_type), intent(in) :: laws(:)           !! per joint material
       type(contact_table_type), intent(in) :: table           !! of the step's start
       !> (3, >= rows) From the point of each row, and the distance of the blocks there; of a vertex 0 [length].
       real(wp), allocatable, intent(inout) :: lean(:, :)
-      type(interval_response_type) :: interval
-      real(wp) :: high, bond(2), way(3), shares(2)
+      real(wp) :: high, way(3)
       integer :: c
       if (allocated(lean)) then
          if (size(lean, 2) < table%n) deallocate (lean)
       end if
       if (.not. allocated(lean)) allocate (lean(3, table%n + table%n/4))
-      !$omp parallel do default(none) shared(laws, table, lean) private(c, interval, high, bond, way, shares) &
+      !$omp parallel do default(none) shared(laws, table, lean) private(c, high, way) &
       !$omp schedule(static) if (table%n > parallel_contacts)
       do c = 1, table%n
          if (table%station(c) == 2) cycle
          lean(1:2, c) = 0
          lean(3, c) = merge(table%distance(c), 0.0_wp, table%share(c) > 0 .and. table%share(c) < 1)
          if (table%station(c) /= 1) cycle
-         lean(1:2, c + 1) = 0
-         lean(3, c + 1) = table%distance(c + 1)
-         if (table%tied(c)) then
-            way = rows_apart(table, c)
-            lean(:, c) = lean(:, c) + 0.5_wp*way
-            lean(:, c + 1) = lean(:, c + 1) - 0.5_wp*way
-            cycle
-         end if
-         if (table%state(c) == contact_state%open) cycle
-         if (max(table%gap(c), table%gap(c + 1)) + overhang*abs(table%gap(c) - table%gap(c + 1)) <= 0) cycle
-         ! where it touches without force, rounding would decide on which part it is closed
-         if (.not. any(abs(table%normal_force(c:c + 1)) > 0)) cycle
-         bond = table%bond_end(c:c + 1)
-         call respond(laws(table%joint(c)), table, c, logical(table%bonded(c) .and. table%bonded(c + 1)), &
-                      table%gap(c:c + 1), 0.0_wp, bond, interval)
-         associate (part => interval%part)
-            if (.not. part%length > 0) cycle
-            ! place of the middle between both points, 0 ... 1, and from there by half of the part's share
-            high = (part%middle - first_place)/(1 - 2*first_place)
-            shares = [high - 0.5_wp*part%length, (high - 1) + 0.5_wp*part%length]
-         end associate
+         high = 0.5_wp
+         if (table%state(c) /= contact_state%open .and. .not. table%tied(c)) high = middle_of(laws, table, c)
          way = rows_apart(table, c)
-         lean(:, c) = lean(:, c) + shares(1)*way
-         lean(:, c + 1) = lean(:, c + 1) + shares(2)*way
+         lean(:, c) = lean(:, c) + high*way
+         lean(:, c + 1) = [0.0_wp, 0.0_wp, table%distance(c + 1)] - (1 - high)*way
       end do
       !$omp end parallel do
    end subroutine find_leans
+
+   !> Middle of the closed part of an interval between its points, 0 ... 1.
+   pure real(wp) function middle_of(laws, table, c) result(high)
+      type(joint_law_type), intent(in) :: laws(:)           !! per joint material
+      type(contact_table_type), intent(in) :: table
+      integer, intent(in) :: c                         !! first row
+      type(interval_response_type) :: interval
+      real(wp) :: bond(2)
+      high = 0.5_wp
+      if (max(table%gap(c), table%gap(c + 1)) + overhang*abs(table%gap(c) - table%gap(c + 1)) <= 0) return
+      ! where it touches without force, rounding would decide on which part it is closed
+      if (.not. any(abs(table%normal_force(c:c + 1)) > 0)) return
+      bond = table%bond_end(c:c + 1)
+      call respond(laws(table%joint(c)), table, c, logical(table%bonded(c) .and. table%bonded(c + 1)), &
+                   table%gap(c:c + 1), 0.0_wp, bond, interval)
+      if (interval%part%length > 0) high = (interval%part%middle - first_place)/(1 - 2*first_place)
+   end function middle_of
+
+   !> Take the mean elongation of the shear springs of an interval for both of its rows, which slip in one place, and
+   !> keep half of what they differ by: a couple that stretches the blocks along each other, until the joint slides.
+   subroutine part_shears(table, twist)
+      type(contact_table_type), intent(inout) :: table        !! of the step's start
+      !> (>= rows) Elongation less that of the interval, 0 of other rows [length].
+      real(wp), allocatable, intent(inout) :: twist(:)
+      integer :: c
+      if (allocated(twist)) then
+         if (size(twist) < table%n) deallocate (twist)
+      end if
+      if (.not. allocated(twist)) allocate (twist(table%n + table%n/4))
+      !$omp parallel do default(none) shared(table, twist) private(c) schedule(static) if (table%n > parallel_contacts)
+      do c = 1, table%n
+         if (table%station(c) == 2) cycle
+         twist(c) = 0
+         if (table%station(c) /= 1) cycle
+         twist(c) = 0.5_wp*(table%shear(c) - table%shear(c + 1))
+         twist(c + 1) = -twist(c)
+         table%shear(c:c + 1) = 0.5_wp*(table%shear(c) + table%shear(c + 1))
+      end do
+      !$omp end parallel do
+   end subroutine part_shears
+
+   !> Couple by which the shear springs of an interval stretch its blocks along each other: load on the strains of its
+   !> first block, of the second one the negative.
+   pure function couple_of(table, twist, c) result(load)
+      type(contact_table_type), intent(in) :: table           !! of the step's start
+      real(wp), intent(in), contiguous :: twist(:)     !! (>= rows) of `part_shears` [length]
+      integer, intent(in) :: c                         !! first row
+      real(wp) :: load(3)                              !! [force*length]
+      real(wp) :: way(3), t(2)
+      way = rows_apart(table, c)
+      t = [-table%normal(2, c), table%normal(1, c)]
+      load = table%k_s(c)*twist(c)*dot_product(way(1:2), t)*[t(1)**2, t(2)**2, t(1)*t(2)]
+   end function couple_of
 
    !> From the first row of an interval to the second one: of their points, and of the distance of the blocks there.
    pure function rows_apart(table, c) result(way)
