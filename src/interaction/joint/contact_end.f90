@@ -110,7 +110,7 @@ contains
             ! a corner that has passed the other one stands off from it: its spring has nothing to give
             k = c - first + 1
             if (are_springs .and. trial%state_used(c) == contact_state%locked .and. was_closed .and. &
-                at_start(k) <= 0 .and. widest(k) <= 0 .and. .not. trial%partly_used(c)) then
+                .not. abs(twist(c)) > 0 .and. at_start(k) <= 0 .and. widest(k) <= 0 .and. .not. trial%partly_used(c)) then
                ! locked and closed on all its length, at the start, in the solve and at the end: two springs like others
                before = 0.5_wp*kn*x0**2 + 0.5_wp*ks*s0**2
                carried = carried + start
@@ -186,6 +186,8 @@ contains
             end if
             if (trial%state_used(c) == contact_state%locked) then
                dissipated = dissipated + half*ks*(s1 - s0)**2
+               ! what the rows differ by has acted by its couple alone
+               if (.not. trial%joint(c)%worn) geometry = geometry + ks*twist(c)*trial%slip(c)
                if (allocated(trial%extra)) dissipated = dissipated + level*trial%extra(c)%drag*(s1 - s0)*(s1 - s0)
             else
                friction = friction + trial%sign_used(c)*trial%friction_used(c)*trial%slip(c) - &
@@ -318,7 +320,7 @@ contains
       integer :: c, i, k
       call trial%find_ends(table, first, last, ends)
       do c = first, last
-         if (.not. abs(twist(c)) > 0 .or. trial%state_used(c) /= contact_state%locked) cycle
+         if (.not. abs(twist(c)) > 0 .or. trial%state_used(c) /= contact_state%locked .or. trial%joint(c)%worn) cycle
          associate (joint_end => ends(c - first + 1))
             joint_end%energy = joint_end%energy - 0.5_wp*table%k_s(c)*joint_end%shear**2
             joint_end%shear = joint_end%shear + twist(c)
