@@ -120,9 +120,9 @@ class Values(FosTest):
         self.assertEqual(len(result["trials"]), 7)
 
     def test_blocks_inside_each_other_are_told(self):
-        """A wedge on a plane that ends in a kink of the ground, H = 75 m: its factor is 0.733. Where its tip has gone into
-        the ground the factor is said not to be one. With a slip at each end of an interval the ground held it in soft
-        rock: 1.746."""
+        """A wedge on a plane that ends in a kink of the ground, H = 75 m: its factor is 0.733. Where its tip has gone
+        into the ground the factor is said not to be one. With a slip at each end of an interval the ground held it in
+        soft rock: 1.746."""
         toe, top = (32.58, 31.39), 75.19
         outlines = ([(-37.6, -37.6), (115.6, -37.6), (115.6, top), (toe[0], top), toe, (0, 0), (-37.6, 0)],
                     [(0, 0), toe, (toe[0], top), (11.0, top)])  # fmt: skip
