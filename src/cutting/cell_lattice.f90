@@ -35,7 +35,6 @@ module rockdda_cutting_cell_lattice
       real(wp) :: origin(2) = 0
       real(wp) :: axis(2) = [1.0_wp, 0.0_wp]     !! direction of u; v is a quarter turn to the left
       real(wp) :: spacing(2) = 1                 !! of the lines of the first two families [L]
-      logical :: is_fitted = .false.             !! to a rectangle: its outline consists of lines
    contains
       procedure :: n_families
       procedure, nopass :: normal
@@ -90,7 +89,6 @@ contains
       lattice%axis = side(:, first)/length(first)
       lattice%spacing = [length(first), length(1 + mod(first, 4))]
       lattice%spacing = lattice%spacing/number_of_parts(lattice%spacing, size)
-      lattice%is_fitted = .true.
    end subroutine rectangle_lattice
 
    !> Into how many parts of about this size a length is divided.

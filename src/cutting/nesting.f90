@@ -7,7 +7,6 @@
 module rockdda_cutting_nesting
    use rockdda_base_kinds, only : wp
    use rockdda_base_sorting, only : sorted_order
-   use rockdda_geometry_cells, only : cell_raster_type
    use rockdda_geometry_grid, only : grid_type
    use rockdda_cutting_graph, only : graph_type
    use rockdda_cutting_faces, only : face_set_type, half_edge_origin, twin

@@ -8,7 +8,6 @@
 !>     blocks     3 1    2 3    1 2    1 3              column     1  2  3     2  3     3
 !>     slots      3      5      2      3                place k    1  2  3     4  5     6
 module rockdda_linear_pattern
-   use rockdda_base_kinds, only : wp
    use rockdda_base_room, only : reserve
    use rockdda_linear_matrix, only : block_matrix_type
    implicit none

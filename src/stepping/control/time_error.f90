@@ -29,7 +29,6 @@ module rockdda_stepping_time_error
    use rockdda_contact_table, only : contact_table_type, contact_state
    use rockdda_interaction_attempt, only : attempt_type
    use rockdda_interaction_context, only : step_context_type
-   use rockdda_interaction_kinematics, only : displacement_at
    implicit none
    private
    public :: time_error_type

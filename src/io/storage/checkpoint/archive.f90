@@ -56,16 +56,13 @@ contains
    !> Write the small values, after all others.
    subroutine put_small_values(self)
       class(archive_type), intent(inout) :: self
-      if (.not. allocated(self%error)) call self%file%create_group(small_group, self%error)
+      call self%file%create_group(small_group, self%error)
       associate (small => self%small)
-         if (.not. allocated(self%error)) &
-            call self%file%write(small_group//'/index', small%index(:small%n_index), self%error)
-         if (.not. allocated(self%error)) call self%file%write(small_group//'/reals', [small%n_reals], &
-                                                               small%reals(:small%n_reals), self%error)
-         if (.not. allocated(self%error)) call self%file%write(small_group//'/integers', [small%n_integers], &
-                                                               small%integers(:small%n_integers), self%error)
-         if (.not. allocated(self%error)) &
-            call self%file%write(small_group//'/texts', small%texts(:small%n_letters), self%error)
+         call self%file%write(small_group//'/index', small%index(:small%n_index), self%error)
+         call self%file%write(small_group//'/reals', [small%n_reals], small%reals(:small%n_reals), self%error)
+         call self%file%write(small_group//'/integers', [small%n_integers], small%integers(:small%n_integers), &
+                              self%error)
+         call self%file%write(small_group//'/texts', small%texts(:small%n_letters), self%error)
       end associate
    end subroutine put_small_values
 
@@ -75,9 +72,9 @@ contains
       if (allocated(self%error)) return
       associate (small => self%small)
          call self%file%read(small_group//'/index', small%index, self%error)
-         if (.not. allocated(self%error)) call self%file%read(small_group//'/reals', small%reals, self%error)
-         if (.not. allocated(self%error)) call self%file%read(small_group//'/integers', small%integers, self%error)
-         if (.not. allocated(self%error)) call self%file%read(small_group//'/texts', small%texts, self%error)
+         call self%file%read(small_group//'/reals', small%reals, self%error)
+         call self%file%read(small_group//'/integers', small%integers, self%error)
+         call self%file%read(small_group//'/texts', small%texts, self%error)
          if (allocated(self%error)) return
          small%n_index = len(small%index)
          small%n_reals = size(small%reals)
@@ -252,7 +249,7 @@ contains
          return
       end if
       call self%need_group()
-      if (.not. allocated(self%error)) call self%file%write(self%prefix//name, text, self%error)
+      call self%file%write(self%prefix//name, text, self%error)
    end subroutine put_text
 
    !> End loading with an error about a value of the present section.

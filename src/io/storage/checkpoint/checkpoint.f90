@@ -150,10 +150,10 @@ contains
       end if
       associate (file => self%archive%file)
          call file%create(part_path(self%path), error, in_commits=.true.)
-         if (.not. allocated(error)) call file%set_attribute('/', 'format', checkpoint_format, error)
-         if (.not. allocated(error)) call file%set_attribute('/', 'format_version', checkpoint_format_version, error)
-         if (.not. allocated(error)) call file%set_attribute('/', 'program_version', version, error)
-         if (.not. allocated(error)) call file%set_attribute('/', 'build', build_description(), error)
+         call file%set_attribute('/', 'format', checkpoint_format, error)
+         call file%set_attribute('/', 'format_version', checkpoint_format_version, error)
+         call file%set_attribute('/', 'program_version', version, error)
+         call file%set_attribute('/', 'build', build_description(), error)
       end associate
       if (.not. allocated(error)) call exchange_facts(self%archive, facts)
       if (.not. allocated(error)) call put_digests(self%archive, facts, error)
@@ -215,14 +215,13 @@ contains
          if (.not. allocated(error)) then
             if (text /= checkpoint_format) call refuse('this is no checkpoint of RockDDA')
          end if
-         if (.not. allocated(error)) call file%get_attribute('/', 'format_version', number, error)
+         call file%get_attribute('/', 'format_version', number, error)
          if (.not. allocated(error)) then
             if (number /= checkpoint_format_version) call refuse('this program reads checkpoints of format version '// &
                to_string(checkpoint_format_version)//', not '//to_string(number)//'; start the run again')
          end if
-         if (.not. allocated(error)) call file%get_attribute('/', 'program_version', facts%header%program_version, &
-                                                             error)
-         if (.not. allocated(error)) call file%get_attribute('/', 'build', facts%build, error)
+         call file%get_attribute('/', 'program_version', facts%header%program_version, error)
+         call file%get_attribute('/', 'build', facts%build, error)
       end associate
       if (.not. allocated(error)) call self%archive%get_small_values()
       if (.not. allocated(error)) call exchange_facts(self%archive, facts)
@@ -351,10 +350,9 @@ contains
       if (allocated(archive%error)) return
       call archive%file%set_attribute('input/geometry', 'sha256', &
                                       hexadecimal(digest_of_text(facts%header%geometry)), error)
-      if (.not. allocated(error)) call archive%file%set_attribute('input/analysis', 'sha256', &
-         hexadecimal(digest_of_text(facts%header%analysis)), error)
-      if (.not. allocated(error)) call archive%file%set_attribute('input/config', 'sha256', &
-         hexadecimal(digest_of_text(facts%header%config)), error)
+      call archive%file%set_attribute('input/analysis', 'sha256', hexadecimal(digest_of_text(facts%header%analysis)), &
+                                      error)
+      call archive%file%set_attribute('input/config', 'sha256', hexadecimal(digest_of_text(facts%header%config)), error)
    end subroutine put_digests
 
    !> Read the summary, after all tests of the file. An error (code input) when it is none or damaged. It is tried in a

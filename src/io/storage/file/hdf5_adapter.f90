@@ -7,7 +7,7 @@
 !> Arrays travel as flat lists with their shape in Fortran order; readers that count in C order (h5py) see the
 !> shape reversed: (2, nv) here is nv x 2 there. Reals are 64-bit (some tables of frames on request 32-bit), integers
 !> 32-bit, all little endian; text is UTF-8 of variable length. HDF5's own messages are switched off; the reason goes
-!> into the error.
+!> into the error. Attributes and datasets are neither read nor written while there is an error.
 module rockdda_io_hdf5_adapter
    use, intrinsic :: iso_c_binding, only : c_ptr, c_null_ptr, c_loc, c_char, c_null_char, c_f_pointer, c_associated, &
       c_int, c_size_t, c_bool
@@ -245,9 +245,10 @@ contains
    subroutine create_group(self, name, error)
       class(hdf5_file_type), intent(in) :: self
       character(len=*), intent(in) :: name
-      type(error_type), allocatable, intent(out) :: error
+      type(error_type), allocatable, intent(inout) :: error
       integer(hid_t) :: group
       integer :: status
+      if (allocated(error)) return
       call h5gcreate_f(self%id, name, group, status)
       if (status == 0) call h5gclose_f(group, status)
       if (status /= 0) call self%fail('cannot create group '//name, error)
@@ -366,7 +367,7 @@ contains
    subroutine set_text_attribute(self, object, name, text, error)
       class(hdf5_file_type), intent(in) :: self
       character(len=*), intent(in) :: object, name, text
-      type(error_type), allocatable, intent(out) :: error
+      type(error_type), allocatable, intent(inout) :: error
       call self%write_attribute_texts(object, name, [text], .true., error)
    end subroutine set_text_attribute
 
@@ -374,7 +375,7 @@ contains
    subroutine set_texts_attribute(self, object, name, texts, error)
       class(hdf5_file_type), intent(in) :: self
       character(len=*), intent(in) :: object, name, texts(:)
-      type(error_type), allocatable, intent(out) :: error
+      type(error_type), allocatable, intent(inout) :: error
       call self%write_attribute_texts(object, name, texts, .false., error)
    end subroutine set_texts_attribute
 
@@ -383,7 +384,7 @@ contains
       class(hdf5_file_type), intent(in) :: self
       character(len=*), intent(in) :: object, name, texts(:)
       logical, intent(in) :: scalar
-      type(error_type), allocatable, intent(out) :: error
+      type(error_type), allocatable, intent(inout) :: error
       character(kind=c_char, len=1), allocatable, target :: buffer(:, :)
       type(c_ptr), target :: pointers(size(texts))
       integer(hid_t) :: type
@@ -410,7 +411,7 @@ contains
       class(hdf5_file_type), intent(in) :: self
       character(len=*), intent(in) :: object, name
       integer, intent(in), target :: value
-      type(error_type), allocatable, intent(out) :: error
+      type(error_type), allocatable, intent(inout) :: error
       call self%set_values(object, name, H5T_STD_I32LE, H5T_NATIVE_INTEGER, [integer(hsize_t) ::], c_loc(value), error)
    end subroutine set_integer_attribute
 
@@ -419,7 +420,7 @@ contains
       class(hdf5_file_type), intent(in) :: self
       character(len=*), intent(in) :: object, name
       integer, intent(in), contiguous, target :: values(:)
-      type(error_type), allocatable, intent(out) :: error
+      type(error_type), allocatable, intent(inout) :: error
       type(c_ptr) :: place
       place = c_null_ptr
       if (size(values) > 0) place = c_loc(values)
@@ -431,7 +432,7 @@ contains
       class(hdf5_file_type), intent(in) :: self
       character(len=*), intent(in) :: object, name
       real(wp), intent(in), contiguous, target :: values(:)
-      type(error_type), allocatable, intent(out) :: error
+      type(error_type), allocatable, intent(inout) :: error
       type(c_ptr) :: place
       place = c_null_ptr
       if (size(values) > 0) place = c_loc(values)
@@ -445,9 +446,10 @@ contains
       integer(hid_t), intent(in) :: stored, type       !! in the file, in memory
       integer(hsize_t), intent(in) :: dims(:)          !! of size 0: a scalar
       type(c_ptr), intent(in) :: values                !! null: there are none
-      type(error_type), allocatable, intent(out) :: error
+      type(error_type), allocatable, intent(inout) :: error
       integer(hid_t) :: attribute
       integer :: status
+      if (allocated(error)) return
       call self%open_attribute(object, name, stored, dims, attribute, status)
       if (status == 0 .and. c_associated(values)) call h5awrite_f(attribute, type, values, status)
       if (status /= 0) call self%fail('cannot write attribute '//name, error)
@@ -494,7 +496,7 @@ contains
       class(hdf5_file_type), intent(in) :: self
       character(len=*), intent(in) :: object, name
       character(len=:), allocatable, intent(out) :: text
-      type(error_type), allocatable, intent(out) :: error
+      type(error_type), allocatable, intent(inout) :: error
       type(c_ptr), allocatable, target :: pointers(:)
       type(c_ptr) :: place
       integer(hid_t) :: attribute, type, stored
@@ -502,6 +504,7 @@ contains
       logical :: variable
       integer :: status, rank, i
       text = ''
+      if (allocated(error)) return
       variable = .false.
       call h5aopen_by_name_f(self%id, object, name, attribute, status)
       if (status == 0) call h5aget_type_f(attribute, stored, status)
@@ -531,7 +534,7 @@ contains
       class(hdf5_file_type), intent(in) :: self
       character(len=*), intent(in) :: object, name
       integer, intent(out) :: value
-      type(error_type), allocatable, intent(out) :: error
+      type(error_type), allocatable, intent(inout) :: error
       integer, allocatable :: values(:)
       call read_integers_attribute(self, object, name, 0, values, error)
       value = 0
@@ -543,7 +546,7 @@ contains
       class(hdf5_file_type), intent(in) :: self
       character(len=*), intent(in) :: object, name
       integer, allocatable, intent(out) :: values(:)
-      type(error_type), allocatable, intent(out) :: error
+      type(error_type), allocatable, intent(inout) :: error
       call read_integers_attribute(self, object, name, 1, values, error)
    end subroutine get_integers_attribute
 
@@ -553,12 +556,13 @@ contains
       character(len=*), intent(in) :: object, name
       integer, intent(in) :: most_rank
       integer, allocatable, intent(out) :: values(:)
-      type(error_type), allocatable, intent(out) :: error
+      type(error_type), allocatable, intent(inout) :: error
       integer(hid_t) :: attribute
       integer(hsize_t) :: n
       integer :: status, rank, ignored
       n = 0
       rank = 0
+      if (allocated(error)) return
       call h5aopen_by_name_f(self%id, object, name, attribute, status)
       if (status == 0) call count_values(attribute, n, rank, status)
       if (rank > most_rank) status = -1
@@ -595,7 +599,7 @@ contains
       class(hdf5_file_type), intent(in) :: self
       character(len=*), intent(in) :: name
       integer(i8), allocatable, intent(out) :: shape(:)
-      type(error_type), allocatable, intent(out) :: error
+      type(error_type), allocatable, intent(inout) :: error
       integer(hid_t) :: dataset, space
       integer(hsize_t), allocatable :: dims(:)
       integer :: status
@@ -631,7 +635,7 @@ contains
       character(len=*), intent(in) :: name
       integer, intent(in) :: shape(:)
       real(wp), intent(in), contiguous, target :: values(:)      !! (product(shape))
-      type(error_type), allocatable, intent(out) :: error
+      type(error_type), allocatable, intent(inout) :: error
       type(c_ptr) :: place
       place = c_null_ptr
       if (size(values) > 0) place = c_loc(values)
@@ -644,7 +648,7 @@ contains
       character(len=*), intent(in) :: name
       integer, intent(in) :: shape(:)
       integer, intent(in), contiguous, target :: values(:)       !! (product(shape))
-      type(error_type), allocatable, intent(out) :: error
+      type(error_type), allocatable, intent(inout) :: error
       type(c_ptr) :: place
       place = c_null_ptr
       if (size(values) > 0) place = c_loc(values)
@@ -655,11 +659,12 @@ contains
    subroutine write_text(self, name, text, error)
       class(hdf5_file_type), intent(in) :: self
       character(len=*), intent(in) :: name, text
-      type(error_type), allocatable, intent(out) :: error
+      type(error_type), allocatable, intent(inout) :: error
       character(kind=c_char, len=:), allocatable, target :: buffer
       type(c_ptr), target :: pointer(1)
       integer(hid_t) :: dataset, space, type, transfer
       integer :: status, ignored
+      if (allocated(error)) return
       dataset = -1
       buffer = text//c_null_char
       pointer(1) = c_loc(buffer(1:1))
@@ -680,7 +685,7 @@ contains
    subroutine write_texts(self, name, texts, error)
       class(hdf5_file_type), intent(in) :: self
       character(len=*), intent(in) :: name, texts(:)
-      type(error_type), allocatable, intent(out) :: error
+      type(error_type), allocatable, intent(inout) :: error
       character(kind=c_char, len=1), allocatable, target :: buffer(:, :)
       integer(hid_t) :: type
       integer :: i, k, status
@@ -706,9 +711,10 @@ contains
       integer(hid_t), intent(in) :: stored, type       !! in the file, in memory
       integer, intent(in) :: shape(:)
       type(c_ptr), intent(in) :: values                !! null: there are none
-      type(error_type), allocatable, intent(out) :: error
+      type(error_type), allocatable, intent(inout) :: error
       integer(hid_t) :: dataset, space
       integer :: status, ignored
+      if (allocated(error)) return
       dataset = -1
       call new_space(int(shape, hsize_t), space, status)
       if (status == 0) call h5dcreate_f(self%id, name, stored, space, dataset, status)
@@ -725,7 +731,7 @@ contains
       integer(i8), intent(in) :: skip
       integer, intent(in) :: n_rows
       real(wp), intent(in), contiguous, target :: values(:)       !! (entries of a row * n_rows)
-      type(error_type), allocatable, intent(out) :: error
+      type(error_type), allocatable, intent(inout) :: error
       type(selection_type) :: rows
       call select_in_table(self, name, value_kind%reals, rows, error, skip, int(n_rows, i8))
       if (allocated(error)) return
@@ -739,7 +745,7 @@ contains
       integer(i8), intent(in) :: skip
       integer, intent(in) :: n_rows
       integer, intent(in), contiguous, target :: values(:)        !! (entries of a row * n_rows)
-      type(error_type), allocatable, intent(out) :: error
+      type(error_type), allocatable, intent(inout) :: error
       type(selection_type) :: rows
       call select_in_table(self, name, value_kind%integers, rows, error, skip, int(n_rows, i8))
       if (allocated(error)) return
@@ -751,7 +757,7 @@ contains
       class(hdf5_file_type), intent(in) :: self
       character(len=*), intent(in) :: name
       real(wp), allocatable, intent(out), target :: values(:)   !! in array element order
-      type(error_type), allocatable, intent(out) :: error
+      type(error_type), allocatable, intent(inout) :: error
       integer(i8), intent(in), optional :: skip, count
       type(selection_type) :: rows
       call select_in_table(self, name, value_kind%reals, rows, error, skip, count)
@@ -765,7 +771,7 @@ contains
       class(hdf5_file_type), intent(in) :: self
       character(len=*), intent(in) :: name
       integer, allocatable, intent(out), target :: values(:)
-      type(error_type), allocatable, intent(out) :: error
+      type(error_type), allocatable, intent(inout) :: error
       integer(i8), intent(in), optional :: skip, count
       type(selection_type) :: rows
       call select_in_table(self, name, value_kind%integers, rows, error, skip, count)
@@ -801,12 +807,13 @@ contains
       class(hdf5_file_type), intent(in) :: self
       character(len=*), intent(in) :: name
       character(len=:), allocatable, intent(out) :: text
-      type(error_type), allocatable, intent(out) :: error
+      type(error_type), allocatable, intent(inout) :: error
       type(c_ptr), target :: pointer(1)
       type(c_ptr) :: place
       integer(hid_t) :: dataset, type
       integer :: status
       text = ''
+      if (allocated(error)) return
       pointer = c_null_ptr
       place = c_loc(pointer)
       call new_text_type(type, status)
@@ -827,7 +834,7 @@ contains
       class(hdf5_file_type), intent(in) :: self
       character(len=*), intent(in) :: name
       character(len=:), allocatable, intent(out) :: text
-      type(error_type), allocatable, intent(out) :: error
+      type(error_type), allocatable, intent(inout) :: error
       character(kind=c_char, len=1), allocatable, target :: buffer(:, :)
       type(c_ptr) :: place
       integer(hid_t) :: dataset, type
@@ -871,7 +878,7 @@ contains
       character(len=*), intent(in) :: name
       integer, intent(in) :: kind              !! one of value_kind%...
       type(selection_type), intent(out) :: rows
-      type(error_type), allocatable, intent(out) :: error
+      type(error_type), allocatable, intent(inout) :: error
       integer(i8), intent(in), optional :: skip, count
       integer(hsize_t), allocatable :: dims(:), start(:)
       integer :: status, rank, found
@@ -912,7 +919,7 @@ contains
       integer, intent(in) :: row_shape(:)     !! shape of one row in Fortran order; size 0: one number
       logical, intent(in) :: is_real          !! else integers
       integer, intent(in) :: chunk_shape(:)   !! of size(row_shape) + 1 entries, all > 0
-      type(error_type), allocatable, intent(out) :: error
+      type(error_type), allocatable, intent(inout) :: error
       logical, intent(in), optional :: is_single   !! reals of 32 bits, default .false.
       integer(hid_t) :: space, creation, dataset, type
       integer(hsize_t) :: dims(size(row_shape) + 1), largest(size(row_shape) + 1)
@@ -945,7 +952,7 @@ contains
       class(hdf5_file_type), intent(in) :: self
       character(len=*), intent(in) :: name
       integer(i8), intent(in) :: n_rows
-      type(error_type), allocatable, intent(out) :: error
+      type(error_type), allocatable, intent(inout) :: error
       integer(hid_t) :: dataset, space
       integer(hsize_t), allocatable :: dims(:)
       integer :: status
@@ -963,7 +970,7 @@ contains
       class(hdf5_file_type), intent(in) :: self
       character(len=*), intent(in) :: name
       integer(i8), allocatable, intent(out) :: chunk_shape(:)   !! Fortran order
-      type(error_type), allocatable, intent(out) :: error
+      type(error_type), allocatable, intent(inout) :: error
       integer(hid_t) :: dataset, space, creation
       integer(hsize_t), allocatable :: dims(:)
       integer :: status, ignored
@@ -990,7 +997,7 @@ contains
       integer, intent(in) :: per_chunk, n_chunks           !! rows of a chunk, chunks
       integer(i8), intent(in) :: n_bytes                   !! of a chunk
       type(c_ptr), intent(in) :: values                    !! of the kind that is stored
-      type(error_type), allocatable, intent(out) :: error
+      type(error_type), allocatable, intent(inout) :: error
       integer(hid_t) :: dataset, space
       integer(hsize_t), allocatable :: dims(:)
       integer :: k, rank, status, ignored
@@ -1017,11 +1024,12 @@ contains
       character(len=*), intent(in) :: name
       integer(hid_t), intent(out) :: dataset, space
       integer(hsize_t), allocatable, intent(out) :: dims(:)
-      type(error_type), allocatable, intent(out) :: error
+      type(error_type), allocatable, intent(inout) :: error
       integer(hsize_t), allocatable :: largest(:)
       integer :: status, rank
       space = -1
       rank = 0
+      if (allocated(error)) return
       call h5dopen_f(self%id, name, dataset, status)
       if (status == 0) call h5dget_space_f(dataset, space, status)
       if (status == 0) call h5sget_simple_extent_ndims_f(space, rank, status)

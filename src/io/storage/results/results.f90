@@ -98,7 +98,7 @@ contains
       do i = 1, n_tables
          if (.not. allocated(error)) call self%series(i)%create(self%file, error)
       end do
-      if (.not. allocated(error)) call self%file%set_attribute('history/energy', 'columns', energy_names, error)
+      call self%file%set_attribute('history/energy', 'columns', energy_names, error)
       if (.not. allocated(error)) call write_units(self%file, header%units, error)
       call self%put('frames/contact_offset', [0])
       if (allocated(error)) call self%discard()
@@ -403,7 +403,7 @@ contains
       call self%flush(error)
       if (.not. self%failed) then
          call self%file%set_attribute('/', 'exit_reason', exit_reason, error)
-         if (.not. allocated(error)) call self%file%set_attribute('/', 'complete', merge(1, 0, complete), error)
+         call self%file%set_attribute('/', 'complete', merge(1, 0, complete), error)
          if (.not. allocated(error) .and. present(planned_time)) &
             call self%file%set_attribute('/', 'planned_time', to_string(planned_time, 17), error)
          if (.not. allocated(error)) call self%file%flush(error)

@@ -73,7 +73,7 @@ contains
                call table(i)%add_zeros()
                call table(i)%write(file, error)
             end do
-            if (.not. allocated(error)) call file%set_attribute('/', 'exit_reason', 'finished', error)
+            call file%set_attribute('/', 'exit_reason', 'finished', error)
             if (.not. allocated(error)) call file%flush(error)
             if (allocated(error)) call mark_as_damaged(path, error)
          end if
@@ -122,7 +122,7 @@ contains
          n = rows%steps
          if (n == 0) return
          call file%read('history/time', time, error, n - 1, 1_i8)
-         if (.not. allocated(error)) call file%read('history/energy', energy, error, n - 1, 1_i8)
+         call file%read('history/energy', energy, error, n - 1, 1_i8)
          if (allocated(error)) then
             call mark_as_damaged(file%path, error)
             return
@@ -166,8 +166,8 @@ contains
       do i = 1, n_tables
          if (.not. allocated(error)) call series(i)%cut(file, length(i), rows%totals(i), error)
       end do
-      if (.not. allocated(error)) call file%set_attribute('/', 'complete', 0, error)
-      if (.not. allocated(error)) call file%set_attribute('/', 'exit_reason', 'running', error)
+      call file%set_attribute('/', 'complete', 0, error)
+      call file%set_attribute('/', 'exit_reason', 'running', error)
    end subroutine cut_tables
 
    !> Check that this open file belongs to the run with this header.
@@ -189,12 +189,12 @@ contains
          return
       end if
       call compare_text('/', 'format', 'rockdda')
-      if (.not. allocated(error)) call file%get_attribute('/', 'format_version', version, error)
+      call file%get_attribute('/', 'format_version', version, error)
       if (.not. allocated(error) .and. version /= results_format_version) &
          call not_as_written(file%path, 'format_version', error)
       ! a continued run overwrites these two
-      if (.not. allocated(error)) call file%get_attribute('/', 'complete', complete, error)
-      if (.not. allocated(error)) call file%get_attribute('/', 'exit_reason', found, error)
+      call file%get_attribute('/', 'complete', complete, error)
+      call file%get_attribute('/', 'exit_reason', found, error)
       call compare_text('/', 'program_version', header%program_version)
       call compare_text('/', 'title', header%title)
       call compare_text('input/geometry', '', header%geometry)

@@ -123,10 +123,10 @@ contains
       character(len=:), allocatable :: units
       integer :: complete
       call file%get_attribute('/', 'title', info%title, error)
-      if (.not. allocated(error)) call file%get_attribute('/', 'program_version', info%program_version, error)
-      if (.not. allocated(error)) call file%get_attribute('/', 'created', info%created, error)
-      if (.not. allocated(error)) call file%get_attribute('/', 'complete', complete, error)
-      if (.not. allocated(error)) call file%get_attribute('/', 'exit_reason', info%exit_reason, error)
+      call file%get_attribute('/', 'program_version', info%program_version, error)
+      call file%get_attribute('/', 'created', info%created, error)
+      call file%get_attribute('/', 'complete', complete, error)
+      call file%get_attribute('/', 'exit_reason', info%exit_reason, error)
       if (.not. allocated(error)) info%complete = complete /= 0
       if (allocated(error)) return
       if (.not. file%has_attribute('/', 'units')) return
@@ -191,7 +191,7 @@ contains
       real(wp), allocatable :: time(:)
       if (info%n_steps > 0) then
          call file%read('history/step', step, error, info%n_steps - 1, 1_i8)
-         if (.not. allocated(error)) call file%read('history/time', time, error, info%n_steps - 1, 1_i8)
+         call file%read('history/time', time, error, info%n_steps - 1, 1_i8)
          if (allocated(error)) return
          call check_row(file, time, 'history/time', error)
          if (allocated(error)) return
@@ -236,8 +236,8 @@ contains
       if (.not. file%exists('model/stage_names')) return
       if (.not. file%has_attribute('model/stage_names', 'reset_displacement')) return
       call file%get_attribute('model/stage_names', 'reset_displacement', resets, error)
-      if (.not. allocated(error)) call file%read_texts('model/stage_names', names, error)
-      if (.not. allocated(error)) call file%read('history/stage', stage, error)
+      call file%read_texts('model/stage_names', names, error)
+      call file%read('history/stage', stage, error)
       if (allocated(error)) return
       n = size(stage)
       allocate (before(2*info%n_measured), total(2*info%n_measured), source=0.0_wp)
@@ -464,7 +464,6 @@ contains
       type(error_type), allocatable :: error
       integer :: i, m, n, slash, version
       call file%get_attribute('/', 'format_version', version, error)
-      if (allocated(error)) version = 1
       m = 0
       do i = 1, n_tables
          name = trim(tables(i)%name)

@@ -34,47 +34,41 @@ contains
       type(block_system_type), intent(in) :: blocks
       type(block_state_type), intent(in) :: state      !! at the start
       type(error_type), allocatable, intent(out) :: error
-      call write_header(error)
-      if (.not. allocated(error)) call write_model(error)
-      if (.not. allocated(error) .and. header%n_bolt_nodes > 0) call write_nodes(error)
-      if (.not. allocated(error) .and. header%n_liner_nodes > 0) call write_liners(error)
-      if (.not. allocated(error)) call write_boundaries(error)
-      if (.not. allocated(error)) call write_stage_names(error)
+      call write_header()
+      call write_model()
+      if (header%n_bolt_nodes > 0) call write_nodes()
+      if (header%n_liner_nodes > 0) call write_liners()
+      call write_boundaries()
+      call write_stage_names()
       if (.not. allocated(error)) call write_water(file, header, error)
 
    contains
 
       !> Write the model at the start.
-      subroutine write_model(error)
-         type(error_type), allocatable, intent(out) :: error
+      subroutine write_model()
          integer :: nb, nv
          nb = blocks%n_blocks
          nv = blocks%n_vertices()
          call file%write('model/vertex_offset', [nb + 1], blocks%vertex_offset, error)
-         if (.not. allocated(error)) call file%write('model/vertices', [2, nv], &
-                                                          reshape(blocks%vertices(:, 1:nv), [2*nv]), error)
-         if (.not. allocated(error)) call file%write('model/edge_joint', [nv], blocks%edge_joint, error)
-         if (.not. allocated(error)) call file%write('model/block_material', [nb], blocks%block_material, error)
-         if (.not. allocated(error) .and. allocated(blocks%parent)) &
-            call file%write('model/parent', [nb], blocks%parent - 1, error)
-         if (.not. allocated(error)) call file%write('model/block_area', [nb], state%area, error)
-         if (.not. allocated(error)) call file%write('model/block_centroid', [2, nb], &
-                                                          reshape(state%centroid + spread(state%datum, 2, nb), &
-                                                             [2*nb]), error)
-         if (.not. allocated(error)) call write_points('model/fixed_points', blocks%fixed, error)
-         if (.not. allocated(error)) call write_points('model/loading_points', blocks%loading, error)
-         if (.not. allocated(error)) call write_points('model/measured_points', blocks%measured, error)
-         if (.not. allocated(error)) call file%set_attribute('model/measured_points', 'number', &
-                                                                  blocks%measured%numbers(), error)
-         if (.not. allocated(error)) call write_bolts(blocks%bolts, error)
+         call file%write('model/vertices', [2, nv], reshape(blocks%vertices(:, 1:nv), [2*nv]), error)
+         call file%write('model/edge_joint', [nv], blocks%edge_joint, error)
+         call file%write('model/block_material', [nb], blocks%block_material, error)
+         if (allocated(blocks%parent)) call file%write('model/parent', [nb], blocks%parent - 1, error)
+         call file%write('model/block_area', [nb], state%area, error)
+         call file%write('model/block_centroid', [2, nb], reshape(state%centroid + spread(state%datum, 2, nb), &
+                         [2*nb]), error)
+         call write_points('model/fixed_points', blocks%fixed)
+         call write_points('model/loading_points', blocks%loading)
+         call write_points('model/measured_points', blocks%measured)
+         call file%set_attribute('model/measured_points', 'number', blocks%measured%numbers(), error)
+         call write_bolts(blocks%bolts)
       end subroutine write_model
 
       !> Write the names of the stages.
-      subroutine write_stage_names(error)
-         type(error_type), allocatable, intent(out) :: error
+      subroutine write_stage_names()
          if (allocated(header%stage_names)) then
             call file%write_texts('model/stage_names', header%stage_names, error)
-            if (allocated(header%stage_resets) .and. .not. allocated(error)) &
+            if (allocated(header%stage_resets)) &
                call file%set_attribute('model/stage_names', 'reset_displacement', header%stage_resets, error)
          else
             call file%write_texts('model/stage_names', ['stage 1'], error)
@@ -82,65 +76,54 @@ contains
       end subroutine write_stage_names
 
       !> Write the names of all bolts and how many nodes are before those of each.
-      subroutine write_nodes(error)
-         type(error_type), allocatable, intent(out) :: error
+      subroutine write_nodes()
          call file%write_texts('model/bolt_names', header%bolt_names, error)
-         if (.not. allocated(error)) call file%write('model/bolt_first', [size(header%bolt_first)], header%bolt_first, &
-                                                          error)
-         if (.not. allocated(error)) call file%set_attribute('model/bolt_names', 'spacing_out_of_plane', &
-                                                                  header%bolt_spacing, error)
-         if (.not. allocated(error)) call file%set_attribute('model/bolt_first', 'spacing_out_of_plane', &
-                                                                  header%bolt_spacing, error)
+         call file%write('model/bolt_first', [size(header%bolt_first)], header%bolt_first, error)
+         call file%set_attribute('model/bolt_names', 'spacing_out_of_plane', header%bolt_spacing, error)
+         call file%set_attribute('model/bolt_first', 'spacing_out_of_plane', header%bolt_spacing, error)
       end subroutine write_nodes
 
       !> Write the names of all linings, how many nodes are before those of each, their sections, and which are closed.
-      subroutine write_liners(error)
-         type(error_type), allocatable, intent(out) :: error
+      subroutine write_liners()
          integer :: n
          n = size(header%liner_section, 2)
          call file%write_texts('model/liner_names', header%liner_names, error)
-         if (.not. allocated(error)) call file%write('model/liner_first', [size(header%liner_first)], &
-                                                     header%liner_first, error)
-         if (.not. allocated(error)) call file%write('model/liner_section', [5, n], reshape(header%liner_section, &
-                                                     [5*n]), error)
+         call file%write('model/liner_first', [size(header%liner_first)], header%liner_first, error)
+         call file%write('model/liner_section', [5, n], reshape(header%liner_section, [5*n]), error)
       end subroutine write_liners
 
       !> Write attributes of the file and the input texts.
-      subroutine write_header(error)
-         type(error_type), allocatable, intent(out) :: error
+      subroutine write_header()
          character(len=*), parameter :: groups(4) = [character(len=7) :: 'input', 'model', 'history', 'frames']
          integer :: i
          call file%set_attribute('/', 'format', 'rockdda', error)
-         if (.not. allocated(error)) call file%set_attribute('/', 'format_version', results_format_version, error)
-         if (.not. allocated(error)) call file%set_attribute('/', 'program_version', header%program_version, error)
-         if (.not. allocated(error)) call file%set_attribute('/', 'title', header%title, error)
-         if (.not. allocated(error)) call file%set_attribute('/', 'created', header%created, error)
-         if (.not. allocated(error)) call file%set_attribute('/', 'units', trim(header%units), error)
-         if (.not. allocated(error)) call file%set_attribute('/', 'complete', 0, error)
-         if (.not. allocated(error)) call file%set_attribute('/', 'exit_reason', 'running', error)
+         call file%set_attribute('/', 'format_version', results_format_version, error)
+         call file%set_attribute('/', 'program_version', header%program_version, error)
+         call file%set_attribute('/', 'title', header%title, error)
+         call file%set_attribute('/', 'created', header%created, error)
+         call file%set_attribute('/', 'units', trim(header%units), error)
+         call file%set_attribute('/', 'complete', 0, error)
+         call file%set_attribute('/', 'exit_reason', 'running', error)
          do i = 1, size(groups)
-            if (.not. allocated(error)) call file%create_group(trim(groups(i)), error)
+            call file%create_group(trim(groups(i)), error)
          end do
-         if (.not. allocated(error)) call file%write('input/geometry', header%geometry, error)
-         if (.not. allocated(error)) call file%write('input/analysis', header%analysis, error)
-         if (.not. allocated(error)) call file%write('input/config', header%config, error)
+         call file%write('input/geometry', header%geometry, error)
+         call file%write('input/analysis', header%analysis, error)
+         call file%write('input/config', header%config, error)
       end subroutine write_header
 
       !> Write the edges of the boundaries, if there are any: each by the number of its boundary and its first vertex.
-      subroutine write_boundaries(error)
-         type(error_type), allocatable, intent(out) :: error
+      subroutine write_boundaries()
          if (header%n_boundaries == 0) return
          call file%write('model/boundary_edges', [2, size(header%boundary_edges, 2)], &
                          reshape(header%boundary_edges - 1, [size(header%boundary_edges)]), error)
-         if (.not. allocated(error)) call file%set_attribute('model/boundary_edges', 'kind', header%boundary_kinds, &
-            error)
+         call file%set_attribute('model/boundary_edges', 'kind', header%boundary_kinds, error)
       end subroutine write_boundaries
 
       !> Write points with the attribute `block`, counted from 0.
-      subroutine write_points(name, points, error)
+      subroutine write_points(name, points)
          character(len=*), intent(in) :: name
          type(point_set_type), intent(in) :: points
-         type(error_type), allocatable, intent(out) :: error
          real(wp), allocatable :: position(:)
          integer, allocatable :: block(:)
          allocate (position(0), block(0))
@@ -149,14 +132,13 @@ contains
             block = points%block(1:points%n) - 1
          end if
          call file%write(name, [2, points%n], position, error)
-         if (.not. allocated(error)) call file%set_attribute(name, 'block', block, error)
+         call file%set_attribute(name, 'block', block, error)
       end subroutine write_points
 
       !> Write bolts: ends at the start, blocks of the two ends from 0 (-1: outside), and stiffness, pretension,
       !> strength.
-      subroutine write_bolts(bolts, error)
+      subroutine write_bolts(bolts)
          type(bolt_set_type), intent(in) :: bolts
-         type(error_type), allocatable, intent(out) :: error
          real(wp), allocatable :: ends(:), values(:, :)
          integer, allocatable :: block(:)
          integer :: n
@@ -170,8 +152,8 @@ contains
             values(3, :) = bolts%strength(1:n)
          end if
          call file%write('model/bolt_ends', [2, 2, n], ends, error)
-         if (.not. allocated(error)) call file%write('model/bolt_blocks', [2, n], block, error)
-         if (.not. allocated(error)) call file%write('model/bolt_properties', [3, n], reshape(values, [3*n]), error)
+         call file%write('model/bolt_blocks', [2, n], block, error)
+         call file%write('model/bolt_properties', [3, n], reshape(values, [3*n]), error)
       end subroutine write_bolts
 
    end subroutine write_run
@@ -190,7 +172,6 @@ contains
       n = size(header%water_edges, 2)
       call file%write('model/water_edges', [4, n], &
                       reshape(header%water_edges - spread([1, 1, 1, 0], 2, n), [4*n]), error)
-      if (allocated(error)) return
       allocate (names(size(header%water)), unit_weight(size(header%water)))
       names = ''
       unit_weight = 0
@@ -199,10 +180,9 @@ contains
          if (is_set(header%water(g)%unit_weight)) unit_weight(g) = header%water(g)%unit_weight
       end do
       call file%write_texts('model/water_names', names, error)
-      if (.not. allocated(error) .and. allocated(header%stage_water)) &
-         call file%write_texts('model/water_stage', header%stage_water, error)
-      if (.not. allocated(error)) call file%write('model/water_ends', [2, n], reshape(header%water_ends, [2*n]), error)
-      if (.not. allocated(error)) call file%write('model/water_unit_weight', [size(names)], unit_weight, error)
+      if (allocated(header%stage_water)) call file%write_texts('model/water_stage', header%stage_water, error)
+      call file%write('model/water_ends', [2, n], reshape(header%water_ends, [2*n]), error)
+      call file%write('model/water_unit_weight', [size(names)], unit_weight, error)
       call collect(header%water, 1, rows, group)
       call put('model/water_table', rows(1:2, :))
       call put_group('model/water_table_group')
@@ -221,7 +201,6 @@ contains
       subroutine put(name, columns)
          character(len=*), intent(in) :: name
          real(wp), intent(in) :: columns(:, :)
-         if (allocated(error)) return
          if (size(columns, 1) == 1) then
             call file%write(name, [size(columns, 2)], columns(1, :), error)
          else
@@ -232,7 +211,7 @@ contains
       !> Write the groups of rows.
       subroutine put_group(name)
          character(len=*), intent(in) :: name
-         if (.not. allocated(error)) call file%write(name, [size(group)], group - 1, error)
+         call file%write(name, [size(group)], group - 1, error)
       end subroutine put_group
 
    end subroutine write_water

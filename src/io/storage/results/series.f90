@@ -114,7 +114,7 @@ contains
       integer(i8) :: first
       if (self%is_absent) return
       call self%take_chunk(file, error)
-      if (.not. allocated(error)) call file%resize(self%name, n_rows, error)
+      call file%resize(self%name, n_rows, error)
       if (allocated(error)) return
       self%n_written = n_rows
       self%total = total
