@@ -118,7 +118,7 @@ contains
                if (before - start > worst(3)) worst(3:4) = [before - start, real(c, wp)]
                half = trial%level(trial%start(c)) - 0.5_wp
                dissipated = dissipated + half*kn*(trial%gap(c) - x0)**2
-               dissipated = dissipated + half*ks*(after%shear - s0)**2
+               dissipated = dissipated + shear_loss(ks, half + 0.5_wp, s0, trial%slip(c), after%shear - s0)
                stored = stored + after%energy
                cycle
             end if
@@ -185,10 +185,10 @@ contains
                dissipated = dissipated + level*trial%extra(c)%normal_drag*(x1 - trial%extra(c)%drag_gap)*(x1 - x0)
             end if
             if (trial%state_used(c) == contact_state%locked) then
-               dissipated = dissipated + half*ks*(s1 - s0)**2
+               dissipated = dissipated + shear_loss(ks, level, s0, trial%slip(c), s1 - s0)
                ! what the rows differ by has acted by its couple alone
                if (.not. trial%joint(c)%worn) geometry = geometry + ks*twist(c)*trial%slip(c)
-               if (allocated(trial%extra)) dissipated = dissipated + level*trial%extra(c)%drag*(s1 - s0)*(s1 - s0)
+               if (allocated(trial%extra)) dissipated = dissipated + level*trial%extra(c)%drag*trial%slip(c)**2
             else
                friction = friction + trial%sign_used(c)*trial%friction_used(c)*trial%slip(c) - &
                           0.5_wp*ks*(s1**2 - s0**2)
@@ -207,6 +207,15 @@ contains
       end do
       sums = [carried, friction, dissipated, discarded, geometry, stored, worst]
    end subroutine measure_some
+
+   !> Work against a shear spring less what it stores: it acts after a share of its slip, and is stretched by the mean
+   !> slip of its interval.
+   pure real(wp) function shear_loss(ks, level, before, slip, stretched) result(loss)
+      real(wp), intent(in) :: ks                       !! [force/length]
+      real(wp), intent(in) :: level                    !! share of the slip
+      real(wp), intent(in) :: before, slip, stretched  !! elongation at the start; of the step [length]
+      loss = ks*(before*(slip - stretched) + level*slip**2 - 0.5_wp*stretched**2)
+   end function shear_loss
 
    !> Energy that the normal spring gains when a slip opens the joint, further than was expected of the step: what it
    !> presses apart. Dilation takes it from the shear work, so that friction dissipates the less.
@@ -316,17 +325,19 @@ contains
       integer, intent(in) :: first, last              !! no interval is cut
       type(joint_end_type), intent(inout) :: ends(:)
       type(interval_response_type) :: interval
-      real(wp) :: bond(2)
+      real(wp) :: bond(2), slipped(2)
       integer :: c, i, k
       call trial%find_ends(table, first, last, ends)
       do c = first, last
-         if (.not. abs(twist(c)) > 0 .or. trial%state_used(c) /= contact_state%locked .or. trial%joint(c)%worn) cycle
-         associate (joint_end => ends(c - first + 1))
-            joint_end%energy = joint_end%energy - 0.5_wp*table%k_s(c)*joint_end%shear**2
-            joint_end%shear = joint_end%shear + twist(c)
-            joint_end%shear_force = -table%k_s(c)*joint_end%shear
-            joint_end%energy = joint_end%energy + 0.5_wp*table%k_s(c)*joint_end%shear**2
-         end associate
+         if (table%station(c) /= 1 .or. table%tied(c)) cycle
+         if (any(trial%state_used(c:c + 1) /= contact_state%locked .or. trial%joint(c:c + 1)%worn)) cycle
+         k = c - first + 1
+         ! the slips of both rows differ by the turn of the normal between them
+         slipped = 0.5_wp*(ends(k)%shear + ends(k + 1)%shear) + twist(c:c + 1)
+         ends(k:k + 1)%energy = ends(k:k + 1)%energy + &
+                                0.5_wp*table%k_s(c:c + 1)*(slipped**2 - ends(k:k + 1)%shear**2)
+         ends(k:k + 1)%shear = slipped
+         ends(k:k + 1)%shear_force = -table%k_s(c:c + 1)*slipped
       end do
       do c = first, last
          if (table%station(c) /= 1 .or. trial%state_used(c) == contact_state%open .or. table%tied(c)) cycle

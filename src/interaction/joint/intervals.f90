@@ -146,8 +146,9 @@ contains
          if (table%station(c) == 2) cycle
          twist(c) = 0
          if (table%station(c) /= 1) cycle
-         twist(c) = 0.5_wp*(table%shear(c) - table%shear(c + 1))
-         twist(c + 1) = -twist(c)
+         twist(c:c + 1) = 0
+         if (table%tied(c) .or. abs(table%shear(c) - table%shear(c + 1)) <= 0) cycle
+         twist(c:c + 1) = [0.5_wp, -0.5_wp]*(table%shear(c) - table%shear(c + 1))
          table%shear(c:c + 1) = 0.5_wp*(table%shear(c) + table%shear(c + 1))
       end do
       !$omp end parallel do
