@@ -23,7 +23,7 @@ module rockdda_app_command_fos
    use rockdda_app_arguments, only : command_line_type
    use rockdda_app_command_run, only : find_run_files
    use rockdda_app_process, only : print_error, watch_signals, print_line
-   use rockdda_app_report, only : show_messages, report_failure
+   use rockdda_app_report, only : put_messages, show_messages, report_failure
    use rockdda_app_json, only : json_type
    use rockdda_app_progress, only : progress_type
    use rockdda_app_stop_request, only : stop_request_type
@@ -88,6 +88,7 @@ contains
       ! a search without a factor is over, too; one that failed may go on from its trials
       over = .not. search%interrupted
       if (len(search%note) > 0) call messages%add(severity%warning, search%note)
+      call messages%append(search%warnings)
       if (over .and. .not. allocated(error) .and. len(output) > 0 .and. search%has_factor()) &
          call write_failing_trial(search, line, input, output, messages, watch, search%interrupted, error)
       call watch%finish()
@@ -98,7 +99,7 @@ contains
          call report_failure(line, no_messages(), error, exit_code)
          return
       end if
-      call print_factor(line, search, output, ok)
+      call print_factor(line, search, output, messages, ok)
       exit_code = 0
       if (search%options%has_factors() .and. .not. search%stands()) exit_code = error_code%computation
       if (.not. ok) exit_code = error_code%output
@@ -161,17 +162,18 @@ contains
    end subroutine show_warning
 
    !> Print the factor.
-   subroutine print_factor(line, search, output, ok)
+   subroutine print_factor(line, search, output, messages, ok)
       type(command_line_type), intent(in) :: line
       type(factor_search_type), intent(in) :: search
       character(len=*), intent(in) :: output            !! path of the results, '': none
+      type(diagnostics_type), intent(in) :: messages
       logical, intent(out) :: ok
       character(len=*), parameter :: nl = new_line('a')
       type(trial_type) :: failing
       character(len=:), allocatable :: text
       failing = search%limit_trial(stable=.false.)
       if (line%json) then
-         call print_json(search, failing, ok)
+         call print_json(search, failing, messages, ok)
          return
       end if
       text = joints_text(search)
@@ -444,11 +446,13 @@ contains
    end function middle
 
    !> The search as JSON.
-   subroutine print_json(search, failing, ok)
+   subroutine print_json(search, failing, messages, ok)
       type(factor_search_type), intent(in) :: search
       type(trial_type), intent(in) :: failing
+      type(diagnostics_type), intent(in) :: messages
       logical, intent(out) :: ok
       type(json_type) :: json
+      type(error_type), allocatable :: none
       real(wp) :: length(size(search%searched%joints)), open(size(search%searched%joints))
       type(trial_type) :: stable
       integer, allocatable :: blocks(:)
@@ -518,6 +522,8 @@ contains
       if (found) kind = kind_of(failing%mechanism)
       call json%put('kind', kind, found)
       call json%close('}')
+      call json%put('moving_share', search%share_that_moves(), found)
+      call put_messages(json, messages, none)
       call json%close('}')
       call print_line(json%text, ok)
    end subroutine print_json

@@ -8,7 +8,7 @@ module rockdda_app_report
    use rockdda_app_process, only : print_line, print_error
    implicit none
    private
-   public :: show_messages, show_error, begin_json, finish_json, end_json, report_failure
+   public :: show_messages, show_error, begin_json, finish_json, end_json, put_messages, report_failure
 
 contains
 
@@ -82,9 +82,18 @@ contains
       type(json_type), intent(inout) :: json
       type(diagnostics_type), intent(in) :: messages
       type(error_type), allocatable, intent(in) :: error
-      integer :: i
       call json%put('errors', messages%n_errors + merge(1, 0, allocated(error)))
       call json%put('warnings', messages%n_warnings)
+      call put_messages(json, messages, error)
+      call json%close('}')
+   end subroutine finish_json
+
+   !> Add the messages, and an error.
+   subroutine put_messages(json, messages, error)
+      type(json_type), intent(inout) :: json
+      type(diagnostics_type), intent(in) :: messages
+      type(error_type), allocatable, intent(in) :: error
+      integer :: i
       call json%open('[', 'messages')
       do i = 1, min(messages%n, 20*max_shown)
          call json%open('{', '')
@@ -104,8 +113,7 @@ contains
          call json%close('}')
       end if
       call json%close(']')
-      call json%close('}')
-   end subroutine finish_json
+   end subroutine put_messages
 
    !> End a command that failed: print messages, notes only beside errors of the input, and error.
    subroutine report_failure(line, messages, error, exit_code)

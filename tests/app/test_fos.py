@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """`rockdda fos`: the factor at which models lose their equilibrium, and the promises of the command around it."""
 
+import itertools
 import json
 import math
 import re
@@ -60,6 +61,16 @@ def skewback(joint, side):
     n, m = -b * side, a * side
     low, high = (x - 0.3 * a, y - 0.3 * b), (u + 0.3 * a, v + 0.3 * b)
     return [low, high, (high[0] + n, high[1] + m), (low[0] + n, low[1] + m)]
+
+
+def block_file(outlines, e0=1e-3, joints=None):
+    """A block file of these outlines; joints: numbers of the joint materials of blocks, 1 by default."""
+    joints = joints or [1] * len(outlines)
+    counts = {"blocks": len(outlines), "vertices": sum(map(len, outlines)), "fixed": 0, "loading": 0, "measured": 0}
+    lines = ["rockdda-blocks 1", f"e0 {e0}", *(f"{name} {n}" for name, n in counts.items()), "bolts 0"]
+    for k, (outline, joint) in enumerate(zip(outlines, joints, strict=True)):
+        lines += [f"block {k + 1} 1 {len(outline)}", *(f"{x} {y} {joint}" for x, y in outline)]
+    return "\n".join([*lines, "fixed_points", "loading_points", "measured_points", "bolt_list", "end"]) + "\n"
 
 
 def options(friction=30, cohesion=0, more=""):
@@ -126,14 +137,7 @@ class Values(FosTest):
         toe, top = (32.58, 31.39), 75.19
         outlines = ([(-37.6, -37.6), (115.6, -37.6), (115.6, top), (toe[0], top), toe, (0, 0), (-37.6, 0)],
                     [(0, 0), toe, (toe[0], top), (11.0, top)])  # fmt: skip
-        blocks = [
-            "\n".join([f"block {k + 1} 1 {len(outline)}", *(f"{x} {y} 1" for x, y in outline)])
-            for k, outline in enumerate(outlines)
-        ]
-        head = "rockdda-blocks 1\ne0 0.005\nblocks 2\nvertices 11\nfixed 0\nloading 0\nmeasured 0\nbolts 0"
-        self.write(
-            "kink.blk", "\n".join([head, *blocks, "fixed_points\nloading_points\nmeasured_points\nbolt_list\nend\n"])
-        )
+        self.write("kink.blk", block_file(outlines, 0.005))
         for young, is_told in ((5e8, False), (1e10, True), (5e11, False)):
             self.write(
                 "kink.nml",
@@ -219,6 +223,60 @@ class Values(FosTest):
         # a linear programme of rigid blocks with all bolts at yield: 1.792
         self.assertAlmostEqual(json.loads(outcome.out)["factor"], 1.792, delta=0.018)
         self.assertRegex(outcome.err, r"warning: the model stands at 2\.\d+ after a motion, and fails at lower values")
+
+    def test_a_wall_that_dilates_falls_at_the_lowest_tilt_at_which_it_fails(self):
+        """Four bricks at the end of a wall tip about the foot of one of them, at 22.2 degrees where its head joint does
+        not rub. The joint opens by micrometres when the wall is tilted by 23.3 to 28.7 degrees; at more than that it
+        slips first, dilates and clamps, up to 30.1."""
+        heights = (0, 0.531, 1.051, 1.384, 1.72, 1.964)
+        cuts = ((0, 0.167, 0.677, 1.519), (0, 0.109, 0.884, 0.949, 1.519), (0, 0.294, 1.244, 1.519), (0, 1.081, 1.519),
+                (0, 0.413, 1.01, 1.325, 1.519))  # fmt: skip
+        boxes = [(-1.5, -1, 3.019, 0)]
+        for low, high, course in zip(heights, heights[1:], cuts, strict=False):
+            boxes += [(a, low, b, high) for a, b in itertools.pairwise(course)]
+        self.write("wall.blk", block_file([[(x, y), (u, y), (u, v), (x, v)] for x, y, u, v in boxes], 2e-4))
+        self.write(
+            "wall.nml",
+            options(37.22, 0, "&boundary along = -1.5,-1, 3.019,-1, kind = 'fixed' /\n&stage until = 'equilibrium' /\n")
+            .replace("block.dc", "wall.blk").replace("cohesion = 0", "dilation = 37.18").replace("2400", "2233")
+            .replace("poisson = 0.25", "poisson = 0.2").replace("20e9", "33.9e9"),
+        )  # fmt: skip
+        # at the first and the last tolerance the way leads to 30 degrees
+        told = []
+        for tolerance in (0.2, 0.1, 0.03):
+            outcome = self.run_program("fos", "wall.nml", "--search", "tilt", "--tolerance", str(tolerance), "--json")
+            self.assertAlmostEqual(outcome.json["factor"], 23.3, delta=0.1)
+            self.assertEqual(outcome.json["mechanism"]["blocks"], [10, 12, 15, 16])
+            warned = [one["message"] for one in outcome.json["messages"] if one["severity"] == "warning"]
+            told.append(any(re.match(r"the model stands at 30\S*, and fails at lower values", one) for one in warned))
+            self.assertEqual(len(warned), outcome.err.count("rockdda: warning: "))
+        self.assertEqual(told, [True, False, True])
+
+    def test_a_splinter_that_decides_is_named(self):
+        """Of three blocks on a plane the smallest one, of 0.5 % of the area, has the least friction."""
+        c, s = math.cos(math.radians(20)), math.sin(math.radians(20))
+        boxes = [(0, 0, 9, 1), (1, 1, 3, 2), (4, 1, 6, 2), (7, 1, 7.1, 1.1)]
+        outlines = [
+            [(x * c - y * s, x * s + y * c) for x, y in ((a, b), (u, b), (u, v), (a, v))] for a, b, u, v in boxes
+        ]
+        more = (
+            f"&joint_material number = 2, friction = 30 /\n&boundary along = 0,0, {9 * c},{9 * s}, kind = 'fixed' /\n"
+        )
+        self.write("block.nml", options(35, 0, more).replace("block.dc", "block.blk"))
+        for joint, angle, blocks in ((2, 30, [3]), (1, 35, [1, 2, 3])):
+            self.write("block.blk", block_file(outlines, joints=[1, 1, 1, joint]))
+            outcome = self.run_program("fos", "block.nml", "--json")
+            self.assert_between(outcome.json, math.tan(math.radians(angle)) / math.tan(math.radians(20)))
+            self.assertEqual(outcome.json["mechanism"]["blocks"], blocks)
+            self.assertAlmostEqual(outcome.json["moving_share"], 0.005 + (len(blocks) - 1), delta=1e-6)
+            warned = [one["message"] for one in outcome.json["messages"] if one["severity"] == "warning"]
+            if joint == 1:
+                self.assertEqual(warned, [])
+            else:
+                self.assertRegex(
+                    warned[0], r"^the factor is that of a splinter: block 4 at \(6\.\d+, 3\.\d+\), 0\.5 % "
+                )
+                self.assertIn(f"rockdda: warning: {warned[0]}", outcome.err)
 
     def test_strength_with_cohesion(self):
         # c = 10 kPa on 2 m, weight 2 m2 x 2400 x 9.81
@@ -322,6 +380,27 @@ class Values(FosTest):
         self.assert_between(
             self.search(self.block(slope(30), friction=10, cohesion=20e3), "--search", "gravity"), truth
         )
+
+    def test_a_trial_without_a_solution_ends_the_search_only_where_the_factor_rests_on_it(self):
+        """Under 1e19 times its weight no step of a block can be solved; it slides under 4.82 times."""
+        weight, c, s = 2 * 2400 * 9.81, math.cos(math.radians(30)), math.sin(math.radians(30))
+        truth = 20e3 * 2 / (weight * (s - c * math.tan(math.radians(20))))
+        model = self.block(slope(30), friction=20, cohesion=20e3)
+        outcome = self.run_program("fos", model, "--search", "gravity", "--to", "1e20", "--json")
+        self.assert_between(outcome.json, truth)
+        self.assertEqual(outcome.json["trials"][1]["value"], 1e20)
+        (warned,) = (one["message"] for one in outcome.json["messages"] if one["severity"] == "warning")
+        self.assertRegex(
+            warned, r"^the trial of \S+e\+18 has no verdict: step .*\n  it counts as failing; .* \(\d+ more\)$"
+        )
+        self.assertIn(warned, outcome.err)
+        for jobs in ("2", "5"):
+            other = self.search(model, "--search", "gravity", "--to", "1e20", "--jobs", jobs)
+            self.assertEqual(self.without_time(other), self.without_time(outcome.json))
+        # nothing but that trial fails
+        outcome = self.run_program("fos", model, "--search", "gravity", "--to", "1e20", "--tolerance", "6e19")
+        self.assertEqual(outcome.code, 3)
+        self.assertRegex(outcome.err, r"error: the trial of \S+e\+(19|20) has no verdict: step")
 
     def test_cohesion_of_a_base_that_opens_at_one_end(self):
         """Linear stress on 3 (1 - 0.35) of 2 m."""

@@ -8,6 +8,7 @@
 !> Trials run side by side when `jobs` > 1, each by one thread; which of them count, and in which order, depends on
 !> their verdicts alone.
 module rockdda_run_factor_search
+   use rockdda_base_diagnostics, only : diagnostics_type, severity
    use rockdda_base_error, only : error_type, error_code, make_error
    use rockdda_base_kinds, only : wp
    use rockdda_base_strings, only : to_string
@@ -28,7 +29,7 @@ module rockdda_run_factor_search
    use rockdda_run_given_loads, only : loads_of, choose_loads, end_tables
    use rockdda_run_open_joints, only : joint_lengths
    use rockdda_run_searched, only : searched_type
-   use rockdda_run_settled_run, only : find_settled_state, settled_text
+   use rockdda_run_settled_run, only : block_text, find_settled_state, settled_text
    use rockdda_run_settled_state, only : add_trial_stage
    use rockdda_run_support_uses, only : name_of_support
    use rockdda_run_trial, only : trial_type, search_observer_type, compute_trial, most_motion
@@ -38,6 +39,10 @@ module rockdda_run_factor_search
 
    !> Values below the factor are tried as long as they lie this many tolerances apart.
    real(wp), parameter :: gap = 4
+   !> Where joints dilate, as long as they lie further apart than this part of the way from the start to the factor.
+   integer, parameter :: parts = 8
+   !> What moves in the failing trial is named as a splinter below this share of a typical block's area.
+   real(wp), parameter :: splinter = 0.01_wp
 
    type :: factor_search_type
       type(search_options_type) :: options
@@ -47,6 +52,7 @@ module rockdda_run_factor_search
       type(searched_type) :: searched                !! what of the model changes
       type(design_factors_type) :: factors           !! with which a design is judged
       character(len=:), allocatable :: note          !! how it began where the model does not stand; '': it does
+      type(diagnostics_type) :: warnings             !! what the factor depends on
       real(wp) :: strength = 1                       !! of them in the settled state, times their own
       logical :: interrupted = .false.
       real(wp) :: caught = 0                         !! the model stands at this value, and fails at a lower one
@@ -62,9 +68,12 @@ module rockdda_run_factor_search
       procedure :: stands
       procedure :: joint_length
       procedure :: limit_trial
+      procedure :: share_that_moves
       procedure, private :: compute_some
       procedure, private :: compute_values
       procedure, private :: look_below
+      procedure, private :: check_solved
+      procedure, private :: warn
       procedure, private :: take_loads
    end type factor_search_type
 
@@ -126,11 +135,11 @@ contains
       type(model_input_type), intent(in) :: input
       class(search_observer_type), intent(in) :: observer
       type(error_type), allocatable, intent(out) :: error
-      character(len=:), allocatable :: note
       integer :: i
       real(wp) :: probe
+      real(wp), allocatable :: looked(:)      ! values that were tried below the factor
       logical :: is_shorter
-      allocate (self%known(0))
+      allocate (self%known(0), looked(0))
       call find_settled_state(input, self%options, self%searched, self%journal, observer, self%settled, self%known, &
                               self%interrupted, error)
       if (allocated(error) .or. self%interrupted) return
@@ -146,30 +155,84 @@ contains
             if (is_shorter) cycle
             if (.not. abs(probe) > 0) exit
             call self%compute_values([probe], observer, error)
+            looked = [looked, probe]
          end if
          if (allocated(error) .or. self%interrupted) return
       end do
       self%trials = self%known(self%state%used)
+      call self%check_solved(looked, observer, error)
+      if (allocated(error)) return
       do i = 1, size(self%trials)
-         if (.not. self%trials(i)%decided) call observer%warn('the trial of '//to_string(self%trials(i)%value, 6)// &
-            ' neither came to rest nor moved on in '//to_string(self%trials(i)%steps)//' steps: it counts as '// &
-            'failing; --max-steps gives it more')
+         if (self%trials(i)%decided .or. len_trim(self%trials(i)%fault) > 0) cycle
+         call self%warn(observer, 'the trial of '//to_string(self%trials(i)%value, 6)// &
+                        ' neither came to rest nor moved on in '//to_string(self%trials(i)%steps)// &
+                        ' steps: it counts as failing; --max-steps gives it more')
       end do
-      note = describe_motion(self%trials, self%settled, self%path)
-      if (len(note) > 0) call observer%warn(note)
-      if (abs(self%caught) > 0) call observer%warn('the model stands at '//to_string(self%caught, 6)// &
-         ' after a motion, and fails at lower values, up to which the factor is taken')
-      note = describe_inside(self%trials)
-      if (len(note) > 0) call observer%warn(note)
-      note = describe_shear(self%trials)
-      if (len(note) > 0) call observer%warn(note)
-      note = describe_unused(self%limit_trial(stable=.false.), self%settled)
-      if (len(note) > 0) call observer%warn(note)
+      call self%warn(observer, describe_motion(self%trials, self%settled, self%path))
+      call self%warn(observer, describe_caught(self))
+      call self%warn(observer, describe_inside(self%trials))
+      call self%warn(observer, describe_shear(self%trials))
+      call self%warn(observer, describe_unused(self%limit_trial(stable=.false.), self%settled))
+      call self%warn(observer, describe_splinter(self))
       if (self%state%outcome == search_end%found) return
       ! a design without a finite reserve stands
       if (self%state%outcome == search_end%never_fails .and. self%options%has_factors()) return
       call make_error(error, error_code%computation, no_factor(self%options, self%state, self%trials))
    end subroutine run_search
+
+   !> The search fails where its answer rests on a trial without a solution; the nearest other one is told.
+   subroutine check_solved(self, looked, observer, error)
+      class(factor_search_type), intent(inout) :: self
+      real(wp), intent(in) :: looked(:)          !! values that were tried below the factor
+      class(search_observer_type), intent(in) :: observer
+      type(error_type), allocatable, intent(out) :: error
+      character(len=:), allocatable :: text
+      integer :: i, nearest, n
+      n = 0
+      do i = 1, size(self%known)
+         associate (one => self%known(i))
+            if (len_trim(one%fault) == 0) cycle
+            if (any(self%state%used == i)) then
+               if (.not. abs(one%value - self%state%failing) > 0) then
+                  call make_error(error, error_code%computation, trim(one%fault))
+                  return
+               end if
+            else if (.not. any(abs(looked - one%value) <= 0)) then
+               cycle
+            end if
+            n = n + 1
+            if (n == 1) nearest = i
+            if (abs(one%value - self%state%failing) < abs(self%known(nearest)%value - self%state%failing)) nearest = i
+         end associate
+      end do
+      if (n == 0) return
+      text = trim(self%known(nearest)%fault)
+      if (index(text, new_line('a')) > 0) text = text(:index(text, new_line('a')) - 1)
+      text = text//new_line('a')//'  '
+      if (any(self%state%used == nearest)) then
+         text = text//'it counts as failing; the factor does not rest on it'
+      else
+         text = text//'whether the model fails there, below the factor, is not known'
+      end if
+      if (n > 1) text = text//' ('//to_string(n - 1)//' more)'
+      call self%warn(observer, text)
+   end subroutine check_solved
+
+   !> Tell what the factor depends on, and keep it; nothing when the text is empty.
+   subroutine warn(self, observer, text)
+      class(factor_search_type), intent(inout) :: self
+      class(search_observer_type), intent(in) :: observer
+      character(len=*), intent(in) :: text
+      if (len(text) == 0) return
+      call observer%warn(text)
+      call self%warnings%add(severity%warning, text)
+   end subroutine warn
+
+   !> Do joints of the model dilate?
+   pure logical function dilates(self)
+      class(factor_search_type), intent(in) :: self
+      dilates = any(self%settled%families%contacts%laws%dilation > 0)
+   end function dilates
 
    !> Has it found a factor? A design may stand without a finite one.
    pure logical function has_factor(self)
@@ -204,6 +267,16 @@ contains
       end do
    end function limit_trial
 
+   !> Area of what moves in the failing trial nearest to the factor, over that of a typical block.
+   real(wp) function share_that_moves(self) result(share)
+      class(factor_search_type), intent(in) :: self
+      type(trial_type) :: failing
+      share = 0
+      if (.not. self%has_factor()) return
+      failing = self%limit_trial(stable=.false.)
+      share = sum(self%settled%state%area(failing%mechanism%blocks))/typical_size(self%settled)**2
+   end function share_that_moves
+
    !> Compute the next trial, and as many of those that may follow it as there are jobs.
    subroutine compute_some(self, observer, error)
       class(factor_search_type), intent(inout) :: self
@@ -217,12 +290,15 @@ contains
 
    !> A value below the factor that is still to be tried, 0: none. Where the nearest stable trial has moved as far as
    !> others before they fail, blocks may fail at lower values and be caught at this one: values are tried halfway to
-   !> the highest one that is stable without such a motion. One that fails ends the way there: `is_shorter`.
+   !> the highest one that is stable without such a motion. Where joints dilate, slip may clamp at one value what opens
+   !> before it slips at a lower one: values are tried in the middle of the widest interval between stable ones.
+   !> One that fails ends the way there: `is_shorter`.
    subroutine look_below(self, probe, is_shorter)
       class(factor_search_type), intent(inout) :: self
       real(wp), intent(out) :: probe
       logical, intent(out) :: is_shorter
       real(wp) :: low, high, values(size(self%known))
+      real(wp), allocatable :: stable(:)
       logical :: calm(size(self%known))
       integer :: i
       probe = 0
@@ -230,17 +306,30 @@ contains
       if (self%state%outcome /= search_end%found .or. self%options%kind == search_kind%load) return
       values = self%path%sign*self%known%value
       high = self%path%sign*self%state%stable
-      calm = self%known%stable .and. .not. self%known%displacement > apart*usual_share*typical_size(self%settled)
-      if (any(calm .and. abs(values - high) <= 0) .or. .not. any(calm .and. values < high)) return
-      low = maxval(values, mask=calm .and. values < high)
-      if (low < self%path%start) return
-      do while (high - low > gap*self%path%tolerance)
-         high = low + (high - low)/2
+      if (dilates(self)) then
+         stable = pack(values(self%state%used), self%known(self%state%used)%stable)
+         low = minval(stable)
+      else
+         calm = self%known%stable .and. &
+                .not. self%known%displacement > apart*usual_share*typical_size(self%settled)
+         if (any(calm .and. abs(values - high) <= 0) .or. .not. any(calm .and. values < high)) return
+         low = maxval(values, mask=calm .and. values < high)
+         if (low < self%path%start) return
+      end if
+      do
+         if (allocated(stable)) then
+            call take_widest(stable, max(gap*self%path%tolerance, (self%path%sign*self%state%stable - low)/parts), high)
+            if (.not. high > low) exit
+         else
+            if (.not. high - low > gap*self%path%tolerance) exit
+            high = low + (high - low)/2
+         end if
          probe = self%path%sign*high
          i = findloc(abs(values - high) <= 0, .true., dim=1)
          if (i == 0) return
-         is_shorter = .not. self%known(i)%stable
+         is_shorter = .not. (self%known(i)%stable .or. len_trim(self%known(i)%fault) > 0)
          if (is_shorter) exit
+         if (allocated(stable)) stable = [stable, high]
       end do
       probe = 0
       if (.not. is_shorter) return
@@ -249,7 +338,25 @@ contains
       self%path%end = high
    end subroutine look_below
 
-   !> Compute trials side by side, and keep them. Only a failure of the first one counts.
+   !> The middle of the widest interval between values; -huge where none is wider than `least`.
+   pure subroutine take_widest(values, least, middle)
+      real(wp), intent(in) :: values(:)
+      real(wp), intent(in) :: least
+      real(wp), intent(out) :: middle
+      real(wp) :: widest, above
+      integer :: i
+      widest = least
+      middle = -huge(middle)
+      do i = 1, size(values)
+         above = minval(values, mask=values > values(i))
+         if (.not. (any(values > values(i)) .and. above - values(i) > widest)) cycle
+         widest = above - values(i)
+         middle = values(i) + widest/2
+      end do
+   end subroutine take_widest
+
+   !> Compute trials side by side, and keep them. Only an error of the first one ends the search. Trials without a
+   !> solution are not written: they are computed again when the search continues.
    subroutine compute_values(self, values, observer, error)
       class(factor_search_type), intent(inout) :: self
       real(wp), intent(in) :: values(:)
@@ -270,6 +377,7 @@ contains
       do i = 1, size(values)
          if (.not. done(i)) cycle
          self%known = [self%known, trials(i)]
+         if (len_trim(trials(i)%fault) > 0) cycle
          call self%journal%add(trials(i), problem)
          if (allocated(problem)) call move_alloc(problem, failure)
       end do
@@ -277,7 +385,7 @@ contains
       if (allocated(failure) .and. .not. allocated(error)) call move_alloc(failure, error)
    end subroutine compute_values
 
-   !> One trial. The failure of one that may never count is none.
+   !> One trial. One without a solution counts as failing; the error of one that may never count is none.
    subroutine compute_one(self, observer, value, trial, done, counts, error)
       class(factor_search_type), intent(in) :: self
       class(search_observer_type), intent(in) :: observer
@@ -292,6 +400,13 @@ contains
       allocate (run)
       call compute_trial(self%settled, self%options, self%searched, value, observer, run, trial, interrupted, &
                          failure)
+      if (allocated(failure)) then
+         if (failure%code == error_code%computation .and. .not. failure%is_fatal) then
+            trial%fault = failure%message
+            trial%decided = .false.
+            deallocate (failure)
+         end if
+      end if
       done = .not. (interrupted .or. allocated(failure))
       if (allocated(failure) .and. counts) call move_alloc(failure, error)
    end subroutine compute_one
@@ -328,6 +443,41 @@ contains
              ': something may have failed below the factor and stopped; '// &
              'look at it with --to '//to_string(trials(first)%value, 6)//' and a model in which it cannot stop'
    end function describe_motion
+
+   !> A warning when the model fails at lower values than one at which it stands. Else empty.
+   function describe_caught(search) result(text)
+      class(factor_search_type), intent(in) :: search
+      character(len=:), allocatable :: text
+      text = ''
+      if (.not. abs(search%caught) > 0) return
+      text = 'the model stands at '//to_string(search%caught, 6)
+      if (.not. dilates(search)) text = text//' after a motion'
+      text = text//', and fails at lower values, up to which the factor is taken'
+      if (dilates(search)) text = text//': slip clamps joints that dilate there, and here they open first; which '// &
+         'happens depends on their stiffness: compare with a quarter of it and with four times it'
+   end function describe_caught
+
+   !> A warning when what fails is much smaller than a block: the model without it has another factor. Else empty.
+   function describe_splinter(search) result(text)
+      class(factor_search_type), intent(in) :: search
+      character(len=:), allocatable :: text
+      type(trial_type) :: failing
+      real(wp) :: share
+      integer :: k
+      text = ''
+      share = search%share_that_moves()
+      if (.not. (share > 0 .and. share < splinter)) return
+      failing = search%limit_trial(stable=.false.)
+      associate (blocks => failing%mechanism%blocks)
+         do k = 1, min(size(blocks), 3)
+            text = text//block_text(search%settled, blocks(k))//', '
+         end do
+         if (size(blocks) > 3) text = text//'... ('//to_string(size(blocks))//' blocks), '
+      end associate
+   text = 'the factor is that of a splinter: '//text//to_string(100*share, 2)// &
+             ' % of the area of a typical block; what is larger may fail at another one: remove it, or merge it '// &
+             'with a neighbour, and search again'
+   end function describe_splinter
 
    !> A warning when blocks stand inside each other in a stable trial, as a run has it: what stops them there is no
    !> contact that a model of rock has. Else empty.

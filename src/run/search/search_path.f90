@@ -5,8 +5,9 @@
 !> value on either side. Halving this interval again and again would end in one of many cells, no longer than the
 !> tolerance, and the search ends in the same one. It comes there sooner: the pull of the mechanism that two failing
 !> trials have left goes to zero where the next ones should be, and the ends of that cell are tried. Without two failing
-!> trials the middle is. The way is replayed from its beginning each time, so that it depends on nothing but its trials:
-!> those that were computed ahead, or before the search was interrupted, are used when the way comes to their values.
+!> trials, and after two that have taken less than a quarter of the interval, the middle is. The way is replayed from
+!> its beginning each time, so that it depends on nothing but its trials: those that were computed ahead, or before the
+!> search was interrupted, are used when the way comes to their values.
 module rockdda_run_search_path
    use rockdda_base_kinds, only : wp
    use rockdda_model_options, only : is_set
@@ -115,28 +116,33 @@ contains
       real(wp), intent(in) :: pulls(:)       !! of what fails, over its size; 0: not known
       real(wp), intent(in) :: limits(:)      !! by the work of what fails; 0: not known
       type(search_state_type), intent(out) :: state
-      real(wp) :: first(2), low, high, next
+      real(wp) :: first(2), low, high, next, before
       logical :: found, stays
+      integer :: slow           ! trials in a row by which the interval is hardly shorter
       allocate (state%used(0))
       call bracket(self, values, stable, state, low, high, found)
       if (.not. found) return
       first = [low, high]
+      slow = 0
       do while (.not. self%is_near(low, high))
          if (self%relative .and. max(abs(low), abs(high)) < least_load) then
             state%outcome = search_end%never_stable
             return
          end if
-         next = end_of_cell(self, first, high, &
-                            self%expected(low, high, values(state%used), stable(state%used), pulls(state%used), &
-                                         limits(state%used)))
+         next = low + (high - low)/2
+         if (slow < 2) next = self%expected(low, high, values(state%used), stable(state%used), pulls(state%used), &
+                                            limits(state%used))
+         next = end_of_cell(self, first, high, next)
          if (.not. (next > low .and. next < high)) exit
          call ask(self, next, values, stable, state, found, stays)
          if (.not. found) return
+         before = high - low
          if (stays) then
             low = next
          else
             high = next
          end if
+         slow = merge(slow + 1, 0, slow < 2 .and. 4*(high - low) > 3*before)
       end do
       state%outcome = search_end%found
    end subroutine follow

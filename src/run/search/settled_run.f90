@@ -26,7 +26,7 @@ module rockdda_run_settled_run
    use rockdda_run_settled_state, only : is_settled
    implicit none
    private
-   public :: find_settled_state, settled_text
+   public :: find_settled_state, settled_text, block_text
 
    !> A model that stands moves no block further than this share of its size, or than four times what it deforms by. On
    !> the way there the pull of a block that slides is found to stay when it has moved four times as far as to the first

@@ -103,6 +103,7 @@ module rockdda_run_trial
       real(wp) :: shear = 0                !! largest of a lining over its tensile strength, at the end
       real(wp) :: inside = 0               !! depth of blocks in each other at the end, over the smaller inradius
       real(wp) :: seconds = 0              !! on the wall clock
+      character(len=2000) :: fault = ''     !! why it has no solution; '': it has one
       type(mechanism_type) :: mechanism    !! of a failing trial
       real(wp), allocatable :: open(:)     !! (joint materials) share of their joints that is open at the end
       type(support_use_type), allocatable :: supports(:)   !! springs, bolts, linings at the end
