@@ -186,7 +186,10 @@ contains
       start = wall_seconds()
       trial%value = value
       do beginning = 1, most_beginnings
+         ! one trial at a time makes texts: gfortran keeps the lengths of those that functions return in static memory
+         !$omp critical (rockdda_trial_text)
          if (.not. run%is_open) call begin_trial(settled, searched, value, beginning, run%sim, error)
+         !$omp end critical (rockdda_trial_text)
          trial%beginning = beginning
          if (allocated(error)) return
          ! loads that a model does not carry yet move it by more than its deformation before
@@ -269,9 +272,11 @@ contains
          if (allocated(error)) return
          trial%unbalanced = run%sim%record%unbalanced
          trial%displacement = maxval(judgement%moved)
+         !$omp critical (rockdda_trial_text)
          call observer%progress(to_string(trial%value, 6)//', step '//to_string(trial%steps)//', unbalanced '// &
                                 to_string(trial%unbalanced, 2)//', moved '// &
                                 system%shown(trial%displacement, 'length', 2))
+         !$omp end critical (rockdda_trial_text)
          interrupted = observer%is_requested()
          if (interrupted) return
          if (waiting%stalls(trial%unbalanced, options%max_steps)) exit
