@@ -474,7 +474,7 @@ contains
          end do
          if (size(blocks) > 3) text = text//'... ('//to_string(size(blocks))//' blocks), '
       end associate
-   text = 'the factor is that of a splinter: '//text//to_string(100*share, 2)// &
+      text = 'the factor is that of a splinter: '//text//to_string(100*share, 2)// &
              ' % of the area of a typical block; what is larger may fail at another one: remove it, or merge it '// &
              'with a neighbour, and search again'
    end function describe_splinter
