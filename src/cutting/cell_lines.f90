@@ -16,6 +16,7 @@
 !>      joined by an edge. When they do not alternate (the snap is too large for such a narrow block), `ok` is false.
 module rockdda_cutting_cell_lines
    use rockdda_base_kinds, only : wp
+   use rockdda_base_room, only : grow
    use rockdda_base_sorting, only : sorted_order
    use rockdda_geometry_segments, only : cross_product, segment_point
    use rockdda_cutting_cell_lattice, only : lattice_type
@@ -136,11 +137,9 @@ contains
       ! an edge along a line stays on it
       where (abs(map%place(:, a) - map%place(:, b)) <= 0 .and. abs(map%place(:, a) - anint(map%place(:, a))) <= 0) &
          map%place(:, node) = map%place(:, a)
-      if (node > size(lines%at)) then
-         call lengthen(lines%exact)
-         call lengthen(lines%at)
-         call lengthen(lines%along)
-      end if
+      call grow(lines%exact, node)
+      call grow(lines%at, node)
+      call grow(lines%along, node)
       lines%exact(node) = i
       lines%at(node) = i
       lines%along(node) = cross_product(lattice%place(map%position(:, node)), lines%normal)
@@ -238,14 +237,5 @@ contains
          side = merge(ahead, behind, lines%along(other) > lines%along(node))
       end if
    end function side
-
-   !> Twice the room.
-   pure subroutine lengthen(list)
-      real(wp), allocatable, intent(inout) :: list(:)
-      real(wp), allocatable :: longer(:)
-      allocate (longer(2*size(list)))
-      longer(1:size(list)) = list
-      call move_alloc(longer, list)
-   end subroutine lengthen
 
 end module rockdda_cutting_cell_lines

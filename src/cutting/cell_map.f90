@@ -9,6 +9,7 @@
 !> The outline of a block with islands is one loop from the beginning; the two copies of a bridge edge are twins.
 module rockdda_cutting_cell_map
    use rockdda_base_kinds, only : wp
+   use rockdda_base_room, only : grow
    use rockdda_geometry_bridges, only : match_bridges
    implicit none
    private
@@ -64,28 +65,12 @@ contains
       class(cell_map_type), intent(inout) :: self
       real(wp), intent(in) :: point(2)
       integer, intent(out) :: node
-      real(wp), allocatable :: more(:, :)
-      logical, allocatable :: flags(:)
-      integer :: n
-      n = self%n_nodes
-      if (.not. allocated(self%position)) allocate (self%position(2, 64), self%place(2, 64), &
-                                                    self%is_corner(64), self%on_bridge(64))
-      if (n == size(self%is_corner)) then
-         allocate (more(2, 2*n))
-         more(:, 1:n) = self%position
-         call move_alloc(more, self%position)
-         allocate (more(2, 2*n))
-         more(:, 1:n) = self%place
-         call move_alloc(more, self%place)
-         allocate (flags(2*n))
-         flags(1:n) = self%is_corner
-         call move_alloc(flags, self%is_corner)
-         allocate (flags(2*n))
-         flags(1:n) = self%on_bridge
-         call move_alloc(flags, self%on_bridge)
-      end if
-      node = n + 1
+      node = self%n_nodes + 1
       self%n_nodes = node
+      call grow(self%position, node, 2)
+      call grow(self%place, node, 2)
+      call grow(self%is_corner, node)
+      call grow(self%on_bridge, node)
       self%position(:, node) = point
       self%place(:, node) = 0
       self%is_corner(node) = .false.
@@ -97,37 +82,19 @@ contains
       class(cell_map_type), intent(inout) :: self
       integer, intent(in) :: origin, joint
       integer, intent(out) :: half_edge
-      logical, allocatable :: flags(:)
-      integer :: n
-      n = self%n
-      if (.not. allocated(self%origin)) allocate (self%origin(64), self%next(64), self%previous(64), self%twin(64), &
-                                                  self%joint(64), self%alive(64))
-      if (n == size(self%origin)) then
-         call double(self%origin)
-         call double(self%next)
-         call double(self%previous)
-         call double(self%twin)
-         call double(self%joint)
-         allocate (flags(2*n))
-         flags(1:n) = self%alive
-         call move_alloc(flags, self%alive)
-      end if
-      half_edge = n + 1
+      half_edge = self%n + 1
       self%n = half_edge
+      call grow(self%origin, half_edge)
+      call grow(self%next, half_edge)
+      call grow(self%previous, half_edge)
+      call grow(self%twin, half_edge)
+      call grow(self%joint, half_edge)
+      call grow(self%alive, half_edge)
       self%origin(half_edge) = origin
       self%joint(half_edge) = joint
       self%twin(half_edge) = 0
       self%alive(half_edge) = .true.
    end subroutine add_half_edge
-
-   !> Twice the room.
-   pure subroutine double(list)
-      integer, allocatable, intent(inout) :: list(:)
-      integer, allocatable :: longer(:)
-      allocate (longer(2*size(list)))
-      longer(1:size(list)) = list
-      call move_alloc(longer, list)
-   end subroutine double
 
    !> Node where a half-edge ends.
    pure integer function target(self, half_edge)

@@ -7,6 +7,7 @@
 !> An edge takes the joint material of the last of its lines in the file.
 module rockdda_cutting_graph
    use rockdda_base_kinds, only : wp
+   use rockdda_base_room, only : grow
    use rockdda_base_sorting, only : sorted_order
    implicit none
    private
@@ -39,16 +40,9 @@ contains
       class(pieces_type), intent(inout) :: self
       integer, intent(in) :: a, b          !! nodes
       integer, intent(in) :: line          !! input line
-      integer, allocatable :: ends(:, :), lines(:)
-      if (.not. allocated(self%line)) allocate (self%ends(2, 64), self%line(64))
-      if (self%n == size(self%line)) then
-         allocate (ends(2, 2*self%n), lines(2*self%n))
-         ends(:, 1:self%n) = self%ends
-         lines(1:self%n) = self%line
-         call move_alloc(ends, self%ends)
-         call move_alloc(lines, self%line)
-      end if
       self%n = self%n + 1
+      call grow(self%ends, self%n, 2)
+      call grow(self%line, self%n)
       self%ends(:, self%n) = [a, b]
       self%line(self%n) = line
    end subroutine add_piece

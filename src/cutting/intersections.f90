@@ -10,6 +10,7 @@
 !> ends move; next the point on most lines; next a crossing or an end before a projected end.
 module rockdda_cutting_intersections
    use rockdda_base_kinds, only : wp
+   use rockdda_base_room, only : grow
    use rockdda_base_sorting, only : sorted_order
    use rockdda_geometry_grid, only : grid_type, grid_query_type
    use rockdda_geometry_point_bins, only : point_bins_type
@@ -240,28 +241,19 @@ contains
       real(wp), intent(in) :: position(2), parameter(2)
       integer, intent(in) :: lines(2)
       logical, intent(in) :: through(2), foot
-      real(wp), allocatable :: positions(:, :), parameters(:, :)
-      integer, allocatable :: pairs(:, :)
-      logical, allocatable :: throughs(:, :), feet(:)
+      logical, allocatable :: throughs(:, :)
       integer :: n
-      if (.not. allocated(self%foot)) then
-         allocate (self%position(2, 64), self%lines(2, 64), self%parameter(2, 64), self%through(2, 64), self%foot(64))
-      end if
-      n = self%n
-      if (n == size(self%foot)) then
-         allocate (positions(2, 2*n), parameters(2, 2*n), pairs(2, 2*n), throughs(2, 2*n), feet(2*n))
-         positions(:, 1:n) = self%position
-         parameters(:, 1:n) = self%parameter
-         pairs(:, 1:n) = self%lines
-         throughs(:, 1:n) = self%through
-         feet(1:n) = self%foot
-         call move_alloc(positions, self%position)
-         call move_alloc(parameters, self%parameter)
-         call move_alloc(pairs, self%lines)
+      n = self%n + 1
+      call grow(self%position, n, 2)
+      call grow(self%parameter, n, 2)
+      call grow(self%lines, n, 2)
+      call grow(self%foot, n)
+      if (.not. allocated(self%through)) allocate (self%through(2, 0))
+      if (n > size(self%through, 2)) then
+         allocate (throughs(2, size(self%foot)))
+         throughs(:, :n - 1) = self%through(:, :n - 1)
          call move_alloc(throughs, self%through)
-         call move_alloc(feet, self%foot)
       end if
-      n = n + 1
       self%n = n
       self%position(:, n) = position
       self%parameter(:, n) = parameter

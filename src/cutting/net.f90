@@ -2,6 +2,7 @@
 !> The net of lines: nodes where they meet, pieces between nodes that do not cross, distinct edges.
 module rockdda_cutting_net
    use rockdda_base_kinds, only : wp
+   use rockdda_base_room, only : grow
    use rockdda_base_error, only : error_type, error_code, make_error
    use rockdda_cutting_graph, only : graph_type, pieces_type, build_graph
    use rockdda_cutting_intersections, only : find_meetings
@@ -275,21 +276,11 @@ contains
       class(insertion_list_type), intent(inout) :: self
       integer, intent(in) :: piece, node
       real(wp), intent(in) :: parameter
-      integer, allocatable :: pieces(:), nodes(:)
-      real(wp), allocatable :: parameters(:)
       integer :: n
-      if (.not. allocated(self%piece)) allocate (self%piece(64), self%node(64), self%parameter(64))
-      n = self%n
-      if (n == size(self%piece)) then
-         allocate (pieces(2*n), nodes(2*n), parameters(2*n))
-         pieces(1:n) = self%piece
-         nodes(1:n) = self%node
-         parameters(1:n) = self%parameter
-         call move_alloc(pieces, self%piece)
-         call move_alloc(nodes, self%node)
-         call move_alloc(parameters, self%parameter)
-      end if
-      n = n + 1
+      n = self%n + 1
+      call grow(self%piece, n)
+      call grow(self%node, n)
+      call grow(self%parameter, n)
       self%n = n
       self%piece(n) = piece
       self%node(n) = node

@@ -5,6 +5,7 @@
 !> candidate moves by less than e0, however long a chain of close candidates is.
 module rockdda_cutting_nodes
    use rockdda_base_kinds, only : wp
+   use rockdda_base_room, only : grow
    use rockdda_base_sorting, only : sorted_order
    use rockdda_geometry_point_bins, only : point_bins_type
    use rockdda_cutting_graph, only : pieces_type
@@ -30,13 +31,8 @@ contains
       real(wp), intent(in) :: position(2)
       integer, intent(in) :: pair(2)
       integer, intent(out) :: number
-      integer, allocatable :: key(:, :)
       call self%bins%add(position, number)
-      if (number > size(self%key, 2)) then
-         allocate (key(2, 2*number))
-         key(:, 1:number - 1) = self%key(:, 1:number - 1)
-         call move_alloc(key, self%key)
-      end if
+      call grow(self%key, number, 2)
       self%key(:, number) = pair
    end subroutine add_node
 

@@ -15,6 +15,7 @@
 !> from +x.
 module rockdda_cutting_outlines
    use rockdda_base_kinds, only : wp, pi
+   use rockdda_base_room, only : grow
    use rockdda_base_sorting, only : sorted_order
    use rockdda_geometry_polygons, only : polygon_area
    use rockdda_cutting_graph, only : graph_type
@@ -159,20 +160,11 @@ contains
    pure subroutine add_entry(chain, node, joint)
       type(chain_type), intent(inout) :: chain
       integer, value :: node, joint
-      type(chain_type) :: larger
-      if (.not. allocated(chain%node)) allocate (chain%node(64), chain%joint(64), chain%next(64), chain%previous(64))
-      if (chain%n == size(chain%node)) then
-         allocate (larger%node(2*chain%n), larger%joint(2*chain%n), larger%next(2*chain%n), larger%previous(2*chain%n))
-         larger%node(1:chain%n) = chain%node
-         larger%joint(1:chain%n) = chain%joint
-         larger%next(1:chain%n) = chain%next
-         larger%previous(1:chain%n) = chain%previous
-         call move_alloc(larger%node, chain%node)
-         call move_alloc(larger%joint, chain%joint)
-         call move_alloc(larger%next, chain%next)
-         call move_alloc(larger%previous, chain%previous)
-      end if
       chain%n = chain%n + 1
+      call grow(chain%node, chain%n)
+      call grow(chain%joint, chain%n)
+      call grow(chain%next, chain%n)
+      call grow(chain%previous, chain%n)
       chain%node(chain%n) = node
       chain%joint(chain%n) = joint
    end subroutine add_entry

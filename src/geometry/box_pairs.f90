@@ -15,7 +15,7 @@
 !> The cost is linear in the number of boxes as long as the boxes are not stacked on each other.
 module rockdda_geometry_box_pairs
    use rockdda_base_kinds, only : wp
-   use rockdda_base_room, only : reserve
+   use rockdda_base_room, only : grow, reserve
    use rockdda_geometry_grid, only : grid_type
    implicit none
    private
@@ -70,13 +70,8 @@ contains
       integer, intent(in) :: first, second
       integer, allocatable, intent(inout) :: pairs(:, :)
       integer, intent(inout) :: n_pairs
-      integer, allocatable :: larger(:, :)
-      if (n_pairs == size(pairs, 2)) then
-         allocate (larger(2, 2*n_pairs))
-         larger(:, 1:n_pairs) = pairs
-         call move_alloc(larger, pairs)
-      end if
       n_pairs = n_pairs + 1
+      call grow(pairs, n_pairs, 2)
       pairs(:, n_pairs) = [first, second]
    end subroutine append_pair
 

@@ -7,6 +7,7 @@
 !> order rounding puts them, so that no tolerance is needed. Polygons may touch themselves (bridges).
 module rockdda_geometry_common_area
    use rockdda_base_kinds, only : wp
+   use rockdda_base_room, only : grow
    use rockdda_base_sorting, only : sorted_order
    use rockdda_geometry_polygons, only : polygon_area, point_in_polygon
    implicit none
@@ -223,11 +224,7 @@ contains
             ! the polygon does not cross itself
             if (curves(i)%shape == 0 .and. curves(k)%shape == 0) cycle
             call crossings(curves(i), curves(k), found, n_found)
-            if (m + n_found > size(cuts)) then
-               allocate (more(2*size(cuts)))
-               more(1:m) = cuts(1:m)
-               call move_alloc(more, cuts)
-            end if
+            call grow(cuts, m + n_found)
             cuts(m + 1:m + n_found) = found(1:n_found)
             m = m + n_found
          end do

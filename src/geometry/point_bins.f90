@@ -4,6 +4,7 @@
 !> Points are chained per cell (head and next arrays), so that points can be added between queries.
 module rockdda_geometry_point_bins
    use rockdda_base_kinds, only : wp
+   use rockdda_base_room, only : grow
    use rockdda_geometry_cells, only : cell_raster_type, new_raster
    implicit none
    private
@@ -42,17 +43,10 @@ contains
       class(point_bins_type), intent(inout) :: self
       real(wp), intent(in) :: point(2)
       integer, intent(out) :: number
-      integer, allocatable :: next(:)
-      real(wp), allocatable :: position(:, :)
       integer :: c
-      if (self%n == size(self%next)) then
-         allocate (next(2*self%n), position(2, 2*self%n))
-         next(1:self%n) = self%next
-         position(:, 1:self%n) = self%position
-         call move_alloc(next, self%next)
-         call move_alloc(position, self%position)
-      end if
       self%n = self%n + 1
+      call grow(self%next, self%n)
+      call grow(self%position, self%n, 2)
       number = self%n
       self%position(:, number) = point
       c = self%raster%column(point(1)) + (self%raster%row(point(2)) - 1)*self%raster%nx
@@ -91,7 +85,6 @@ contains
       real(wp), intent(in) :: p(2), q(2), margin
       integer, allocatable, intent(inout) :: ids(:)
       integer, intent(out) :: n
-      integer, allocatable :: larger(:)
       integer :: ix, iy, k, first, last
       if (.not. allocated(ids)) allocate (ids(64))
       n = 0
@@ -100,12 +93,8 @@ contains
          do iy = first, last
             k = self%head(ix + (iy - 1)*self%raster%nx)
             do while (k > 0)
-               if (n == size(ids)) then
-                  allocate (larger(2*n))
-                  larger(1:n) = ids
-                  call move_alloc(larger, ids)
-               end if
                n = n + 1
+               call grow(ids, n)
                ids(n) = k
                k = self%next(k)
             end do

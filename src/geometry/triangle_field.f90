@@ -6,6 +6,7 @@
 !> as in the nearest triangle.
 module rockdda_geometry_triangle_field
    use rockdda_base_kinds, only : wp
+   use rockdda_base_room, only : grow
    use rockdda_base_sorting, only : sorted_order
    use rockdda_geometry_grid, only : grid_type, grid_query_type
    use rockdda_geometry_segments, only : distance_to_segment, segment_point, side_of_line
@@ -442,13 +443,8 @@ contains
    subroutine wait(mesh, t, corner)
       type(mesh_type), intent(inout) :: mesh
       integer, intent(in) :: t, corner
-      integer, allocatable :: more(:, :)
-      if (mesh%n_waiting == size(mesh%waiting, 2)) then
-         allocate (more(2, 2*mesh%n_waiting))
-         more(:, 1:mesh%n_waiting) = mesh%waiting
-         call move_alloc(more, mesh%waiting)
-      end if
       mesh%n_waiting = mesh%n_waiting + 1
+      call grow(mesh%waiting, mesh%n_waiting, 2)
       mesh%waiting(:, mesh%n_waiting) = [t, corner]
    end subroutine wait
 

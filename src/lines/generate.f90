@@ -6,6 +6,7 @@
 !> between machines, do not reach the file.
 module rockdda_lines_generate
    use rockdda_base_kinds, only : wp
+   use rockdda_base_room, only : grow
    use rockdda_base_diagnostics, only : diagnostics_type, severity
    use rockdda_base_random, only : random_stream_type, new_stream
    use rockdda_base_strings, only : to_string
@@ -434,16 +435,9 @@ contains
       class(line_list_type), intent(inout) :: self
       real(wp), intent(in) :: ends(4)
       integer, intent(in) :: material
-      real(wp), allocatable :: more(:, :)
-      integer, allocatable :: more_material(:)
-      if (self%n == size(self%material)) then
-         allocate (more(4, 2*self%n), more_material(2*self%n))
-         more(:, 1:self%n) = self%ends
-         more_material(1:self%n) = self%material
-         call move_alloc(more, self%ends)
-         call move_alloc(more_material, self%material)
-      end if
       self%n = self%n + 1
+      call grow(self%ends, self%n, 4)
+      call grow(self%material, self%n)
       self%ends(:, self%n) = ends
       self%material(self%n) = material
    end subroutine add_line

@@ -8,6 +8,7 @@
 !> D_r = 1/2 allows a line anywhere between the midpoints to its neighbours.
 module rockdda_lines_joint_sets
    use rockdda_base_kinds, only : wp
+   use rockdda_base_room, only : grow
    use rockdda_base_random, only : random_stream_type
    use rockdda_lines_statistics, only : joint_set_type, law
    implicit none
@@ -82,7 +83,6 @@ contains
       type(random_stream_type), intent(inout) :: stream
       real(wp), allocatable, intent(out) :: positions(:)
       integer, intent(out) :: first            !! number of the first line: line k = 0 of a lattice is at set%offset
-      real(wp), allocatable :: more(:)
       real(wp) :: base, u, gap
       integer :: k, last, n
       base = set%offset + shift
@@ -102,11 +102,7 @@ contains
       positions(1) = base + (first - lead)*set%spacing
       do while (positions(n) < high)
          call varied(stream, set%spacing, set%spacing_law, set%randomness, gap)
-         if (n == size(positions)) then
-            allocate (more(2*n))
-            more(1:n) = positions
-            call move_alloc(more, positions)
-         end if
+         call grow(positions, n + 1)
          positions(n + 1) = positions(n) + gap
          n = n + 1
       end do
@@ -124,7 +120,6 @@ contains
       real(wp), intent(in) :: low, high                 !! interval of the line to cover [L]
       type(random_stream_type), intent(inout) :: stream
       real(wp), allocatable, intent(out) :: traces(:, :) !! (2, n) beginning and end of each
-      real(wp), allocatable :: more(:, :)
       real(wp) :: cell, phase, at, u, length, gap
       integer :: j, first, last, n
       if (is_endless(set)) then
@@ -155,12 +150,8 @@ contains
          call varied(stream, set%trace, set%trace_law, set%randomness, length)
          call varied(stream, set%bridge, set%trace_law, set%randomness, gap)
          if (at + length > low) then
-            if (n == size(traces, 2)) then
-               allocate (more(2, 2*n))
-               more(:, 1:n) = traces
-               call move_alloc(more, traces)
-            end if
             n = n + 1
+            call grow(traces, n, 2)
             traces(:, n) = [at, at + length]
          end if
          at = at + length + gap

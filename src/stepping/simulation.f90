@@ -6,6 +6,7 @@
 !> the blocks, record. Only an accepted step changes the state; an attempt that fails or is interrupted leaves no trace.
 module rockdda_stepping_simulation
    use rockdda_base_kinds, only : wp
+   use rockdda_base_room, only : resize
    use rockdda_base_error, only : error_type, error_code, make_error
    use rockdda_base_interruption, only : interruption_type
    use rockdda_base_diagnostics, only : diagnostics_type
@@ -170,10 +171,7 @@ contains
       begin = first
       last = min(self%contacts%n, first + most - 1)
       call cut_no_interval(self%contacts%n, self%contacts%station, begin, last)
-      if (allocated(stress)) then
-         if (size(stress, 2) /= last - first + 1) deallocate (stress)
-      end if
-      if (.not. allocated(stress)) allocate (stress(3, last - first + 1))
+      call resize(stress, 3, last - first + 1)
       call view_contacts(self%contacts, self%state%vertices, first, last, contacts, self%bonds_hold())
       call joint_stresses(self%contacts, stress(1:2, :), first, self%bonds_hold())
       call mobilised_shares(self%families%contacts%laws, self%contacts, stress(3, :), first)

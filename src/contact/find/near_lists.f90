@@ -15,6 +15,7 @@
 !> and an edge of length L turns by asin(2 a/L) <= 2.1 a/L as long as 2 a <= L/2.
 module rockdda_contact_near_lists
    use rockdda_base_kinds, only : wp
+   use rockdda_base_room, only : grow
    use rockdda_model_blocks, only : block_system_type
    use rockdda_contact_broad_phase, only : close_pairs_type, many_parts, boxes_close
    use rockdda_contact_candidates, only : candidate_list_type
@@ -393,14 +394,8 @@ contains
    pure subroutine append(list, numbers)
       type(near_part_type), intent(inout) :: list
       integer, intent(in) :: numbers(:)
-      integer, allocatable :: larger(:)
       integer :: k
-      if (.not. allocated(list%items)) allocate (list%items(256))
-      if (list%n + size(numbers) > size(list%items)) then
-         allocate (larger(2*(list%n + size(numbers))))
-         larger(1:list%n) = list%items(1:list%n)
-         call move_alloc(larger, list%items)
-      end if
+      call grow(list%items, list%n + size(numbers))
       do k = 1, size(numbers)
          list%items(list%n + k) = numbers(k)
       end do

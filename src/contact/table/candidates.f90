@@ -2,6 +2,7 @@
 !> Rows of a contact table to be, as the narrow phase finds them: lists that grow, of intervals and of single rows, and
 !> the scratch of the search for one pair of blocks, which is kept from pair to pair.
 module rockdda_contact_candidates
+   use rockdda_base_room, only : grow
    use rockdda_contact_intervals, only : interval_type
    implicit none
    private
@@ -115,14 +116,8 @@ contains
    pure subroutine add_corners(self, a, b)
       class(candidate_list_type), intent(inout) :: self
       integer, intent(in) :: a, b
-      integer, allocatable :: larger(:, :)
-      if (.not. allocated(self%corner_pairs)) allocate (self%corner_pairs(2, 16))
-      if (self%n_corners == size(self%corner_pairs, 2)) then
-         allocate (larger(2, 2*self%n_corners))
-         larger(:, 1:self%n_corners) = self%corner_pairs
-         call move_alloc(larger, self%corner_pairs)
-      end if
       self%n_corners = self%n_corners + 1
+      call grow(self%corner_pairs, self%n_corners, 2)
       self%corner_pairs(:, self%n_corners) = [a, b]
    end subroutine add_corners
 

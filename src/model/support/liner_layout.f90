@@ -8,6 +8,7 @@
 !> line begins and ends half-way before the first node.
 module rockdda_model_liner_layout
    use rockdda_base_kinds, only : wp
+   use rockdda_base_room, only : grow
    use rockdda_base_sorting, only : sorted_order
    use rockdda_base_strings, only : is_given, to_string
    use rockdda_model_blocks, only : block_system_type, largest_coordinate
@@ -388,12 +389,7 @@ contains
          real(wp), intent(in) :: more(:)
          real(wp), allocatable, intent(inout) :: list(:)
          integer, intent(inout) :: n
-         real(wp), allocatable :: longer(:)
-         if (n + size(more) > size(list)) then
-            allocate (longer(2*(n + size(more))))
-            longer(:n) = list(:n)
-            call move_alloc(longer, list)
-         end if
+         call grow(list, n + size(more))
          list(n + 1:n + size(more)) = more
          n = n + size(more)
       end subroutine add

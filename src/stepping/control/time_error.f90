@@ -23,6 +23,7 @@
 !> the ground thus has no error across it, however it came there.
 module rockdda_stepping_time_error
    use rockdda_base_kinds, only : wp
+   use rockdda_base_room, only : resize
    use rockdda_base_parallel, only : parallel_blocks
    use rockdda_model_parameters, only : parameters_type
    use rockdda_model_state, only : block_state_type, energy, n_energies, radius_of_inertia
@@ -152,10 +153,7 @@ contains
    pure subroutine begin(self, state)
       class(time_error_type), intent(inout) :: self
       type(block_state_type), intent(in) :: state
-      if (allocated(self%of_blocks)) then
-         if (size(self%of_blocks, 2) /= size(state%mass)) deallocate (self%of_blocks)
-      end if
-      if (.not. allocated(self%of_blocks)) allocate (self%of_blocks(n_rows, size(state%mass)))
+      call resize(self%of_blocks, n_rows, size(state%mass))
       self%of_blocks = 0
       self%largest = 0
       self%error = 0

@@ -16,7 +16,7 @@
 module rockdda_stepping_line_search
    use rockdda_base_kinds, only : wp
    use rockdda_base_parallel, only : parallel_blocks, piece
-   use rockdda_base_room, only : reserve
+   use rockdda_base_room, only : resize, reserve
    use rockdda_interaction_equations, only : equations_type
    use rockdda_interaction_link_vectors, only : add_forces
    use rockdda_interaction_families, only : families_type
@@ -344,10 +344,7 @@ contains
       type(equations_type), intent(in) :: equations
       integer :: n
       n = equations%n_rows()
-      if (allocated(self%r)) then
-         if (size(self%r, 2) /= n) deallocate (self%r)
-      end if
-      if (.not. allocated(self%r)) allocate (self%r(6, n))
+      call resize(self%r, 6, n)
       if (allocated(self%force)) then
          if (size(self%force, 2) < equations%n_links) deallocate (self%force)
       end if

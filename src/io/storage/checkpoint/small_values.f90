@@ -11,6 +11,7 @@
 !>     results/title text 14                       14 bytes
 module rockdda_io_small_values
    use rockdda_base_kinds, only : wp, i8
+   use rockdda_base_room, only : grow
    use rockdda_base_strings, only : to_string
    implicit none
    private
@@ -74,15 +75,10 @@ contains
       character(len=*), intent(in) :: name        !! without blanks
       integer, intent(in) :: shape(:)             !! of one or two numbers
       real(wp), intent(in) :: values(:)           !! (product(shape))
-      real(wp), allocatable :: larger(:)
       integer :: n
       call self%add_line(name, small_kind%reals, shape)
       n = self%n_reals + size(values)
-      if (n > size(self%reals)) then
-         allocate (larger(2*n + 512))
-         larger(:self%n_reals) = self%reals(:self%n_reals)
-         call move_alloc(larger, self%reals)
-      end if
+      call grow(self%reals, n)
       self%reals(self%n_reals + 1:n) = values
       self%n_reals = n
    end subroutine add_reals
@@ -93,15 +89,10 @@ contains
       character(len=*), intent(in) :: name
       integer, intent(in) :: shape(:)
       integer, intent(in) :: values(:)
-      integer, allocatable :: larger(:)
       integer :: n
       call self%add_line(name, small_kind%integers, shape)
       n = self%n_integers + size(values)
-      if (n > size(self%integers)) then
-         allocate (larger(2*n + 512))
-         larger(:self%n_integers) = self%integers(:self%n_integers)
-         call move_alloc(larger, self%integers)
-      end if
+      call grow(self%integers, n)
       self%integers(self%n_integers + 1:n) = values
       self%n_integers = n
    end subroutine add_integers
