@@ -123,7 +123,8 @@ NOT_DRAWN |= {"add_impulses"}  # of contacts that close
 NOT_DRAWN |= {"note_energies", "clear", "fill_record", "show_blocks", "forget", "renew_all"}  # bookkeeping
 NOT_DRAWN |= {"take_forces", "take_attempt", "drop_attempts", "drop"}  # what attempts keep beside the state
 NOT_DRAWN |= {"report_no_equilibrium", "report_failure"}  # messages
-NOT_DRAWN |= {"measure_between", "find_points", "copy_state", "dowel_response", "set_young"}  # within a bolt or lining
+# within a bolt, a lining or an interval
+NOT_DRAWN |= {"measure_between", "find_points", "copy_state", "dowel_response", "set_young", "part_shears"}
 
 # Where a reader finds what is wanted most often: what, and places (procedure, part of the statement). The first place
 # that the source has is taken.
