@@ -153,6 +153,7 @@ contains
                 is_set(bolt%stroke) .or. &
              is_set(bolt%spacing_out_of_plane)) &
             call fail(problem, "a spring has 'stiffness', 'pretension' and 'yield_force' only; give another 'kind'")
+         call check_pretension()
          return
       end if
       if (is_set(bolt%stiffness)) call fail(problem, &
@@ -199,15 +200,20 @@ contains
             call fail(problem, "'shear_strength' must be 0 or more, or 'auto'")
          end if
       end if
-      if (len(problem) > 0) return
-      if (abs(bolt%pretension) > limit_of_steel()) call fail(problem, "'pretension' = "// &
-         to_string(bolt%pretension, 6)//' is larger than the force at which it yields, '// &
-         trim(merge("'plateau_force'", "'yield_force'  ", kind == 'yielding'))//' = '//to_string(limit_of_steel(), 6))
+      call check_pretension()
       if (grouted .and. is_set(bolt%plate_strength) .and. bolt%pretension > bolt%plate_strength) &
          call fail(problem, "'pretension' = "//to_string(bolt%pretension, 6)//" is larger than 'plate_strength' = "// &
                    to_string(bolt%plate_strength, 6))
 
    contains
+
+      !> The pretension is no more than what the steel bears.
+      pure subroutine check_pretension()
+         if (abs(bolt%pretension) > limit_of_steel()) call fail(problem, "'pretension' = "// &
+            to_string(bolt%pretension, 6)//' is larger than the force at which it yields, '// &
+            trim(merge("'plateau_force'", "'yield_force'  ", kind == 'yielding'))//' = '// &
+            to_string(limit_of_steel(), 6))
+      end subroutine check_pretension
 
       !> Length of one bolt.
       pure real(wp) function length_of()

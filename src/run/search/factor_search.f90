@@ -22,7 +22,7 @@ module rockdda_run_factor_search
    use rockdda_stepping_verdict, only : apart, typical_size, usual_share
    use rockdda_run_input, only : model_input_type
    use rockdda_run_model_run, only : run_type
-   use rockdda_run_search_journal, only : search_journal_type, search_digest
+   use rockdda_run_search_journal, only : search_journal_type, new_journal
    use rockdda_run_search_options, only : search_kind, search_options_type, usual_max_steps, search_names
    use rockdda_run_search_path, only : search_path_type, search_state_type, search_end, new_search_path
    use rockdda_run_design_factors, only : design_factors_type, read_factors
@@ -97,7 +97,7 @@ contains
       if (.not. allocated(error)) call self%take_loads(input%parameters, error)
       if (.not. allocated(error)) call add_trial_stage(options%stage, input%parameters, error)
       if (allocated(error)) return
-      self%journal%stem = stem//'.fos-'//search_digest(input, self%options)
+      self%journal = new_journal(stem, input, self%options)
    end subroutine prepare
 
    !> Loads that the search multiplies, and design factors, with which the model is multiplied.
@@ -135,14 +135,16 @@ contains
       type(model_input_type), intent(in) :: input
       class(search_observer_type), intent(in) :: observer
       type(error_type), allocatable, intent(out) :: error
+      character(len=:), allocatable :: moved
       integer :: i
       real(wp) :: probe
       real(wp), allocatable :: looked(:)      ! values that were tried below the factor
       logical :: is_shorter
       allocate (self%known(0), looked(0))
       call find_settled_state(input, self%options, self%searched, self%journal, observer, self%settled, self%known, &
-                              self%interrupted, error)
+                              moved, self%interrupted, error)
       if (allocated(error) .or. self%interrupted) return
+      call self%warn(observer, moved)
       self%strength = self%journal%strength
       if (self%strength > 1) self%note = settled_text(self%strength)
       self%path = new_search_path(self%options, self%strength)

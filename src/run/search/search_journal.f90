@@ -1,9 +1,10 @@
 ! SPDX-License-Identifier: MIT
 !> The trials of a search on disk, so that a search that was stopped or killed continues where it was.
 !>
-!> Two files with the name of the results and the first digits of the digest of model and search, in the folder of the
-!> results: STEM.fos-12345678.ckpt.h5 is a checkpoint of the settled state, STEM.fos-12345678.txt has a line for each
-!> finished trial. A line counts when its number of words and its end are right: the last one may be cut off.
+!> Two files with the name of the results and the first digits of the digest of the search's options, in the folder of
+!> the results: STEM.fos-12345678.ckpt.h5 is a checkpoint of the settled state, STEM.fos-12345678.txt has a line for
+!> each finished trial. It begins with the digest of the model, with which a line ends: those of another model do not
+!> count, and neither does one that was cut off. The same search of an edited model takes the files over.
 module rockdda_run_search_journal
    use rockdda_base_kinds, only : wp
    use rockdda_base_error, only : error_type
@@ -19,16 +20,11 @@ module rockdda_run_search_journal
    use rockdda_run_trial, only : trial_type
    implicit none
    private
-   public :: search_journal_type, search_digest
-
-   character(len=*), parameter :: head = 'rockdda search, trials: value stable decided steps '// &
-                                         'beginning unbalanced displacement pull limit shear inside unused '// &
-                                         'seconds, then the blocks of the mechanism with their motion, the '// &
-                                         'share of the joints '// &
-                                         'of each material that is open, and force, use and state of each support'
+   public :: search_journal_type, new_journal
 
    type :: search_journal_type
       character(len=:), allocatable :: stem       !! of both files
+      character(len=16) :: model = ''             !! digits that belong to a model, with the files that it reads
       logical :: is_kept = .true.                 !! false: the folder cannot be written
       real(wp) :: strength = 1                    !! of the searched joints in the settled state, times their own
    contains
@@ -41,21 +37,25 @@ module rockdda_run_search_journal
       procedure, private :: path
    end type search_journal_type
 
+   !> Length of a line; 100 blocks take some 2,000.
+   integer, parameter :: line_length = 100000
+
 contains
 
-   !> Eight digits that belong to a model, with the files that it reads, and to a search.
-   function search_digest(input, options) result(digits)
+   !> The journal of a search beside results of this stem.
+   type(search_journal_type) function new_journal(stem, input, options) result(journal)
+      character(len=*), intent(in) :: stem
       type(model_input_type), intent(in) :: input
       type(search_options_type), intent(in) :: options
-      character(len=8) :: digits
       character(len=2*digest_length) :: digest
+      digest = hexadecimal(digest_of_text(search_names(options%kind)//achar(0)//options%joints//achar(0)// &
+         options%loads//achar(0)//options%factors//achar(0)//options%stage//achar(0)//to_string(options%max_steps)))
+      journal%stem = stem//'.fos-'//digest(1:8)
       digest = hexadecimal(digest_of_text(input%model_text//achar(0)//input%analysis_text//achar(0)// &
-         input%config_text//achar(0)//build_description()//achar(0)//search_names(options%kind)//achar(0)// &
-         options%joints//achar(0)//options%loads//achar(0)//options%factors//achar(0)// &
-         options%stage//achar(0)//to_string(options%max_steps)//achar(0)// &
-         input%parameters%solver_method//achar(0)//water_text(input%parameters)))
-      digits = digest(1:8)
-   end function search_digest
+         input%config_text//achar(0)//build_description()//achar(0)//input%parameters%solver_method//achar(0)// &
+         water_text(input%parameters)))
+      journal%model = digest(:len(journal%model))
+   end function new_journal
 
    !> Pressures of water at points, which stand in files of their own.
    pure function water_text(parameters) result(text)
@@ -89,11 +89,19 @@ contains
       path = self%stem//'.txt'
    end function path
 
-   !> Is there a settled state and a list of trials?
+   !> Is there a settled state of this model, and a list of trials?
    logical function has_state(self)
       class(search_journal_type), intent(in) :: self
+      character(len=len(self%model)) :: model
+      integer :: unit, status
       has_state = get_path_kind(checkpoint_path(self%results())) == path_kind%file
-      if (has_state) has_state = get_path_kind(self%path()) == path_kind%file
+      if (.not. has_state) return
+      open (newunit=unit, file=self%path(), status='old', action='read', iostat=status)
+      has_state = status == 0
+      if (.not. has_state) return
+      read (unit, '(a)', iostat=status) model
+      close (unit)
+      has_state = status == 0 .and. model == self%model
    end function has_state
 
    !> Begin an empty list.
@@ -102,43 +110,31 @@ contains
       type(error_type), allocatable, intent(out) :: error
       type(file_sink_type) :: sink
       call sink%open(self%path(), error)
-      if (.not. allocated(error)) call sink%put(head//new_line('a')//to_exact_string(self%strength)// &
-                                                 ' times the strength'//new_line('a'), error)
+      if (.not. allocated(error)) call sink%put(self%model//' rockdda search, trials'//new_line('a')// &
+                                                to_exact_string(self%strength)//' times the strength'//new_line('a'), &
+                                                error)
       if (.not. allocated(error)) call sink%close(error, sync=.true.)
    end subroutine begin
 
-   !> Add a finished trial.
+   !> Add a finished trial: numbers of its blocks, joint materials and supports, its facts, and those.
    subroutine add(self, trial, error)
       class(search_journal_type), intent(in) :: self
       type(trial_type), intent(in) :: trial
       type(error_type), allocatable, intent(out) :: error
       type(file_sink_type) :: sink
-      character(len=:), allocatable :: line
-      integer :: i, n
-      n = 0
-      if (allocated(trial%mechanism%blocks)) n = size(trial%mechanism%blocks)
-      line = to_exact_string(trial%value)//' '//merge('1 ', '0 ', trial%stable)//merge('1 ', '0 ', trial%decided)// &
-             to_string(trial%steps)//' '//to_string(trial%beginning)//' '// &
-             to_exact_string(trial%unbalanced)//' '//to_exact_string(trial%displacement)//' '// &
-             to_exact_string(trial%pull)//' '//to_exact_string(trial%limit)//' '//to_exact_string(trial%shear)//' '// &
-             to_exact_string(trial%inside)//' '//to_string(trial%unused)//' '// &
-             to_exact_string(trial%seconds)//' '//to_string(n)
-      do i = 1, n
-         line = line//' '//to_string(trial%mechanism%blocks(i))//' '//to_string(trial%mechanism%kinds(i))
-      end do
-      line = line//' '//to_string(size(trial%open))
-      do i = 1, size(trial%open)
-         line = line//' '//to_exact_string(trial%open(i))
-      end do
-      line = line//' '//to_string(size(trial%supports))
-      do i = 1, size(trial%supports)
-         associate (one => trial%supports(i))
-            line = line//' '//to_exact_string(one%force)//' '//to_exact_string(one%use)//' '//to_string(one%state)
-         end associate
-      end do
+      character(len=line_length) :: line
+      integer :: status
       if (.not. self%is_kept) return
+      if (allocated(trial%mechanism%blocks)) then
+         write (line, *, iostat=status) size(trial%mechanism%blocks), size(trial%open), size(trial%supports), &
+            trial%trial_facts_type, trial%mechanism%blocks, trial%mechanism%kinds, trial%open, trial%supports
+      else
+         write (line, *, iostat=status) 0, size(trial%open), size(trial%supports), trial%trial_facts_type, trial%open, &
+            trial%supports
+      end if
+      if (status /= 0) return   ! too long: it would be computed again
       call sink%open(self%path(), error, append=.true.)
-      if (.not. allocated(error)) call sink%put(line//' end'//new_line('a'), error)
+      if (.not. allocated(error)) call sink%put(trim(line)//' '//self%model//new_line('a'), error)
       if (.not. allocated(error)) call sink%close(error, sync=.true.)
    end subroutine add
 
@@ -146,8 +142,8 @@ contains
    subroutine read_journal(self, trials)
       class(search_journal_type), intent(inout) :: self
       type(trial_type), allocatable, intent(out) :: trials(:)
-      character(len=100000) :: line
-      integer :: unit, status
+      character(len=line_length + len(self%model) + 1) :: line
+      integer :: unit, status, n
       type(trial_type) :: trial
       logical :: ok
       allocate (trials(0))
@@ -158,7 +154,10 @@ contains
       do while (status == 0)
          read (unit, '(a)', iostat=status) line
          if (status /= 0) exit
-         call take_line(trim(line), trial, ok)
+         n = len_trim(line) - len(self%model)
+         if (n < 1) cycle
+         if (line(n + 1:) /= self%model) cycle
+         call take_line(line(:n), trial, ok)
          if (ok) trials = [trials, trial]
       end do
       close (unit)
@@ -169,60 +168,14 @@ contains
       character(len=*), intent(in) :: line
       type(trial_type), intent(out) :: trial
       logical, intent(out) :: ok
-      real(wp), allocatable :: numbers(:)
-      integer :: i, k, last, status
-      ok = .false.
-      if (len(line) < 4) return
-      if (line(len(line) - 3:) /= ' end') return
-      allocate (numbers(count([(line(i:i) == ' ', i=1, len(line))])))
-      read (line, *, iostat=status) numbers
-      if (status /= 0) return
-      last = 0
-      trial%value = next()
-      trial%stable = next() > 0
-      trial%decided = next() > 0
-      trial%steps = nint(next())
-      trial%beginning = nint(next())
-      trial%unbalanced = next()
-      trial%displacement = next()
-      trial%pull = next()
-      trial%limit = next()
-      trial%shear = next()
-      trial%inside = next()
-      trial%unused = nint(next())
-      trial%seconds = next()
-      allocate (trial%mechanism%blocks(n_items()))
-      allocate (trial%mechanism%kinds(size(trial%mechanism%blocks)))
-      do k = 1, size(trial%mechanism%blocks)
-         trial%mechanism%blocks(k) = nint(next())
-         trial%mechanism%kinds(k) = nint(next())
-      end do
-      allocate (trial%open(n_items()))
-      do k = 1, size(trial%open)
-         trial%open(k) = next()
-      end do
-      allocate (trial%supports(n_items()))
-      do k = 1, size(trial%supports)
-         trial%supports(k)%force = next()
-         trial%supports(k)%use = next()
-         trial%supports(k)%state = nint(next())
-      end do
-      ok = last == size(numbers)
-
-   contains
-
-      !> The next number; 0 behind the last one.
-      real(wp) function next()
-         last = last + 1
-         next = 0
-         if (last <= size(numbers)) next = numbers(last)
-      end function next
-
-      !> The next number as one of items that follow.
-      integer function n_items()
-         n_items = max(0, min(nint(next()), size(numbers)))
-      end function n_items
-
+      integer :: n(3), status
+      read (line, *, iostat=status) n
+      ok = status == 0 .and. all(n >= 0) .and. all(n <= len(line))
+      if (.not. ok) return
+      allocate (trial%mechanism%blocks(n(1)), trial%mechanism%kinds(n(1)), trial%open(n(2)), trial%supports(n(3)))
+      read (line, *, iostat=status) n, trial%trial_facts_type, trial%mechanism%blocks, trial%mechanism%kinds, &
+         trial%open, trial%supports
+      ok = status == 0
    end subroutine take_line
 
    !> Remove both files.

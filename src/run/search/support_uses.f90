@@ -18,7 +18,7 @@ module rockdda_run_support_uses
 
    !> One bolt or lining.
    type :: support_use_type
-      real(wp) :: force = 0     !! largest axial force without sign, of a lining per metre [force]
+      real(wp) :: force = 0     !! largest axial force, tension positive, of a lining per metre [force]
       real(wp) :: use = 0       !! largest share of a strength; not above 0: none is known
       integer :: state = 0      !! furthest state of its nodes; 0: it is not there
    end type support_use_type
@@ -37,7 +37,7 @@ contains
       if (size(uses) == 0) return
       call sim%show_bolts(bolts)
       do k = 1, n
-         uses(k) = support_use_type(abs(bolts%force(k)), 0.0_wp, 1)
+         uses(k) = support_use_type(bolts%force(k), 0.0_wp, 1)
          associate (strength => sim%blocks%bolts%strength(k))
             if (strength > 0) uses(k)%use = abs(bolts%force(k))/strength
             if (strength > 0 .and. .not. uses(k)%use < 1) uses(k)%state = 3
@@ -46,7 +46,7 @@ contains
       last = n
       do k = 1, n_bolts_of(sim) - n
          associate (bar => sim%families%bars%bolts(k)%bar)
-            uses(n + k) = of_nodes(abs(bolts%force(last + 1:last + bar%n)), bolts%use(last + 1:last + bar%n), &
+            uses(n + k) = of_nodes(bolts%force(last + 1:last + bar%n), bolts%use(last + 1:last + bar%n), &
                                    bolts%state(last + 1:last + bar%n))
             last = last + bar%n
          end associate
@@ -57,7 +57,7 @@ contains
       last = 0
       do k = 1, size(uses) - n
          associate (m => sim%families%liners%liners(k)%layout%n)
-            uses(n + k) = of_nodes(abs(liners%force(1, last + 1:last + m)), liners%use(last + 1:last + m), &
+            uses(n + k) = of_nodes(liners%force(1, last + 1:last + m), liners%use(last + 1:last + m), &
                                    liners%state(last + 1:last + m))
             last = last + m
          end associate
@@ -69,7 +69,7 @@ contains
       real(wp), intent(in) :: force(:), use(:)
       integer, intent(in) :: state(:)
       if (size(state) == 0) return
-      one = support_use_type(maxval(force), maxval(use), maxval(state))
+      one = support_use_type(force(maxloc(abs(force), dim=1)), maxval(use), maxval(state))
       if (one%use < no_share) one%use = 0
    end function of_nodes
 
@@ -119,11 +119,13 @@ contains
       real(wp), intent(in) :: work                   !! [energy]
       real(wp) :: unused(n_bolts_of(sim)), way, friction, motion(2), before(2)
       integer :: j, k, n
+      most = 0
+      if (size(unused) == 0) return
       unused = 0
       friction = mean_friction(sim)
       n = sim%blocks%bolts%n
       do k = 1, size(unused)
-         if (uses(k)%state /= 1 .or. .not. uses(k)%force > 0) cycle
+         if (uses(k)%state /= 1 .or. .not. abs(uses(k)%force) > 0) cycle
          if (k <= n) then
             associate (ends => sim%state%bolt_ends(:, k), b => sim%blocks%bolts%blocks(:, k))
                way = held_way(motion_of(b(2), ends(3:4)) - motion_of(b(1), ends(1:2)), ends(3:4) - ends(1:2))
@@ -141,11 +143,10 @@ contains
             end associate
          end if
          unused(k) = huge(1.0_wp)
-         if (uses(k)%use > 0) unused(k) = uses(k)%force*(1/uses(k)%use - 1)
+         if (uses(k)%use > 0) unused(k) = abs(uses(k)%force)*(1/uses(k)%use - 1)
          unused(k) = min(unused(k), sqrt(huge(1.0_wp)))*way
       end do
-      most = 0
-      if (size(unused) > 0 .and. sum(unused) >= large_share*work) most = maxloc(unused, 1)
+      if (sum(unused) >= large_share*work) most = maxloc(unused, 1)
 
    contains
 

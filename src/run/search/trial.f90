@@ -42,7 +42,7 @@ module rockdda_run_trial
    use rockdda_stepping_verdict, only : loaded_apart, verdict_type, verdict, typical_size, usual_share
    implicit none
    private
-   public :: trial_type, search_observer_type, compute_trial, begin_trial, most_motion
+   public :: trial_facts_type, trial_type, search_observer_type, compute_trial, begin_trial, most_motion
 
    !> A stable trial that moves a block by more than this share of a typical block's size has moved something. So far
    !> elastic bolts are waited for.
@@ -90,7 +90,8 @@ module rockdda_run_trial
       procedure, private :: watch_cuts
    end type trial_pace_type
 
-   type :: trial_type
+   !> What the journal keeps of a trial in the order of its components.
+   type :: trial_facts_type
       real(wp) :: value = 0
       logical :: stable = .false.
       logical :: decided = .true.          !! false: neither at rest nor moving on when the steps were used up
@@ -102,12 +103,15 @@ module rockdda_run_trial
       real(wp) :: limit = 0                !! value at which its work would be none; 0: not known
       real(wp) :: shear = 0                !! largest of a lining over its tensile strength, at the end
       real(wp) :: inside = 0               !! depth of blocks in each other at the end, over the smaller inradius
+      integer :: unused = 0                !! a bolt that could hold what fails, alone or with others; 0: none could
       real(wp) :: seconds = 0              !! on the wall clock
-      character(len=2000) :: fault = ''     !! why it has no solution; '': it has one
+   end type trial_facts_type
+
+   type, extends(trial_facts_type) :: trial_type
+      character(len=2000) :: fault = ''    !! why it has no solution; '': it has one
       type(mechanism_type) :: mechanism    !! of a failing trial
       real(wp), allocatable :: open(:)     !! (joint materials) share of their joints that is open at the end
       type(support_use_type), allocatable :: supports(:)   !! springs, bolts, linings at the end
-      integer :: unused = 0                !! a bolt that could hold what fails, alone or with others; 0: none could
    end type trial_type
 
    !> What the caller of a search sees of it, and its way to stop it. The defaults do nothing.
