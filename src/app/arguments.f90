@@ -111,7 +111,8 @@ contains
          if (has_value) call add_problem(self%problems, 'option '//name//' takes no value')
       else if (.not. has_value) then
          ! an option is no value (a file with such a name is ./--name)
-         if (i < size(arguments)) has_value = .not. is_option(arguments(i + 1)%text)
+         if (i < size(arguments)) has_value = find_option(arguments(i + 1)%text) == 0 .and. &
+             arguments(i + 1)%text /= '--'
          if (.not. has_value) then
             call add_problem(self%problems, 'option '//name//' needs a value')
             return
@@ -121,12 +122,6 @@ contains
       end if
       call self%set_option(name, value)
    end subroutine read_option
-
-   !> Is this argument the name of an option, or the end of all options?
-   pure logical function is_option(text)
-      character(len=*), intent(in) :: text
-      is_option = find_option(text) > 0 .or. text == '--'
-   end function is_option
 
    !> Read an argument that is no option: the command, then files.
    subroutine read_word(self, word, is_file)

@@ -402,32 +402,23 @@ contains
       if (.not. allocated(error) .and. .not. messages%has_errors()) call sim%init(input%blocks, input%parameters, error)
    end subroutine check_together
 
-   !> Check one of several labelled files.
-   subroutine check_labelled(line, path, messages)
-      type(command_line_type), intent(in) :: line
-      character(len=*), intent(in) :: path
-      type(diagnostics_type), intent(inout) :: messages
-      type(argument_type) :: file(1)
-      type(model_input_type) :: input
-      type(error_type), allocatable :: error
-      file(1)%text = path
-      call check_together(line, file, [file_kind%labelled], input, messages, error)
-      if (allocated(error)) call messages%add_error(error)
-   end subroutine check_labelled
-
    !> Check one file by itself.
    subroutine check_alone(line, path, kind, messages)
       type(command_line_type), intent(in) :: line
       character(len=*), intent(in) :: path
       integer, intent(in) :: kind                  !! one of file_kind%...
       type(diagnostics_type), intent(inout) :: messages
+      type(argument_type) :: file(1)
+      type(model_input_type) :: input
       type(file_content_type) :: content
       type(cut_report_type) :: report
       type(lines_report_type) :: lines
       type(error_type), allocatable :: error
       type(origin_type) :: origin
       if (kind == file_kind%labelled) then
-         call check_labelled(line, path, messages)
+         file(1)%text = path
+         call check_together(line, file, [file_kind%labelled], input, messages, error)
+         if (allocated(error)) call messages%add_error(error)
          return
       end if
       call content%read(path, kind, line%dialect, [-1, -1], messages)

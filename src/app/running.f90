@@ -81,7 +81,9 @@ contains
       call self%progress%update(run%fraction_done(), 'step '//to_string(run%sim%state%step)//', time '// &
                                 run%sim%parameters%shown(run%sim%state%time, 'time', 6)//stage_text(run)// &
                                 ', unbalanced '//to_string(run%sim%record%unbalanced, 2), run%sim%record%unbalanced, &
-                                part_share(run), min(run%sim%control%stage, n_parts(run)), n_parts(run))
+                                merge(stage_share(run%sim), run%fraction_done(), &
+                                      run%sim%parameters%ends_with_stages), &
+                                min(run%sim%control%stage, n_parts(run)), n_parts(run))
    end subroutine end_step
 
    !> Parts of the run for an estimate of its time: stages, where these end it.
@@ -90,13 +92,6 @@ contains
       n_parts = 1
       if (run%sim%parameters%ends_with_stages) n_parts = max(1, size(run%sim%parameters%stages))
    end function n_parts
-
-   !> Share of the present part that is done.
-   pure real(wp) function part_share(run)
-      type(run_type), intent(in) :: run
-      part_share = run%fraction_done()
-      if (run%sim%parameters%ends_with_stages) part_share = stage_share(run%sim)
-   end function part_share
 
    !> ", stage 'name'" in a run with stages.
    pure function stage_text(run) result(text)
@@ -177,7 +172,7 @@ contains
       logical, intent(out) :: ok
       type(json_type) :: json
       type(diagnostics_type) :: all_messages
-      character(len=:), allocatable :: status, moved
+      character(len=:), allocatable :: status, moved, results
       integer :: i, n_steps, n_frames
       real(wp) :: time
       logical :: found
@@ -188,12 +183,14 @@ contains
       if (exit_code == error_code%stopped) status = 'stopped'
       if (allocated(error)) status = 'error'
       if (.not. line%json) then
+         results = run%output//' ('//to_string(n_frames)//' frames)'
+         if (.not. found) results = 'none ('//run%output//' was removed or replaced)'
          call print_line(status//': '//counted(run%sim%state%step, 'step')//' to time '// &
                   system%shown(run%sim%state%time, 'time', 10)//kept_text(run, n_steps, time)//', '// &
                   counted(run%sim%blocks%n_blocks - run%sim%blocks%n_segments, 'block')//', contacts '// &
                   to_string(run%sim%record%contacts(1))//' open '//to_string(run%sim%record%contacts(2))// &
                   ' sliding '//to_string(run%sim%record%contacts(3))//' locked'//new_line('a')// &
-                  'results: '//results_text(run%output, n_frames, found)//', log: '//run%log_file// &
+                  'results: '//results//', log: '//run%log_file// &
                   warnings_text(run%warnings, run%log_file, line%quiet), ok)
          if (ok .and. found .and. .not. line%quiet) then
             moved = displacements_text(run%output)
@@ -316,16 +313,6 @@ contains
       if (n_steps >= run%sim%state%step) return
       text = ' (the results hold '//to_string(n_steps)//', to '//system%shown(time, 'time', 10)//')'
    end function kept_text
-
-   !> The output file and its frames.
-   pure function results_text(path, n_frames, found) result(text)
-      character(len=*), intent(in) :: path
-      integer, intent(in) :: n_frames
-      logical, intent(in) :: found
-      character(len=:), allocatable :: text
-      text = path//' ('//to_string(n_frames)//' frames)'
-      if (.not. found) text = 'none ('//path//' was removed or replaced)'
-   end function results_text
 
    !> The warnings of the run, each after a line end; with quiet none. On a terminal they stand above already: then
    !> their number.

@@ -133,17 +133,12 @@ contains
       n = blocks%n_vertices()
       box(1:2) = minval(blocks%vertices(:, 1:n), 2)
       box(3:4) = maxval(blocks%vertices(:, 1:n), 2)
-      call bins%init(box, 4*n + 1000, weld_distance(box))
+      ! points closer than this differ by rounding only
+      call bins%init(box, 4*n + 1000, 64*epsilon(1.0_wp)*maxval(abs(box)))
       do k = 1, n
          call bins%add(blocks%vertices(:, k), number)
       end do
    end subroutine fill_bins
-
-   !> Points closer than this differ by rounding only.
-   pure real(wp) function weld_distance(box)
-      real(wp), intent(in) :: box(4)             !! of the model
-      weld_distance = 64*epsilon(1.0_wp)*maxval(abs(box))
-   end function weld_distance
 
    !> Give new nodes on the outline the coordinates of nodes of other blocks at the same place.
    pure subroutine weld_outer_nodes(n_vertices, cells, bins)

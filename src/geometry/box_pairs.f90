@@ -56,7 +56,9 @@ contains
                      corner = max(boxes(1:2, i), boxes(1:2, j)) - half
                      if (any(corner > min(boxes(3:4, i), boxes(3:4, j)) + half)) cycle
                      if (raster%column(corner(1)) /= ix .or. raster%row(corner(2)) /= iy) cycle
-                     call append_pair(min(i, j), max(i, j), pairs, n_pairs)
+                     n_pairs = n_pairs + 1
+                     call grow(pairs, n_pairs, 2)
+                     pairs(:, n_pairs) = [min(i, j), max(i, j)]
                   end do
                end do
             end do
@@ -64,16 +66,6 @@ contains
       end associate
       call sort_pairs(n, n_pairs, pairs, work)
    end subroutine find_box_pairs
-
-   !> Add one pair, enlarging the list when needed.
-   pure subroutine append_pair(first, second, pairs, n_pairs)
-      integer, intent(in) :: first, second
-      integer, allocatable, intent(inout) :: pairs(:, :)
-      integer, intent(inout) :: n_pairs
-      n_pairs = n_pairs + 1
-      call grow(pairs, n_pairs, 2)
-      pairs(:, n_pairs) = [first, second]
-   end subroutine append_pair
 
    !> Sort by first, then second box: by the second ones, then, without changing the order of what is equal, by the
    !> first ones. A box that covers most others has as many pairs as there are boxes.

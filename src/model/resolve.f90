@@ -71,7 +71,9 @@ contains
       call transfer_options(choices, replaced)
       call choices%give_back()
       call describe_options(choices, settings, parameters)
-      if (alone .and. .not. has_preset) call choose_sliding_damping(options, parameters)
+      ! contacts by length that slide are damped, unless the file says something else
+      if (alone .and. .not. has_preset .and. parameters%by_length .and. .not. is_set(options%sliding_damping)) &
+         parameters%sliding_damping = damps_sliding
       if (.not. alone) then
          call note_extent()
          call messages%append(replaced)
@@ -91,7 +93,8 @@ contains
       call note_stages()
       if (options%labelled) call choose_base_stage(parameters, messages)
       call put_materials_together(analysis, settings, parameters, messages)
-      call put_tables_together(settings, parameters, messages)
+      call take_point_tables('fixed point', settings%fixed_points, parameters%fixed_tables, messages)
+      call take_point_tables('loading point', settings%loading_points, parameters%loading_tables, messages)
       parameters%regions = settings%regions
       parameters%subdivisions = settings%subdivisions
       parameters%in_situ = settings%in_situ
@@ -308,13 +311,6 @@ contains
       if (len_trim(settings%title) == 0 .and. allocated(settings%model_title)) settings%title = settings%model_title
    end subroutine take_labelled_defaults
 
-   !> Contacts by length that slide are damped, unless the file says something else.
-   pure subroutine choose_sliding_damping(options, parameters)
-      type(run_options_type), intent(in) :: options
-      type(parameters_type), intent(inout) :: parameters
-      if (parameters%by_length .and. .not. is_set(options%sliding_damping)) parameters%sliding_damping = damps_sliding
-   end subroutine choose_sliding_damping
-
    !> Warn of stages that cannot begin before the run ends.
    subroutine report_unreached(parameters, messages)
       type(parameters_type), intent(in) :: parameters
@@ -427,15 +423,6 @@ contains
       call take_joint_options(options%joint_materials, options%joint_laws, options%labelled, &
                               parameters%joint_materials, messages)
    end subroutine put_materials_together
-
-   !> Tables of fixed points and of loading points.
-   subroutine put_tables_together(options, parameters, messages)
-      type(run_options_type), intent(in) :: options             !! with all lists
-      type(parameters_type), intent(inout) :: parameters
-      type(diagnostics_type), intent(inout) :: messages
-      call take_point_tables('fixed point', options%fixed_points, parameters%fixed_tables, messages)
-      call take_point_tables('loading point', options%loading_points, parameters%loading_tables, messages)
-   end subroutine put_tables_together
 
    !> Where a run without an analysis file ends: its number of steps, its end time, or the end of its last stage.
    subroutine find_extent(options, parameters, messages)

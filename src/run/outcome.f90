@@ -250,7 +250,8 @@ contains
       type(simulation_type), intent(in) :: sim
       character(len=:), allocatable :: text
       text = ''
-      if (lies_still(sim)) return
+      ! where the dynamic part has moved the blocks by next to nothing, the estimate is that of rounding
+      if (sim%control%time_error%largest < rest(sim%parameters)) return
       if (.not. sim%record%time_error > merge(much_turning, much_error, slides_on_base(sim))) return
       text = 'the answer may depend on the time step: '//time_error_text(sim)
       if (slides_on_base(sim)) text = text//', and where friction turns the error is several times as large'
@@ -290,12 +291,6 @@ contains
       end if
    end function undamped_text
 
-   !> Has the dynamic part moved the blocks by next to nothing? Estimates are then those of rounding.
-   pure logical function lies_still(sim)
-      type(simulation_type), intent(in) :: sim
-      lies_still = sim%control%time_error%largest < rest(sim%parameters)
-   end function lies_still
-
    !> Displacement below which blocks are at rest [length].
    pure real(wp) function rest(p)
       type(parameters_type), intent(in) :: p
@@ -330,21 +325,15 @@ contains
                         to_string(share_after_strikes(sim), 2)//' of the largest displacement'
    end function strikes_text
 
-   !> Did blocks move on after strikes, so that the answer depends on each step?
-   pure logical function strikes_matter(sim)
-      type(simulation_type), intent(in) :: sim
-      strikes_matter = share_after_strikes(sim) > much_error .and. &
-                       sim%control%strikes%way_after(sim%step_context_type, sim%trial%attempt_type) > &
-                       rest(sim%parameters)
-   end function strikes_matter
-
    !> Warning about motion after strikes, which depends on each step; '' otherwise, and where another warning about
    !> the error in time tells it.
    pure function strikes_warning(sim) result(text)
       type(simulation_type), intent(in) :: sim
       character(len=:), allocatable :: text
       text = ''
-      if (.not. strikes_matter(sim) .or. len(time_error_warning(sim)) > 0) return
+      if (.not. share_after_strikes(sim) > much_error .or. len(time_error_warning(sim)) > 0) return
+      if (.not. sim%control%strikes%way_after(sim%step_context_type, sim%trial%attempt_type) > rest(sim%parameters)) &
+          return
       text = 'where blocks end may depend on the time step more than the estimated time error says: '// &
              strikes_text(sim)//'; compare with half of dt_max'//undamped_text(sim, strikes=.true.)
    end function strikes_warning

@@ -521,7 +521,8 @@ pure subroutine follow_intervals(first, last, n, station, source, state, tied, b
       other = row + merge(1, -1, previous%station(row) == 1)
       distance = at_end(previous%distance([row, other]), previous%distance([other, row]))
       force = previous%normal_force(row) + previous%normal_force(other)
-      energy = sum(normal_energy(previous, [row, other]))
+      energy = sum(normal_energy_of(previous%energy([row, other]), previous%k_s([row, other]), previous%shear([row, &
+               other])))
       depth = 0
       if (.not. (force > 0 .and. energy > 0) .or. distance(1) > distance(2)) then
          call table%open_row(k)
@@ -543,14 +544,6 @@ pure subroutine follow_intervals(first, last, n, station, source, state, tied, b
       real(wp), intent(in) :: energy, k_s, shear
       normal_energy_of = energy - 0.5_wp*k_s*shear**2
    end function normal_energy_of
-
-   !> Energy in the normal springs of some rows at the end of their step.
-   pure function normal_energy(table, rows) result(energy)
-      type(contact_table_type), intent(in) :: table
-      integer, intent(in) :: rows(:)
-      real(wp) :: energy(size(rows))
-      energy = normal_energy_of(table%energy(rows), table%k_s(rows), table%shear(rows))
-   end function normal_energy
 
    !> Intervals without history of their own.
    pure subroutine begin_intervals(given, source, pressed, table)

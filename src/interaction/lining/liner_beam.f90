@@ -113,7 +113,7 @@ contains
       beam%angle = 0.5_wp*atan2(-2*f(1, 2), f(2, 2) - f(1, 1))
       t = path(:, size(path, 2)) - path(:, 1)
       if (cos(beam%angle)*t(1) + sin(beam%angle)*t(2) < 0) beam%angle = beam%angle + acos(-1.0_wp)
-      axes = axes_at(beam%angle)
+      axes = reshape([cos(beam%angle), sin(beam%angle), -sin(beam%angle), cos(beam%angle)], [2, 2])
       beam%flexibility = [dot_product(axes(:, 1), matmul(f, axes(:, 1))), &
                           dot_product(axes(:, 2), matmul(f, axes(:, 2))), beam%length/i]
       beam%eccentricity = side*section%thickness**2/12*curvature
@@ -205,13 +205,6 @@ contains
       b(1, :) = [dot_product(t, axes(:, 1)), dot_product(t, axes(:, 2)), 0.0_wp]
       b(2, :) = -side*[arm(1)*axes(2, 1) - arm(2)*axes(1, 1), arm(1)*axes(2, 2) - arm(2)*axes(1, 2), 1.0_wp]
    end function map_at
-
-   !> Two axes at a right angle.
-   pure function axes_at(angle) result(axes)
-      real(wp), intent(in) :: angle
-      real(wp) :: axes(2, 2)
-      axes = reshape([cos(angle), sin(angle), -sin(angle), cos(angle)], [2, 2])
-   end function axes_at
 
    !> Axial force, moment and shear force at the start (1), in the middle and at the end (3) of the beam.
    pure function forces_at(beam, f, place) result(nmq)

@@ -83,56 +83,76 @@ contains
       type(hdf5_file_type), intent(in) :: file
       type(results_info_type), intent(inout) :: info
       type(error_type), allocatable, intent(out) :: error
-      call check_format(file, info%format_version, error)
-      if (.not. allocated(error)) call read_attributes(file, info, error)
+      call check_format(info%format_version)
+      if (.not. allocated(error)) call read_attributes()
       if (.not. allocated(error)) call check_results_shape(file, error)
       if (.not. allocated(error)) call read_sizes(file, info, error)
-      if (.not. allocated(error)) call read_ends(file, info, error)
+      if (.not. allocated(error)) call read_ends()
       if (.not. allocated(error)) call read_stages(file, info, error)
+
+   contains
+
+      !> Is it a file of results, of a format that this program knows?
+      subroutine check_format(version)
+         integer, intent(inout) :: version
+         character(len=:), allocatable :: format
+         call file%get_attribute('/', 'format', format, error)
+         if (allocated(error)) then
+            call make_error(error, error_code%input, file%path//': error: this HDF5 file holds no results of RockDDA')
+            return
+         end if
+         if (format /= 'rockdda') then
+            call make_error(error, error_code%input, file%path//": error: this HDF5 file is of the format '"//format// &
+                            "', not results of RockDDA")
+            return
+         end if
+         call file%get_attribute('/', 'format_version', version, error)
+         if (allocated(error)) return
+         if (version < oldest_format_version .or. version > results_format_version) &
+            call make_error(error, error_code%input, file%path//': error: format version '//to_string(version)// &
+                            ' is not known to this program, only '//to_string(oldest_format_version)//' to '// &
+                            to_string(results_format_version))
+      end subroutine check_format
+
+      !> Attributes of the file.
+      subroutine read_attributes()
+         character(len=:), allocatable :: units
+         integer :: complete
+         call file%get_attribute('/', 'title', info%title, error)
+         call file%get_attribute('/', 'program_version', info%program_version, error)
+         call file%get_attribute('/', 'created', info%created, error)
+         call file%get_attribute('/', 'complete', complete, error)
+         call file%get_attribute('/', 'exit_reason', info%exit_reason, error)
+         if (.not. allocated(error)) info%complete = complete /= 0
+         if (allocated(error)) return
+         if (.not. file%has_attribute('/', 'units')) return
+         call file%get_attribute('/', 'units', units, error)
+         if (.not. allocated(error)) info%units = units
+      end subroutine read_attributes
+
+      !> First and last times.
+      subroutine read_ends()
+         integer, allocatable :: step(:)
+         real(wp), allocatable :: time(:)
+         if (info%n_steps > 0) then
+            call file%read('history/step', step, error, info%n_steps - 1, 1_i8)
+            call file%read('history/time', time, error, info%n_steps - 1, 1_i8)
+            if (allocated(error)) return
+            call check_row(file, time, 'history/time', error)
+            if (allocated(error)) return
+            info%last_step = step(1)
+            info%last_time = time(1)
+         end if
+         if (info%n_frames > 0) then
+            call file%read('frames/time', time, error)
+            if (.not. allocated(error)) call check_row(file, time, 'frames/time', error)
+            if (allocated(error)) return
+            info%first_frame = time(1)
+            info%last_frame = time(size(time))
+         end if
+      end subroutine read_ends
+
    end subroutine read_all
-
-   !> Is it a file of results, of a format that this program knows?
-   subroutine check_format(file, version, error)
-      type(hdf5_file_type), intent(in) :: file
-      integer, intent(inout) :: version
-      type(error_type), allocatable, intent(out) :: error
-      character(len=:), allocatable :: format
-      call file%get_attribute('/', 'format', format, error)
-      if (allocated(error)) then
-         call make_error(error, error_code%input, file%path//': error: this HDF5 file holds no results of RockDDA')
-         return
-      end if
-      if (format /= 'rockdda') then
-         call make_error(error, error_code%input, file%path//": error: this HDF5 file is of the format '"//format// &
-                         "', not results of RockDDA")
-         return
-      end if
-      call file%get_attribute('/', 'format_version', version, error)
-      if (allocated(error)) return
-      if (version < oldest_format_version .or. version > results_format_version) &
-         call make_error(error, error_code%input, file%path//': error: format version '//to_string(version)// &
-                         ' is not known to this program, only '//to_string(oldest_format_version)//' to '// &
-                         to_string(results_format_version))
-   end subroutine check_format
-
-   !> Attributes of the file.
-   subroutine read_attributes(file, info, error)
-      type(hdf5_file_type), intent(in) :: file
-      type(results_info_type), intent(inout) :: info
-      type(error_type), allocatable, intent(out) :: error
-      character(len=:), allocatable :: units
-      integer :: complete
-      call file%get_attribute('/', 'title', info%title, error)
-      call file%get_attribute('/', 'program_version', info%program_version, error)
-      call file%get_attribute('/', 'created', info%created, error)
-      call file%get_attribute('/', 'complete', complete, error)
-      call file%get_attribute('/', 'exit_reason', info%exit_reason, error)
-      if (.not. allocated(error)) info%complete = complete /= 0
-      if (allocated(error)) return
-      if (.not. file%has_attribute('/', 'units')) return
-      call file%get_attribute('/', 'units', units, error)
-      if (.not. allocated(error)) info%units = units
-   end subroutine read_attributes
 
    !> How much the file holds.
    subroutine read_sizes(file, info, error)
@@ -181,31 +201,6 @@ contains
       end subroutine read_parents
 
    end subroutine read_sizes
-
-   !> First and last times.
-   subroutine read_ends(file, info, error)
-      type(hdf5_file_type), intent(in) :: file
-      type(results_info_type), intent(inout) :: info
-      type(error_type), allocatable, intent(out) :: error
-      integer, allocatable :: step(:)
-      real(wp), allocatable :: time(:)
-      if (info%n_steps > 0) then
-         call file%read('history/step', step, error, info%n_steps - 1, 1_i8)
-         call file%read('history/time', time, error, info%n_steps - 1, 1_i8)
-         if (allocated(error)) return
-         call check_row(file, time, 'history/time', error)
-         if (allocated(error)) return
-         info%last_step = step(1)
-         info%last_time = time(1)
-      end if
-      if (info%n_frames > 0) then
-         call file%read('frames/time', time, error)
-         if (.not. allocated(error)) call check_row(file, time, 'frames/time', error)
-         if (allocated(error)) return
-         info%first_frame = time(1)
-         info%last_frame = time(size(time))
-      end if
-   end subroutine read_ends
 
    !> Check the numbers of a table.
    subroutine check_row(file, values, path, error)
@@ -290,15 +285,119 @@ contains
       sizes(-per%vertex) = nv
       sizes(-per%fixed) = points(1)
       sizes(-per%measured) = points(3)
-      call check_bolts(file, check, nb, sizes(-per%bolt))
-      call check_boundaries(file, check, nv, sizes(-per%boundary))
-      call count_nodes(file, check, 'bolt', sizes(-per%bar), sizes(-per%node))
+      call check_bolts(check, sizes(-per%bolt))
+      call check_boundaries(check, sizes(-per%boundary))
+      call count_nodes(check, 'bolt', sizes(-per%bar), sizes(-per%node))
       if (sizes(-per%bar) > 0) sizes(-per%bar_energy) = 4
-      call count_nodes(file, check, 'liner', n_linings, sizes(-per%liner_node))
+      call count_nodes(check, 'liner', n_linings, sizes(-per%liner_node))
       sizes(-per%bolt_force) = max(sizes(-per%bolt), sizes(-per%node))
-      call check_tables(file, check, sizes)
+      call check_tables(check)
       if (.not. check%passed()) call make_error(error, error_code%input, file%path//': error: the file is damaged: '// &
                                                 check%problem())
+
+   contains
+
+      !> Check the tables with a row for each step, frame or contact. After a kill some may be longer than others.
+      subroutine check_tables(check)
+         type(value_check_type), intent(inout) :: check
+         character(len=:), allocatable :: name
+         integer, allocatable :: offsets(:)
+         type(error_type), allocatable :: error
+         integer :: i, m, n, slash, version
+         call file%get_attribute('/', 'format_version', version, error)
+         m = 0
+         do i = 1, n_tables
+            name = trim(tables(i)%name)
+            if (tables(i)%since > version) then
+               if (.not. file%exists(name)) cycle
+            end if
+            slash = index(name, '/')
+            check%group = name(:slash - 1)
+            n = rows_of(file, check, name(slash + 1:), tables(i)%is_real, row_shape(tables(i), sizes))
+            if (name == 'frames/contact_offset') m = n
+         end do
+         check%group = 'frames'
+         call check%has_shape(m >= 1, 'contact_offset')
+         if (.not. check%passed()) return
+         call file%read('frames/contact_offset', offsets, error)
+         call check%is_read(error, file%path, 'contact_offset')
+         ! after a kill there may be fewer contacts than the last offsets say
+         if (check%passed()) call check%are_offsets(offsets, offsets(m), 0, 'contact_offset')
+      end subroutine check_tables
+
+      !> Count the boundaries and check their edges. Older files have no table of forces, models without boundaries no
+      !> edges.
+      subroutine check_boundaries(check, n_boundaries)
+         type(value_check_type), intent(inout) :: check
+         integer, intent(out) :: n_boundaries
+         integer(i8), allocatable :: shape(:)
+         integer, allocatable :: edges(:)
+         type(error_type), allocatable :: error
+         integer :: n
+         n_boundaries = 0
+         if (.not. check%passed()) return
+         if (file%exists('history/boundary_force')) then
+            check%group = 'history'
+            call file%get_shape('history/boundary_force', shape, error)
+            call check%is_read(error, file%path, 'boundary_force')
+            if (.not. check%passed()) return
+            call check%has_shape(size(shape) == 3, 'boundary_force')
+            if (.not. check%passed()) return
+            n_boundaries = int(min(shape(2), int(huge(1), i8)))
+         end if
+         if (.not. file%exists('model/boundary_edges')) return
+         check%group = 'model'
+         n = rows_of(file, check, 'boundary_edges', integers, [2])
+         if (.not. check%passed()) return
+         call file%read('model/boundary_edges', edges, error)
+         call check%is_read(error, file%path, 'boundary_edges')
+         if (.not. check%passed()) return
+         call check%in_range(edges(1::2), 0, n_boundaries - 1, 'boundary_edges')
+         call check%in_range(edges(2::2), 0, nv - 1, 'boundary_edges')
+      end subroutine check_boundaries
+
+      !> Check bolts of the model; older files do not have them.
+      subroutine check_bolts(check, n_bolts)
+         type(value_check_type), intent(inout) :: check
+         integer, intent(out) :: n_bolts
+         integer, allocatable :: blocks(:)
+         type(error_type), allocatable :: error
+         n_bolts = 0
+         if (.not. check%passed()) return
+         if (.not. file%exists('model/bolt_blocks')) return
+         check%group = 'model'
+         n_bolts = rows_of(file, check, 'bolt_blocks', integers, [2])
+         call check%has_shape(rows_of(file, check, 'bolt_ends', reals, [2, 2]) == n_bolts, 'bolt_ends')
+         call check%has_shape(rows_of(file, check, 'bolt_properties', reals, [3]) == n_bolts, 'bolt_properties')
+         if (.not. check%passed()) return
+         call file%read('model/bolt_blocks', blocks, error)
+         call check%is_read(error, file%path, 'bolt_blocks')
+         ! -1 is the fixed outside
+         if (check%passed()) call check%in_range(blocks, -1, nb - 1, 'bolt_blocks')
+      end subroutine check_bolts
+
+      !> Count bolts or linings, and their nodes, where there are any.
+      subroutine count_nodes(check, what, n_of, n)
+         type(value_check_type), intent(inout) :: check
+         character(len=*), intent(in) :: what             !! 'bolt', 'liner'
+         integer, intent(out) :: n_of                     !! bolts or linings
+         integer, intent(out) :: n                        !! nodes
+         integer, allocatable :: first(:)
+         type(error_type), allocatable :: error
+         n_of = 0
+         n = 0
+         if (.not. check%passed()) return
+         if (.not. file%exists('frames/'//what//'_state')) return
+         check%group = 'model'
+         call file%read('model/'//what//'_first', first, error)
+         call check%is_read(error, file%path, what//'_first')
+         if (.not. check%passed()) return
+         call check%holds(size(first) > 0, what//'_first')
+         if (.not. check%passed()) return
+         n_of = size(first) - 1
+         n = max(0, first(size(first)))
+      end subroutine count_nodes
+
    end subroutine check_results_shape
 
    !> Check the model, and its numbers of blocks, vertices, and fixed, loading and measured points.
@@ -375,114 +474,6 @@ contains
       end subroutine take_reals
 
    end subroutine check_model
-
-   !> Check bolts of the model; older files do not have them.
-   subroutine check_bolts(file, check, nb, n_bolts)
-      type(hdf5_file_type), intent(in) :: file
-      type(value_check_type), intent(inout) :: check
-      integer, intent(in) :: nb
-      integer, intent(out) :: n_bolts
-      integer, allocatable :: blocks(:)
-      type(error_type), allocatable :: error
-      n_bolts = 0
-      if (.not. check%passed()) return
-      if (.not. file%exists('model/bolt_blocks')) return
-      check%group = 'model'
-      n_bolts = rows_of(file, check, 'bolt_blocks', integers, [2])
-      call check%has_shape(rows_of(file, check, 'bolt_ends', reals, [2, 2]) == n_bolts, 'bolt_ends')
-      call check%has_shape(rows_of(file, check, 'bolt_properties', reals, [3]) == n_bolts, 'bolt_properties')
-      if (.not. check%passed()) return
-      call file%read('model/bolt_blocks', blocks, error)
-      call check%is_read(error, file%path, 'bolt_blocks')
-      ! -1 is the fixed outside
-      if (check%passed()) call check%in_range(blocks, -1, nb - 1, 'bolt_blocks')
-   end subroutine check_bolts
-
-   !> Count the boundaries and check their edges. Older files have no table of forces, models without boundaries no
-   !> edges.
-   subroutine check_boundaries(file, check, nv, n_boundaries)
-      type(hdf5_file_type), intent(in) :: file
-      type(value_check_type), intent(inout) :: check
-      integer, intent(in) :: nv
-      integer, intent(out) :: n_boundaries
-      integer(i8), allocatable :: shape(:)
-      integer, allocatable :: edges(:)
-      type(error_type), allocatable :: error
-      integer :: n
-      n_boundaries = 0
-      if (.not. check%passed()) return
-      if (file%exists('history/boundary_force')) then
-         check%group = 'history'
-         call file%get_shape('history/boundary_force', shape, error)
-         call check%is_read(error, file%path, 'boundary_force')
-         if (.not. check%passed()) return
-         call check%has_shape(size(shape) == 3, 'boundary_force')
-         if (.not. check%passed()) return
-         n_boundaries = int(min(shape(2), int(huge(1), i8)))
-      end if
-      if (.not. file%exists('model/boundary_edges')) return
-      check%group = 'model'
-      n = rows_of(file, check, 'boundary_edges', integers, [2])
-      if (.not. check%passed()) return
-      call file%read('model/boundary_edges', edges, error)
-      call check%is_read(error, file%path, 'boundary_edges')
-      if (.not. check%passed()) return
-      call check%in_range(edges(1::2), 0, n_boundaries - 1, 'boundary_edges')
-      call check%in_range(edges(2::2), 0, nv - 1, 'boundary_edges')
-   end subroutine check_boundaries
-
-   !> Count bolts or linings, and their nodes, where there are any.
-   subroutine count_nodes(file, check, what, n_of, n)
-      type(hdf5_file_type), intent(in) :: file
-      type(value_check_type), intent(inout) :: check
-      character(len=*), intent(in) :: what             !! 'bolt', 'liner'
-      integer, intent(out) :: n_of                     !! bolts or linings
-      integer, intent(out) :: n                        !! nodes
-      integer, allocatable :: first(:)
-      type(error_type), allocatable :: error
-      n_of = 0
-      n = 0
-      if (.not. check%passed()) return
-      if (.not. file%exists('frames/'//what//'_state')) return
-      check%group = 'model'
-      call file%read('model/'//what//'_first', first, error)
-      call check%is_read(error, file%path, what//'_first')
-      if (.not. check%passed()) return
-      call check%holds(size(first) > 0, what//'_first')
-      if (.not. check%passed()) return
-      n_of = size(first) - 1
-      n = max(0, first(size(first)))
-   end subroutine count_nodes
-
-   !> Check the tables with a row for each step, frame or contact. After a kill some may be longer than others.
-   subroutine check_tables(file, check, sizes)
-      type(hdf5_file_type), intent(in) :: file
-      type(value_check_type), intent(inout) :: check
-      integer, intent(in) :: sizes(n_sizes)
-      character(len=:), allocatable :: name
-      integer, allocatable :: offsets(:)
-      type(error_type), allocatable :: error
-      integer :: i, m, n, slash, version
-      call file%get_attribute('/', 'format_version', version, error)
-      m = 0
-      do i = 1, n_tables
-         name = trim(tables(i)%name)
-         if (tables(i)%since > version) then
-            if (.not. file%exists(name)) cycle
-         end if
-         slash = index(name, '/')
-         check%group = name(:slash - 1)
-         n = rows_of(file, check, name(slash + 1:), tables(i)%is_real, row_shape(tables(i), sizes))
-         if (name == 'frames/contact_offset') m = n
-      end do
-      check%group = 'frames'
-      call check%has_shape(m >= 1, 'contact_offset')
-      if (.not. check%passed()) return
-      call file%read('frames/contact_offset', offsets, error)
-      call check%is_read(error, file%path, 'contact_offset')
-      ! after a kill there may be fewer contacts than the last offsets say
-      if (check%passed()) call check%are_offsets(offsets, offsets(m), 0, 'contact_offset')
-   end subroutine check_tables
 
    !> Number of rows of a table of the present group, 0 after a failure: it must exist and have rows of this shape.
    integer function rows_of(file, check, name, of_reals, row_shape) result(n)
