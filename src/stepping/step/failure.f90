@@ -130,6 +130,8 @@ contains
       real(wp), intent(in) :: x(:, :)                   !! (6, nb) unknowns of the last round
       type(error_type), allocatable, intent(out) :: error
       character(len=:), allocatable :: text
+      integer :: crushed        ! block that linear elasticity would leave no width; 0: none
+      crushed = find_crushed(blocks, parameters, state)
       text = 'step '//to_string(state%step + 1)//' at time '//parameters%shown(state%time, 'time', 10)// &
              ' cannot be solved with the smallest time step '//parameters%shown(dt, 'time')//': '
       if (outcome == attempt_end%no_solution) then
@@ -204,9 +206,10 @@ contains
             end if
          end if
          call advise(text, 'check that density, E, stiffness, loads and initial velocities use one system of units')
-         call advise_numbers(block)
-         call advise(text, 'shorter steps (&time dt_min) close contacts at a smaller overlap; k01 below 1 damps '// &
-                     'the motion')
+         call advise_numbers(merge(block, 0, crushed == 0))
+         if (crushed == 0) call advise(text, 'shorter steps (&time dt_min) close contacts at a smaller overlap; '// &
+                                       'k01 below 1 damps the motion')
+         call tell_crushed()
       end subroutine tell_thrown
 
       !> Append the contacts that changed their state most often.
@@ -232,14 +235,24 @@ contains
          text = text//of_linings
          if (parameters%max_open_close < 20) call advise(text, 'allow more rounds: &time max_open_close, now '// &
                                                          to_string(parameters%max_open_close)//', 20 by default')
-         if (parameters%dt_min > 1.0e-4_wp*parameters%dt_max) call advise(text, &
+         if (parameters%dt_min > 1.0e-4_wp*parameters%dt_max .and. crushed == 0) call advise(text, &
             'allow shorter steps: &time dt_min, now '//parameters%shown(parameters%dt_min, 'time'))
          call advise_numbers(thinnest)
          if (parameters%k01 >= 1) call advise(text, 'k01 slightly below 1 (0.98) damps the vibration that keeps '// &
                                               'contacts changing')
          call advise(text, 'contacts of splinters and of overlapping blocks may never converge: check the blocks '// &
                      'listed here')
+         call tell_crushed()
       end subroutine tell_flipping
+
+      !> Append a block that is crushed: no step mends that.
+      subroutine tell_crushed()
+         if (crushed == 0) return
+         call advise(text, block_at(blocks, parameters, state, crushed)//', '// &
+                     parameters%shown(thickness(crushed), 'length')//' thick, is crushed to a strain of '// &
+                     to_string(100*strain_of(parameters, blocks, state, crushed), 2)//' %, where linear elasticity '// &
+                     'has ended: merge it with a neighbour, or remove it (a larger e0); shorter steps do not help')
+      end subroutine tell_crushed
 
       !> Append advice on g0, g1 and g2 where they are far from the rules of docs/contact-numbers.md.
       subroutine advise_numbers(block)
@@ -282,6 +295,27 @@ contains
       end function thickness
 
    end subroutine report_failure
+
+   !> The block with the largest strain, where that is 1 or more, and would leave it no width; 0: none.
+   pure integer function find_crushed(blocks, parameters, state) result(block)
+      type(block_system_type), intent(in) :: blocks
+      type(parameters_type), intent(in) :: parameters
+      type(block_state_type), intent(in) :: state
+      integer :: i
+      block = maxloc([(strain_of(parameters, blocks, state, i), i=1, blocks%n_blocks)], dim=1)
+      if (.not. strain_of(parameters, blocks, state, block) >= 1) block = 0
+   end function find_crushed
+
+   !> Largest stress of a block over E.
+   pure real(wp) function strain_of(parameters, blocks, state, i) result(strain)
+      type(parameters_type), intent(in) :: parameters
+      type(block_system_type), intent(in) :: blocks
+      type(block_state_type), intent(in) :: state
+      integer, intent(in) :: i
+      strain = 0
+      if (state%active(i)) strain = maxval(abs(state%stress(:, i)))/ &
+                                    parameters%block_materials(blocks%block_material(i))%youngs_modulus
+   end function strain_of
 
    !> Append the message of the linear solver, a block with values that are not finite, and the ratio of contact
    !> stiffness to inertia.
