@@ -2,7 +2,7 @@
 !> Messages and failures as text on standard error and as JSON on standard output.
 module rockdda_app_report
    use rockdda_base_error, only : error_type
-   use rockdda_base_diagnostics, only : diagnostics_type, severity, max_shown
+   use rockdda_base_diagnostics, only : diagnostics_type, severity, severity_names, max_shown
    use rockdda_app_arguments, only : command_line_type
    use rockdda_app_json, only : json_type
    use rockdda_app_process, only : print_line, print_error
@@ -98,7 +98,7 @@ contains
       do i = 1, min(messages%n, 20*max_shown)
          call json%open('{', '')
          associate (m => messages%items(i))
-            call json%put('severity', severity_name(m%severity))
+            call json%put('severity', trim(severity_names(m%severity)))
             call json%put('message', m%message)
             if (allocated(m%origin%file)) call json%put('file', m%origin%file)
             if (m%origin%line > 0) call json%put('line', m%origin%line)
@@ -132,18 +132,5 @@ contains
       call begin_json(json, line, 'error', exit_code)
       call end_json(json, messages%summarised(), error, ok)
    end subroutine report_failure
-
-   !> Name of a severity.
-   pure function severity_name(level) result(name)
-      integer, intent(in) :: level
-      character(len=:), allocatable :: name
-      if (level == severity%note) then
-         name = 'note'
-      else if (level == severity%warning) then
-         name = 'warning'
-      else
-         name = 'error'
-      end if
-   end function severity_name
 
 end module rockdda_app_report

@@ -11,7 +11,7 @@ module rockdda_base_diagnostics
    use rockdda_base_error, only : error_type, error_code, make_error
    implicit none
    private
-   public :: origin_type, diagnostic_type, diagnostics_type, severity, max_shown, at_word
+   public :: origin_type, diagnostic_type, diagnostics_type, severity, severity_names, max_shown, at_word
 
    !> Where a value came from. line = 0: the file as a whole; empty file: no file (made in memory).
    type :: origin_type
@@ -27,6 +27,7 @@ module rockdda_base_diagnostics
       integer :: error = 3
    end type severity_enum
    type(severity_enum), parameter :: severity = severity_enum()
+   character(len=*), parameter :: severity_names(3) = [character(len=7) :: 'note', 'warning', 'error']
 
    !> Number of problems shown; more are only counted.
    integer, parameter :: max_shown = 50
@@ -241,12 +242,7 @@ contains
          if (self%origin%line > 0 .and. self%origin%column > 0) text = text//to_string(self%origin%column)//':'
          text = text//' '
       end if
-      select case (self%severity)
-      case (1); text = text//'note: '
-      case (2); text = text//'warning: '
-      case default; text = text//'error: '
-      end select
-      text = text//printable(self%message, achar(9)//new_line('a'))
+      text = text//trim(severity_names(self%severity))//': '//printable(self%message, achar(9)//new_line('a'))
       if (.not. allocated(self%origin%text) .or. self%origin%column < 1) return
       ! the mark stands under its byte of the line as it is shown
       before = min(self%origin%column - 1, len(self%origin%text))

@@ -54,7 +54,6 @@ module rockdda_io_hdf5_adapter
    contains
       procedure :: create => create_file
       procedure :: open => open_file
-      procedure :: open_for_trial
       procedure :: close => close_file
       procedure :: abandon
       procedure :: flush => flush_file
@@ -113,44 +112,28 @@ contains
       call end_opening(self, 'cannot create the file', access, status, error)
    end subroutine create_file
 
-   !> Open an existing file, to read it or to continue it.
-   subroutine open_file(self, path, writable, error)
+   !> Open an existing file, to read it or to continue it; or, for a trial, in its state at the checkpoint with a
+   !> digest: changes are then made in memory only, and every failure is one of the file (code input).
+   subroutine open_file(self, path, writable, error, digest, again)
       class(hdf5_file_type), intent(inout) :: self
       character(len=*), intent(in) :: path
       logical, intent(in) :: writable               !! then what is written waits for `flush`
       type(error_type), allocatable, intent(out) :: error
+      character(len=digest_length), intent(in), optional :: digest
+      logical, intent(in), optional :: again        !! with the changes of the preceding, closed trial
       integer(hid_t) :: access
       integer :: status
       self%path = path
-      self%failure = merge(error_code%output, error_code%input, writable)
+      self%failure = merge(error_code%output, error_code%input, writable .and. .not. present(digest))
       self%in_commits = writable
       call start_library(self%in_commits, access, status)
+      if (status == 0 .and. present(digest)) status = use_driver_for_trial(access, undo_path(path)//c_null_char, &
+          digest, merge(1_c_int, 0_c_int, again))
       if (status == 0) call h5fopen_f(path, merge(H5F_ACC_RDWR_F, H5F_ACC_RDONLY_F, writable), self%id, status, &
                                       access_prp=access)
       call end_opening(self, 'cannot open the file', access, status, error)
       if (.not. allocated(error)) call check_structure(self, error)
    end subroutine open_file
-
-   !> Open an existing file in its state at the checkpoint with this digest and change it in memory only: no change
-   !> reaches the disk. Every failure is one of the file (code input).
-   subroutine open_for_trial(self, path, digest, again, error)
-      class(hdf5_file_type), intent(inout) :: self
-      character(len=*), intent(in) :: path
-      character(len=digest_length), intent(in) :: digest
-      logical, intent(in) :: again                  !! with the changes of the preceding, closed trial
-      type(error_type), allocatable, intent(out) :: error
-      integer(hid_t) :: access
-      integer :: status
-      self%path = path
-      self%failure = error_code%input
-      self%in_commits = .true.
-      call start_library(.true., access, status)
-      if (status == 0) status = use_driver_for_trial(access, undo_path(path)//c_null_char, digest, &
-                                                     merge(1_c_int, 0_c_int, again))
-      if (status == 0) call h5fopen_f(path, H5F_ACC_RDWR_F, self%id, status, access_prp=access)
-      call end_opening(self, 'cannot open the file', access, status, error)
-      if (.not. allocated(error)) call check_structure(self, error)
-   end subroutine open_for_trial
 
    !> End the opening of a file: release the properties, and make an error of a bad status.
    subroutine end_opening(self, failure, access, status, error)
@@ -502,14 +485,14 @@ contains
       integer(hid_t) :: attribute, type, stored
       integer(hsize_t) :: n
       logical :: variable
-      integer :: status, rank, i
+      integer :: status, i
       text = ''
       if (allocated(error)) return
       variable = .false.
       call h5aopen_by_name_f(self%id, object, name, attribute, status)
       if (status == 0) call h5aget_type_f(attribute, stored, status)
       if (status == 0) call h5tis_variable_str_f(stored, variable, status)
-      if (status == 0 .and. variable) call count_values(attribute, n, rank, status)
+      if (status == 0 .and. variable) call count_values(attribute, n, status)
       if (status == 0 .and. variable) then
          allocate (pointers(n))
          pointers = c_null_ptr
@@ -536,50 +519,43 @@ contains
       integer, intent(out) :: value
       type(error_type), allocatable, intent(inout) :: error
       integer, allocatable :: values(:)
-      call read_integers_attribute(self, object, name, 0, values, error)
       value = 0
-      if (.not. allocated(error)) value = values(1)
+      call self%get_attribute(object, name, values, error)
+      if (allocated(error)) return
+      if (size(values) == 1) then
+         value = values(1)
+      else
+         call self%fail('cannot read integer attribute '//name, error)
+      end if
    end subroutine get_integer_attribute
 
-   !> Get values of an attribute that is a list of integers.
+   !> Get values of an attribute that is a list of integers, or one.
    subroutine get_integers_attribute(self, object, name, values, error)
       class(hdf5_file_type), intent(in) :: self
       character(len=*), intent(in) :: object, name
       integer, allocatable, intent(out) :: values(:)
       type(error_type), allocatable, intent(inout) :: error
-      call read_integers_attribute(self, object, name, 1, values, error)
-   end subroutine get_integers_attribute
-
-   !> Read an attribute of integers, of this rank at most.
-   subroutine read_integers_attribute(self, object, name, most_rank, values, error)
-      class(hdf5_file_type), intent(in) :: self
-      character(len=*), intent(in) :: object, name
-      integer, intent(in) :: most_rank
-      integer, allocatable, intent(out) :: values(:)
-      type(error_type), allocatable, intent(inout) :: error
       integer(hid_t) :: attribute
       integer(hsize_t) :: n
-      integer :: status, rank, ignored
+      integer :: status, ignored
       n = 0
-      rank = 0
       if (allocated(error)) return
       call h5aopen_by_name_f(self%id, object, name, attribute, status)
-      if (status == 0) call count_values(attribute, n, rank, status)
-      if (rank > most_rank) status = -1
+      if (status == 0) call count_values(attribute, n, status)
       allocate (values(n))
       if (status == 0 .and. n > 0) call h5aread_f(attribute, H5T_NATIVE_INTEGER, values, [n], status)
       if (status /= 0) call self%fail('cannot read integer attribute '//name, error)
       call h5aclose_f(attribute, ignored)
-   end subroutine read_integers_attribute
+   end subroutine get_integers_attribute
 
    !> Count the values of an attribute; a list of a million was not written by this program.
-   subroutine count_values(attribute, n, rank, status)
+   subroutine count_values(attribute, n, status)
       integer(hid_t), intent(in) :: attribute
       integer(hsize_t), intent(out) :: n
-      integer, intent(out) :: rank, status
+      integer, intent(out) :: status
       integer(hid_t) :: space
       integer(hsize_t) :: dims(1), largest(1)
-      integer :: ignored
+      integer :: rank, ignored
       n = 1
       rank = 0
       call h5aget_space_f(attribute, space, status)

@@ -61,7 +61,7 @@ contains
          type(hdf5_file_type) :: file
          type(series_type) :: table(n_tables)
          integer :: i
-         call file%open_for_trial(path, digest, .false., error)
+         call file%open(path, .true., error, digest, again=.false.)
          if (.not. allocated(error)) call check_belongs(file, header, series, error)
          if (.not. allocated(error)) call check_reaches(file, error)
          if (.not. allocated(error)) then
@@ -79,7 +79,7 @@ contains
          end if
          call file%abandon()
          ! verify the changed file: with a damaged address or length, new rows may have overwritten old ones
-         if (.not. allocated(error)) call file%open_for_trial(path, digest, .true., error)
+         if (.not. allocated(error)) call file%open(path, .true., error, digest, again=.true.)
          if (.not. allocated(error)) call check_content(file, error)
          call file%abandon()
       end subroutine run_trial
