@@ -360,18 +360,20 @@ contains
       logical :: ok
       call self%bars%reach_end()
       call self%liners%reach_end(equations)
-      if (.not. attempt%scheme%second_order) return
-      attempt%jump = 0
-      call self%contacts%add_impulses(equations, attempt%dt, attempt%jump)
-      call self%liners%add_impulses(equations, attempt%dt, attempt%jump)
-      do i = 1, context%blocks%n_blocks
-         if (context%state%asleep(i)) attempt%jump(:, i) = 0
-         if (.not. any(abs(attempt%jump(:, i)) > 0)) cycle
-         call factorize_block(mass_matrix(context%state%mass(i), context%state%area(i), context%state%moments(:, i)), &
-                              l, ok)
-         if (ok) call solve_block(l, attempt%jump(:, i))
-      end do
-      call self%contacts%reach_end()
+      if (attempt%scheme%second_order) then
+         attempt%jump = 0
+         call self%contacts%add_impulses(equations, attempt%dt, attempt%jump)
+         call self%liners%add_impulses(equations, attempt%dt, attempt%jump)
+         do i = 1, context%blocks%n_blocks
+            if (context%state%asleep(i)) attempt%jump(:, i) = 0
+            if (.not. any(abs(attempt%jump(:, i)) > 0)) cycle
+            call factorize_block(mass_matrix(context%state%mass(i), context%state%area(i), &
+                                             context%state%moments(:, i)), l, ok)
+            if (ok) call solve_block(l, attempt%jump(:, i))
+         end do
+         call self%contacts%reach_end()
+      end if
+      call self%contacts%find_ends()
    end subroutine reach_end
 
    !> Energies of an accepted step, before anything is changed.

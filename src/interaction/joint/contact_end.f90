@@ -20,16 +20,17 @@ use rockdda_interaction_joint_response, only : joint_settings_type, joint_type, 
    use rockdda_interaction_trial_states, only : piece_of_rows, widest_piece
    implicit none
    private
-   public :: joint_end_type, reach_end, measure_energies, end_contacts
+   public :: joint_end_type, reach_end, find_ends, measure_energies, end_contacts
 
 contains
 
    !> Springs, friction, dashpots and changes of state of an accepted step.
-   subroutine measure_energies(trial, laws, table, twist, d, is_windows, balance)
+   subroutine measure_energies(trial, laws, table, twist, ends, d, is_windows, balance)
       type(open_close_type), intent(in) :: trial
       type(joint_law_type), intent(in) :: laws(:)     !! per joint material
       type(contact_table_type), intent(in) :: table
       real(wp), intent(in), contiguous :: twist(:)         !! (>= rows) of `part_shears` [length]
+      type(joint_end_type), intent(in), contiguous :: ends(:)   !! (>= rows) of `find_ends`
       real(wp), intent(in), contiguous :: d(:, :)          !! (6, nb) unknowns of the step
       logical, intent(in) :: is_windows                    !! the contacts of a preset
       class(energy_balance_type), intent(inout) :: balance
@@ -37,10 +38,10 @@ contains
       integer :: p, n, column, c
       n = n_pieces(table%n)
       call balance%make_room(table%n)
-      !$omp parallel do default(none) shared(trial, laws, table, twist, d, is_windows, balance, n) &
+      !$omp parallel do default(none) shared(trial, laws, table, twist, ends, d, is_windows, balance, n) &
       !$omp private(p) schedule(static) if (table%n > parallel_contacts)
       do p = 1, n
-         call measure_some(p, trial, laws, table, twist, d, is_windows, balance%sums(:, p))
+         call measure_some(p, trial, laws, table, twist, ends, d, is_windows, balance%sums(:, p))
       end do
       !$omp end parallel do
       carried = sum(balance%sums(1, 1:n))
@@ -68,17 +69,17 @@ contains
    end subroutine measure_energies
 
    !> The part of `measure_energies` for some of the contacts.
-   pure subroutine measure_some(p, trial, laws, table, twist, d, is_windows, sums)
+   pure subroutine measure_some(p, trial, laws, table, twist, ends, d, is_windows, sums)
       integer, intent(in) :: p                          !! piece
       type(open_close_type), intent(in) :: trial
       type(joint_law_type), intent(in) :: laws(:)
       type(contact_table_type), intent(in) :: table
       real(wp), intent(in), contiguous :: twist(:), d(:, :)
+      type(joint_end_type), intent(in), contiguous :: ends(:)
       logical, intent(in) :: is_windows
       !> carried, friction, dissipated, discarded, geometry, stored; what the contact that gives most by a change of
       !> state gives and its number, the same by geometry
       real(wp), intent(out) :: sums(10)
-      type(joint_end_type) :: ends(widest_piece)
       real(wp) :: lowest(widest_piece), at_start(widest_piece), widest(widest_piece), mean(widest_piece)
       real(wp) :: s0, x1, s1, half, start, before, carried, friction, dissipated, discarded, geometry, stored, worst(4)
       real(wp) :: gained, level, where_acts, moved, opens
@@ -98,14 +99,13 @@ contains
       call piece_of_rows(table, p, first, last)
       call find_extremes(table, first, last, table%gap(first:last), lowest, at_start, mean)
       call find_extremes(table, first, last, trial%gap(first:last), lowest, widest, mean)
-      call find_ends(trial, laws, table, twist, first, last, ends)
       do c = first, last
          s0 = table%shear(c) + twist(c)
          if (trial%joint(c)%worn) s0 = 0
          start = table%energy(c)
          if (abs(twist(c)) > 0 .and. table%station(c) == 1) geometry = geometry + &
             dot_product(couple_of(table, twist, c), d(4:6, table%block_a(c)) - d(4:6, table%block_b(c)))
-         associate (after => ends(c - first + 1), was_closed => table%state(c) /= contact_state%open, &
+         associate (after => ends(c), was_closed => table%state(c) /= contact_state%open, &
                     x0 => table%gap(c), kn => table%k_n(c), ks => table%k_s(c))
             ! a corner that has passed the other one stands off from it: its spring has nothing to give
             k = c - first + 1
@@ -255,21 +255,41 @@ contains
       end do
    end subroutine reach_end
 
+   !> Contacts that were closed in the last solve, at the end of the step.
+   subroutine find_ends(trial, laws, table, twist, ends)
+      type(open_close_type), intent(in) :: trial
+      type(joint_law_type), intent(in) :: laws(:)   !! per joint material
+      type(contact_table_type), intent(in) :: table   !! of the step's start
+      real(wp), intent(in), contiguous :: twist(:)  !! (>= rows) of `part_shears` [length]
+      type(joint_end_type), allocatable, intent(inout) :: ends(:)   !! (>= rows)
+      integer :: p
+      if (allocated(ends)) then
+         if (size(ends) < table%n) deallocate (ends)
+      end if
+      if (.not. allocated(ends)) allocate (ends(table%n + table%n/4))
+      !$omp parallel do default(none) shared(trial, laws, table, twist, ends) private(p) schedule(static) &
+      !$omp if (table%n > parallel_contacts)
+      do p = 1, n_pieces(table%n)
+         call find_some_ends(p, trial, laws, table, twist, ends)
+      end do
+      !$omp end parallel do
+   end subroutine find_ends
+
    !> The table becomes that of the step's end; ties that have reached their strength break. What the springs gain by
    !> dilation is theirs from here on.
-   subroutine end_contacts(trial, laws, stiffness, context, attempt, d, twist, table)
+   subroutine end_contacts(trial, laws, stiffness, context, attempt, d, ends, table)
       type(open_close_type), intent(in) :: trial
       type(joint_law_type), intent(in) :: laws(:)         !! per joint material
       type(joint_stiffness_type), intent(in) :: stiffness
       type(step_context_type), intent(inout) :: context
       type(attempt_type), intent(inout) :: attempt
       real(wp), intent(in), contiguous :: d(:, :)           !! (6, nb) unknowns of the step
-      real(wp), intent(in), contiguous :: twist(:)          !! (>= rows) of `part_shears` [length]
+      type(joint_end_type), intent(in), contiguous :: ends(:)   !! (>= rows) of `find_ends`
       type(contact_table_type), intent(inout) :: table
       real(wp), allocatable :: before(:)
       integer :: c
       if (any(laws%dilation > 0)) before = table%total_slip(1:table%n)
-      call commit(trial, laws, twist, table)
+      call commit(trial, laws, ends, table)
       call commit_bonds(trial, laws, table)
       if (context%parameters%by_length) call attempt%find_moved(context, d)
       call move_contacts(trial%gap, attempt%moved, table)
@@ -285,16 +305,16 @@ contains
    end subroutine end_contacts
 
    !> States, forces and memory of the contacts at the step's end.
-   subroutine commit(trial, laws, twist, table)
+   subroutine commit(trial, laws, ends, table)
       type(open_close_type), intent(in) :: trial
       type(joint_law_type), intent(in) :: laws(:)   !! per joint material
-      real(wp), intent(in), contiguous :: twist(:)  !! (>= rows) of `part_shears` [length]
+      type(joint_end_type), intent(in), contiguous :: ends(:)
       type(contact_table_type), intent(inout) :: table
       integer :: p
-      !$omp parallel do default(none) shared(trial, laws, twist, table) private(p) schedule(static) &
+      !$omp parallel do default(none) shared(trial, laws, ends, table) private(p) schedule(static) &
       !$omp if (table%n > parallel_contacts)
       do p = 1, n_pieces(table%n)
-         call commit_rows(p, trial, laws, twist, table)
+         call commit_rows(p, trial, laws, ends, table)
       end do
       !$omp end parallel do
    end subroutine commit
@@ -316,28 +336,28 @@ contains
       end do
    end subroutine commit_bonds
 
-   !> Contacts of some rows at the end of the step, those of intervals with what is closed there.
-   pure subroutine find_ends(trial, laws, table, twist, first, last, ends)
+   !> `find_ends` for some of the rows: those of intervals with what is closed there.
+   pure subroutine find_some_ends(p, trial, laws, table, twist, ends)
+      integer, intent(in) :: p                        !! piece
       type(open_close_type), intent(in) :: trial
       type(joint_law_type), intent(in) :: laws(:)   !! per joint material
       type(contact_table_type), intent(in) :: table
       real(wp), intent(in), contiguous :: twist(:)    !! (>= rows) of `part_shears` [length]
-      integer, intent(in) :: first, last              !! no interval is cut
-      type(joint_end_type), intent(inout) :: ends(:)
+      type(joint_end_type), intent(inout), contiguous :: ends(:)   !! (>= rows)
       type(interval_response_type) :: interval
       real(wp) :: bond(2), slipped(2)
-      integer :: c, i, k
-      call trial%find_ends(table, first, last, ends)
+      integer :: c, first, i, last
+      call piece_of_rows(table, p, first, last)
+      call trial%find_ends(table, first, last, ends(first:last))
       do c = first, last
          if (table%station(c) /= 1 .or. table%tied(c)) cycle
          if (any(trial%state_used(c:c + 1) /= contact_state%locked .or. trial%joint(c:c + 1)%worn)) cycle
-         k = c - first + 1
          ! the slips of both rows differ by the turn of the normal between them
-         slipped = 0.5_wp*(ends(k)%shear + ends(k + 1)%shear) + twist(c:c + 1)
-         ends(k:k + 1)%energy = ends(k:k + 1)%energy + &
-                                0.5_wp*table%k_s(c:c + 1)*(slipped**2 - ends(k:k + 1)%shear**2)
-         ends(k:k + 1)%shear = slipped
-         ends(k:k + 1)%shear_force = -table%k_s(c:c + 1)*slipped
+         slipped = 0.5_wp*(ends(c)%shear + ends(c + 1)%shear) + twist(c:c + 1)
+         ends(c:c + 1)%energy = ends(c:c + 1)%energy + &
+                                0.5_wp*table%k_s(c:c + 1)*(slipped**2 - ends(c:c + 1)%shear**2)
+         ends(c:c + 1)%shear = slipped
+         ends(c:c + 1)%shear_force = -table%k_s(c:c + 1)*slipped
       end do
       do c = first, last
          if (table%station(c) /= 1 .or. trial%state_used(c) == contact_state%open .or. table%tied(c)) cycle
@@ -346,25 +366,22 @@ contains
          bond = trial%bond(c:c + 1)
          call respond(laws(table%joint(c)), table, c, trial%both_bonded(c), trial%gap(c:c + 1), 0.0_wp, bond, interval)
          do i = 1, 2
-            k = c + i - first
-            ends(k)%normal_force = interval%force(i)
-            ends(k)%energy = 0.5_wp*table%k_s(c + i - 1)*ends(k)%shear**2 + interval%energy(i)
+            ends(c + i - 1)%normal_force = interval%force(i)
+            ends(c + i - 1)%energy = 0.5_wp*table%k_s(c + i - 1)*ends(c + i - 1)%shear**2 + interval%energy(i)
          end do
       end do
-   end subroutine find_ends
+   end subroutine find_some_ends
 
    !> `commit` for some of the rows.
-   pure subroutine commit_rows(p, trial, laws, twist, table)
+   pure subroutine commit_rows(p, trial, laws, ends, table)
       integer, intent(in) :: p                        !! piece
       type(open_close_type), intent(in) :: trial
       type(joint_law_type), intent(in) :: laws(:)
-      real(wp), intent(in), contiguous :: twist(:)
+      type(joint_end_type), intent(in), contiguous :: ends(:)
       type(contact_table_type), intent(inout) :: table
-      type(joint_end_type) :: ends(widest_piece)
       real(wp) :: slip
       integer :: c, first, last
       call piece_of_rows(table, p, first, last)
-      call find_ends(trial, laws, table, twist, first, last, ends)
       do c = first, last
          table%bonded(c) = trial%joint(c)%bonded
          if (trial%state_used(c) == contact_state%open .or. trial%opened(c)) then
@@ -377,7 +394,7 @@ contains
             end associate
             cycle
          end if
-         associate (joint_end => ends(c - first + 1))
+         associate (joint_end => ends(c))
             table%state(c) = trial%joint(c)%state
             table%slip_sign(c) = trial%joint(c)%slip_sign
             table%shear(c) = joint_end%shear

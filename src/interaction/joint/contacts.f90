@@ -11,7 +11,8 @@ module rockdda_interaction_contacts
    use rockdda_interaction_attempt, only : attempt_type
    use rockdda_interaction_balance, only : energy_balance_type
    use rockdda_interaction_block_forces, only : block_forces_type
-   use rockdda_interaction_contact_end, only : joint_end_type, end_motion => reach_end, measure_energies, end_contacts
+   use rockdda_interaction_contact_end, only : joint_end_type, end_motion => reach_end, &
+ find_all_ends => find_ends, measure_energies, end_contacts
    use rockdda_interaction_joint_strength, only : joint_law_type
    use rockdda_interaction_contact_lengths, only : place_contacts, measure_lengths
    use rockdda_interaction_contact_start, only : start_contacts, set_dashpots, expect_dilation, &
@@ -43,6 +44,7 @@ module rockdda_interaction_contacts
       real(wp), allocatable :: kept_gap(:), kept_slip(:)   !! (>= n) of `keep` [length]
       real(wp), allocatable :: lean(:, :)              !! (3, >= n) of `find_leans` [length]
       real(wp), allocatable :: twist(:)                !! (>= n) of `part_shears` [length]
+      type(joint_end_type), allocatable :: ends(:)     !! (>= n) of `find_ends`
    contains
       procedure :: count_links
       procedure :: prepare
@@ -67,6 +69,7 @@ module rockdda_interaction_contacts
       procedure :: add_forces
       procedure :: slip_share
       procedure :: reach_end
+      procedure :: find_ends
       procedure :: add_impulses
       procedure :: has_struck
    end type contacts_type
@@ -405,6 +408,12 @@ contains
       call end_motion(self%trial, self%table, self%laws, self%settings)
    end subroutine reach_end
 
+   !> Closed contacts at the end of the step, from its motion there.
+   subroutine find_ends(self)
+      class(contacts_type), intent(inout) :: self
+      call find_all_ends(self%trial, self%laws, self%table, self%twist, self%ends)
+   end subroutine find_ends
+
    !> Impulses on the blocks by contacts that have closed in the step or are in a blow.
    subroutine add_impulses(self, equations, dt, impulse)
       class(contacts_type), intent(in) :: self
@@ -489,7 +498,8 @@ contains
       type(attempt_type), intent(in) :: attempt
       real(wp), intent(in), contiguous :: d(:, :)
       class(energy_balance_type), intent(inout) :: balance
-      call measure_energies(self%trial, self%laws, self%table, self%twist, d, self%settings%windows_rules, balance)
+      call measure_energies(self%trial, self%laws, self%table, self%twist, self%ends, d, self%settings%windows_rules, &
+                            balance)
    end subroutine add_energies
 
    !> The table becomes that of the step's end.
@@ -498,7 +508,7 @@ contains
       type(step_context_type), intent(inout) :: context
       type(attempt_type), intent(inout) :: attempt
       real(wp), intent(in), contiguous :: d(:, :)
-      call end_contacts(self%trial, self%laws, self%stiffness, context, attempt, d, self%twist, self%table)
+      call end_contacts(self%trial, self%laws, self%stiffness, context, attempt, d, self%ends, self%table)
    end subroutine commit
 
    !> Forces of the springs, and friction, where the contacts are now.
