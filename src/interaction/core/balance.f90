@@ -11,7 +11,7 @@ module rockdda_interaction_balance
    public :: energy_balance_type
 
    !> Sums taken at a time, at most.
-   integer, parameter :: n_sums = 10
+   integer, parameter :: n_sums = 11
 
    type :: energy_balance_type
       real(wp) :: total(n_energies) = 0        !! as in step_record_type%energy

@@ -62,6 +62,7 @@ contains
          if (c > 0) balance%most_given(:, column) = [balance%sums(5 + 2*column, p), real(table%block_a(c), wp), &
                                                      real(table%block_b(c), wp), table%point(:, c)]
       end do
+      call balance%add(energy%external, sum(balance%sums(11, 1:n)))
       call balance%add(energy%friction, friction)
       call balance%add(energy%dissipated, dissipated)
       call balance%add(energy%discarded, discarded)
@@ -78,10 +79,11 @@ contains
       type(joint_end_type), intent(in), contiguous :: ends(:)
       logical, intent(in) :: is_windows
       !> carried, friction, dissipated, discarded, geometry, stored; what the contact that gives most by a change of
-      !> state gives and its number, the same by geometry
-      real(wp), intent(out) :: sums(10)
+      !> state gives and its number, the same by geometry; work of the couples
+      real(wp), intent(out) :: sums(11)
       real(wp) :: lowest(widest_piece), at_start(widest_piece), widest(widest_piece), mean(widest_piece)
       real(wp) :: s0, x1, s1, half, start, before, carried, friction, dissipated, discarded, geometry, stored, worst(4)
+      real(wp) :: external
       real(wp) :: gained, level, where_acts, moved, opens
       real(wp) :: used(2), forces(2, 2), stored_before(2)
       integer :: c, first, k, known, last, r
@@ -94,6 +96,7 @@ contains
       geometry = 0
       stored = 0
       worst = 0
+      external = 0
       dilates = any(laws%dilation > 0)
       are_springs = .not. (dilates .or. allocated(trial%extra) .or. any(laws%normal%is_curved()))
       call piece_of_rows(table, p, first, last)
@@ -103,7 +106,7 @@ contains
          s0 = table%shear(c) + twist(c)
          if (trial%joint(c)%worn) s0 = 0
          start = table%energy(c)
-         if (abs(twist(c)) > 0 .and. table%station(c) == 1) geometry = geometry + &
+         if (abs(twist(c)) > 0 .and. table%station(c) == 1) external = external + &
             dot_product(couple_of(table, twist, c), d(4:6, table%block_a(c)) - d(4:6, table%block_b(c)))
          associate (after => ends(c), was_closed => table%state(c) /= contact_state%open, &
                     x0 => table%gap(c), kn => table%k_n(c), ks => table%k_s(c))
@@ -187,7 +190,7 @@ contains
             if (trial%state_used(c) == contact_state%locked) then
                dissipated = dissipated + shear_loss(ks, level, s0, trial%slip(c), s1 - s0)
                ! what the rows differ by has acted by its couple alone
-               if (.not. trial%joint(c)%worn) geometry = geometry + ks*twist(c)*trial%slip(c)
+               if (.not. trial%joint(c)%worn) external = external + ks*twist(c)*trial%slip(c)
                if (allocated(trial%extra)) dissipated = dissipated + level*trial%extra(c)%drag*trial%slip(c)**2
             else
                friction = friction + trial%sign_used(c)*trial%friction_used(c)*trial%slip(c) - &
@@ -205,7 +208,7 @@ contains
             stored = stored + gained
          end associate
       end do
-      sums = [carried, friction, dissipated, discarded, geometry, stored, worst]
+      sums = [carried, friction, dissipated, discarded, geometry, stored, worst, external]
    end subroutine measure_some
 
    !> Work against a shear spring less what it stores: it acts after a share of its slip, and is stretched by the mean

@@ -131,7 +131,8 @@ contains
    end function middle_of
 
    !> Take the mean elongation of the shear springs of an interval for both of its rows, which slip in one place, and
-   !> keep half of what they differ by: a couple that stretches the blocks along each other, until the joint slides.
+   !> keep half of what they differ by, of a stress that varies along a joint: a couple that stretches the blocks along
+   !> each other, until the joint slides.
    subroutine part_shears(table, twist)
       type(contact_table_type), intent(inout) :: table        !! of the step's start
       !> (>= rows) Elongation less that of the interval, 0 of other rows [length].
@@ -148,7 +149,8 @@ contains
          if (table%station(c) /= 1) cycle
          twist(c:c + 1) = 0
          if (table%tied(c) .or. abs(table%shear(c) - table%shear(c + 1)) <= 0) cycle
-         twist(c:c + 1) = [0.5_wp, -0.5_wp]*(table%shear(c) - table%shear(c + 1))
+         if (.not. any(table%total_slip(c:c + 1) > 0)) &
+            twist(c:c + 1) = [0.5_wp, -0.5_wp]*(table%shear(c) - table%shear(c + 1))
          table%shear(c:c + 1) = 0.5_wp*(table%shear(c) + table%shear(c + 1))
       end do
       !$omp end parallel do
