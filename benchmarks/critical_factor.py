@@ -3,9 +3,11 @@
 
     python benchmarks/critical_factor.py                  all models, some minutes
     python benchmarks/critical_factor.py slope demo       these models only
+    python benchmarks/critical_factor.py --constants gap  factors with these constants halved and doubled
 
 One core, `--jobs 1`: trials, steps and processor time (user) of the whole command. Random slope, wall, arch and
-toppling slope are those of the validation, so that the package must be installed.
+toppling slope are those of the validation, so that the package must be installed. With --constants the program is built
+for each value; the sources are as they were afterwards.
 """
 
 from __future__ import annotations
@@ -13,6 +15,7 @@ from __future__ import annotations
 import argparse
 import json
 import os
+import re
 import resource
 import subprocess
 import sys
@@ -78,7 +81,10 @@ def validated(name: str) -> Callable[[Path], list[str]]:
             "arch": lambda: arch(28),
             "toppling": lambda: toppling_slope(1.208 * required(0.0)),
         }
-        model = models[name]()
+        model = models[name.removeprefix("dilating ")]()
+        if name.startswith("dilating"):
+            (joint,) = model.joint_materials
+            model.options["joint_law"] = [{"material": 1, "dilation": joint.friction_angle}]
         model.write(folder)
         return [f"{model.name}.nml"]
 
@@ -95,20 +101,66 @@ SEARCHES = {
     "large": Search("slope, 961 random blocks", validated("large")),
     "wall": Search("dry-stone wall, push", validated("wall"), (*PUSH, "--tolerance", "0.002")),
     "pierced": Search("wall with an opening, push", validated("pierced"), (*PUSH, "--tolerance", "0.002")),
+    "dilating": Search("the same, dilation", validated("dilating pierced"), (*PUSH, "--tolerance", "0.002")),
     "arch": Search("arch of 28 voussoirs, push", validated("arch"), (*PUSH, "--tolerance", "0.001")),
     "toppling": Search("toppling slope", validated("toppling"), ("--tolerance", "0.005")),
     "ec7": Search("Sau Mau Ping, half full", shipped("sau_mau_ping/half_full.nml"), ("--factors", "ec7")),
 }
 
 
-def measure(search: Search, folder: Path) -> str:
-    """The row of a search."""
-    arguments = search.write(folder)
-    before = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
-    outcome = subprocess.run(
-        [PROGRAM, "fos", *arguments, *search.options, "--jobs", "1", "--json"],
+#: Constants of the search and their files in src.
+CONSTANTS = {
+    **dict.fromkeys(("apart", "loaded_apart", "mostly", "usual_share"), "stepping/stage/verdict"),
+    **dict.fromkeys(("gap", "parts", "splinter"), "run/search/factor_search"),
+    **dict.fromkeys(("far", "steepest"), "run/search/search_path"),
+}
+
+
+def find(search: Search, folder: Path) -> subprocess.CompletedProcess[str]:
+    """Write a model and search its factor."""
+    return subprocess.run(
+        [PROGRAM, "fos", *search.write(folder), *search.options, "--jobs", "1", "--json"],
         cwd=folder, check=False, text=True, capture_output=True, env=os.environ | {"OMP_NUM_THREADS": "1"},
     )  # fmt: skip
+
+
+def factors(models: list[str]) -> dict[str, str]:
+    """Factors of the models by the program as it is built; warnings of splinters count."""
+    found = {}
+    subprocess.run(["cmake", "--build", "build", "--target", "rockdda_program"], cwd=ROOT, check=True, stdout=2)
+    for name in models:
+        with tempfile.TemporaryDirectory() as folder:
+            outcome = find(SEARCHES[name], Path(folder))
+        found[name] = f"{json.loads(outcome.stdout).get('factor')}{' (splinter)' * ('splinter' in outcome.stderr)}"
+    return found
+
+
+def vary(name: str, models: list[str], usual: dict[str, str]) -> str:
+    """The row of a constant."""
+    source = ROOT / "src" / f"{CONSTANTS[name]}.f90"
+    text = source.read_text(encoding="utf-8")
+    pattern = re.compile(rf"(parameter\b[^!\n]*:: (?:[^!\n]*, )?{name} = )([0-9.]+)")
+    found = pattern.search(text)
+    assert found
+    cells = []
+    try:
+        for factor in (0.5, 2.0):
+            # of a share just below 1 what it leaves
+            value = float(found[2])
+            other = value * factor if value < 0.9 or value >= 1 else 1 - (1 - value) * factor
+            number = f"{other:.6g}" if "." in found[2] or other % 1 else str(round(other))
+            source.write_text(pattern.sub(rf"\g<1>{number}", text, count=1), encoding="utf-8")
+            changed = {model: value for model, value in factors(models).items() if value != usual[model]}
+            cells.append(", ".join(f"{model} {value} for {usual[model]}" for model, value in changed.items()) or "none")
+    finally:
+        source.write_text(text, encoding="utf-8")
+    return f"| `{name}` | {found[2]} | {cells[0]} | {cells[1]} |"
+
+
+def measure(search: Search, folder: Path) -> str:
+    """The row of a search."""
+    before = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
+    outcome = find(search, folder)
     seconds = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime - before
     found = json.loads(outcome.stdout)
     if outcome.returncode != 0:
@@ -124,7 +176,16 @@ def measure(search: Search, folder: Path) -> str:
 def main() -> None:
     parser = argparse.ArgumentParser(description="Cost of searches of the critical factor.")
     parser.add_argument("models", nargs="*", choices=[*SEARCHES, []], metavar="MODEL", help=", ".join(SEARCHES))
-    chosen = parser.parse_args().models or list(SEARCHES)
+    parser.add_argument("--constants", nargs="+", choices=list(CONSTANTS), metavar="NAME", help=", ".join(CONSTANTS))
+    arguments = parser.parse_args()
+    chosen = arguments.models or list(SEARCHES)
+    if arguments.constants:
+        print("| constant | value | halved | doubled |\n|---|---|---|---|")
+        usual = factors(chosen)
+        for name in arguments.constants:
+            print(vary(name, chosen, usual), flush=True)
+        subprocess.run(["cmake", "--build", "build", "--target", "rockdda_program"], cwd=ROOT, check=True, stdout=2)
+        return
     print("| model | factor | bracket | trials | steps | longest trial | undecided | seconds |")
     print("|---|---|---|---|---|---|---|---|")
     for name in chosen:

@@ -191,6 +191,7 @@ contains
       character(len=:), allocatable :: text
       integer :: i, nearest, n
       n = 0
+      nearest = 0
       do i = 1, size(self%known)
          associate (one => self%known(i))
             if (len_trim(one%fault) == 0) cycle
@@ -301,14 +302,16 @@ contains
       logical, intent(out) :: is_shorter
       real(wp) :: low, high, values(size(self%known))
       real(wp), allocatable :: stable(:)
-      logical :: calm(size(self%known))
+      logical :: calm(size(self%known)), widens
       integer :: i
       probe = 0
       is_shorter = .false.
       if (self%state%outcome /= search_end%found .or. self%options%kind == search_kind%load) return
       values = self%path%sign*self%known%value
       high = self%path%sign*self%state%stable
-      if (dilates(self)) then
+      widens = dilates(self)
+      allocate (stable(0))
+      if (widens) then
          stable = pack(values(self%state%used), self%known(self%state%used)%stable)
          low = minval(stable)
       else
@@ -319,7 +322,7 @@ contains
          if (low < self%path%start) return
       end if
       do
-         if (allocated(stable)) then
+         if (widens) then
             call take_widest(stable, max(gap*self%path%tolerance, (self%path%sign*self%state%stable - low)/parts), high)
             if (.not. high > low) exit
          else
@@ -331,7 +334,7 @@ contains
          if (i == 0) return
          is_shorter = .not. (self%known(i)%stable .or. len_trim(self%known(i)%fault) > 0)
          if (is_shorter) exit
-         if (allocated(stable)) stable = [stable, high]
+         if (widens) stable = [stable, high]
       end do
       probe = 0
       if (.not. is_shorter) return
