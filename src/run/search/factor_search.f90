@@ -40,7 +40,7 @@ module rockdda_run_factor_search
    !> Values below the factor are tried as long as they lie this many tolerances apart.
    real(wp), parameter :: gap = 4
    !> Where joints dilate, as long as they lie further apart than this part of the way from the start to the factor.
-   integer, parameter :: parts = 8
+   integer, parameter :: parts = 16
    !> What moves in the failing trial is named as a splinter below this share of a typical block's area.
    real(wp), parameter :: splinter = 0.01_wp
 

@@ -32,6 +32,9 @@ module rockdda_run_search_path
    real(wp), parameter :: far = 1.5_wp
    !> Limits by work are followed to their own value while they change by less than this share of the change of values.
    real(wp), parameter :: steepest = 0.9_wp
+   !> After so many trials in a row that leave more than this share of the interval the middle is tried.
+   integer, parameter :: slow_trials = 2
+   real(wp), parameter :: hardly_shorter = 0.75_wp
 
    !> Rules. Values are multiplied by `sign`, so that a search to the left also goes up.
    type :: search_path_type
@@ -130,7 +133,7 @@ contains
             return
          end if
          next = low + (high - low)/2
-         if (slow < 2) next = self%expected(low, high, values(state%used), stable(state%used), pulls(state%used), &
+         if (slow < slow_trials) next = self%expected(low, high, values(state%used), stable(state%used), pulls(state%used), &
                                             limits(state%used))
          next = end_of_cell(self, first, high, next)
          if (.not. (next > low .and. next < high)) exit
@@ -142,7 +145,7 @@ contains
          else
             high = next
          end if
-         slow = merge(slow + 1, 0, slow < 2 .and. 4*(high - low) > 3*before)
+         slow = merge(slow + 1, 0, slow < slow_trials .and. high - low > hardly_shorter*before)
       end do
       state%outcome = search_end%found
    end subroutine follow
