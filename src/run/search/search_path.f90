@@ -133,8 +133,9 @@ contains
             return
          end if
          next = low + (high - low)/2
-         if (slow < slow_trials) next = self%expected(low, high, values(state%used), stable(state%used), pulls(state%used), &
-                                            limits(state%used))
+         if (slow < slow_trials) &
+            next = self%expected(low, high, values(state%used), stable(state%used), pulls(state%used), &
+                                 limits(state%used))
          next = end_of_cell(self, first, high, next)
          if (.not. (next > low .and. next < high)) exit
          call ask(self, next, values, stable, state, found, stays)
