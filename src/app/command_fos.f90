@@ -87,14 +87,13 @@ contains
       call search%run(input, watch, error)
       ! a search without a factor is over, too; one that failed may go on from its trials
       over = .not. search%interrupted
-      if (len(search%note) > 0) call messages%add(severity%warning, search%note)
       call messages%append(search%warnings)
       if (over .and. .not. allocated(error) .and. len(output) > 0 .and. search%has_factor()) &
          call write_failing_trial(search, line, input, output, messages, watch, search%interrupted, error)
       call watch%finish()
-      if (over .and. .not. search%interrupted) call search%clean_up()
+      if (over .and. .not. search%interrupted .and. search%journal%is_kept) call search%journal%remove()
       if (search%interrupted .and. .not. allocated(error)) call make_error(error, error_code%stopped, 'stopped ('// &
-         watch%request%reason()//'); the same command continues from the trials in '//search%stem()//'.txt')
+         watch%request%reason()//'); the same command continues from the trials in '//search%journal%stem//'.txt')
       if (allocated(error)) then
          call report_failure(line, no_messages(), error, exit_code)
          return

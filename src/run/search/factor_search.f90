@@ -29,7 +29,7 @@ module rockdda_run_factor_search
    use rockdda_run_given_loads, only : loads_of, choose_loads, end_tables
    use rockdda_run_open_joints, only : joint_lengths
    use rockdda_run_searched, only : searched_type
-   use rockdda_run_settled_run, only : block_text, find_settled_state, settled_text
+   use rockdda_run_settled_run, only : block_text, find_settled_state
    use rockdda_run_settled_state, only : add_trial_stage
    use rockdda_run_support_uses, only : name_of_support
    use rockdda_run_trial, only : trial_type, search_observer_type, compute_trial, most_motion
@@ -51,19 +51,16 @@ module rockdda_run_factor_search
       type(simulation_type) :: settled               !! the state from which all trials begin
       type(searched_type) :: searched                !! what of the model changes
       type(design_factors_type) :: factors           !! with which a design is judged
-      character(len=:), allocatable :: note          !! how it began where the model does not stand; '': it does
       type(diagnostics_type) :: warnings             !! what the factor depends on
       real(wp) :: strength = 1                       !! of them in the settled state, times their own
       logical :: interrupted = .false.
       real(wp) :: caught = 0                         !! the model stands at this value, and fails at a lower one
       type(search_path_type), private :: path
-      type(search_journal_type), private :: journal
+      type(search_journal_type) :: journal
       type(trial_type), allocatable, private :: known(:)   !! all trials with a verdict
    contains
       procedure :: prepare
       procedure :: run => run_search
-      procedure :: clean_up
-      procedure :: stem => journal_stem
       procedure :: has_factor
       procedure :: stands
       procedure :: joint_length
@@ -87,7 +84,6 @@ contains
       character(len=*), intent(in) :: stem              !! of the results: the journal stands beside them
       type(error_type), allocatable, intent(out) :: error
       self%options = options
-      self%note = ''
       if (.not. is_set(self%options%max_steps)) self%options%max_steps = usual_max_steps
       self%path = new_search_path(options, 1.0_wp)
       call check_combination(self%options, error)
@@ -120,13 +116,6 @@ contains
       end if
    end subroutine take_loads
 
-   !> Path of the journal, without its ending.
-   pure function journal_stem(self) result(stem)
-      class(factor_search_type), intent(in) :: self
-      character(len=:), allocatable :: stem
-      stem = self%journal%stem
-   end function journal_stem
-
    !> Find the settled state, then try values until the search ends. `interrupted`: a stop was requested; the same
    !> search continues from its journal. Errors: no settled state, a trial without a solution, no factor between the
    !> ends (code computation).
@@ -135,18 +124,17 @@ contains
       type(model_input_type), intent(in) :: input
       class(search_observer_type), intent(in) :: observer
       type(error_type), allocatable, intent(out) :: error
-      character(len=:), allocatable :: moved
+      character(len=:), allocatable :: told
       integer :: i
       real(wp) :: probe
       real(wp), allocatable :: looked(:)      ! values that were tried below the factor
       logical :: is_shorter
       allocate (self%known(0), looked(0))
       call find_settled_state(input, self%options, self%searched, self%journal, observer, self%settled, self%known, &
-                              moved, self%interrupted, error)
+                              told, self%interrupted, error)
       if (allocated(error) .or. self%interrupted) return
-      call self%warn(observer, moved)
+      call self%warn(observer, told)
       self%strength = self%journal%strength
-      if (self%strength > 1) self%note = settled_text(self%strength)
       self%path = new_search_path(self%options, self%strength)
       do
          call self%path%follow(self%known%value, self%known%stable, self%known%pull, self%known%limit, self%state)
@@ -415,12 +403,6 @@ contains
       done = .not. (interrupted .or. allocated(failure))
       if (allocated(failure) .and. counts) call move_alloc(failure, error)
    end subroutine compute_one
-
-   !> The search is over: remove its journal.
-   subroutine clean_up(self)
-      class(factor_search_type), intent(in) :: self
-      if (self%journal%is_kept) call self%journal%remove()
-   end subroutine clean_up
 
    !> A warning when a stable trial came to rest only after motion, beyond any deformation: a mechanism may have moved
    !> and stopped below the factor, so that verdicts need not be monotonic. Else empty.

@@ -26,7 +26,7 @@ module rockdda_run_settled_run
    use rockdda_run_settled_state, only : is_settled
    implicit none
    private
-   public :: find_settled_state, settled_text, block_text
+   public :: find_settled_state, block_text
 
    !> A model that stands moves no block further than this share of its size, or than four times what it deforms by. On
    !> the way there the pull of a block that slides is found to stay when it has moved four times as far as to the first
@@ -42,7 +42,7 @@ contains
 
    !> The settled state: from the journal, or computed. A search of the strength begins where the model stands with the
    !> least of 1, 2, 4 ... 64 times the strength of the joints that it reduces.
-   subroutine find_settled_state(input, options, searched, journal, observer, settled, known, moved, interrupted, error)
+   subroutine find_settled_state(input, options, searched, journal, observer, settled, known, told, interrupted, error)
       type(model_input_type), intent(in) :: input
       type(search_options_type), intent(in) :: options
       type(searched_type), intent(in) :: searched
@@ -50,7 +50,7 @@ contains
       class(search_observer_type), intent(in) :: observer
       type(simulation_type), intent(out) :: settled
       type(trial_type), allocatable, intent(inout) :: known(:)   !! trials of the journal
-      character(len=:), allocatable, intent(out) :: moved        !! a block that has moved on the way; '': none
+      character(len=:), allocatable, intent(out) :: told         !! how it differs from the model as drawn; '': not
       logical, intent(out) :: interrupted
       type(error_type), allocatable, intent(out) :: error
       type(checkpoint_facts_type) :: facts
@@ -59,13 +59,14 @@ contains
       character(len=digest_length) :: digest
       character(len=:), allocatable :: fault, first_fault
       interrupted = .false.
-      moved = ''
+      told = ''
       if (journal%has_state()) then
          call load_checkpoint(checkpoint_path(journal%results()), settled, facts, digest, unusable)
          if (.not. allocated(unusable)) then
             if (facts%header%geometry == input%model_text .and. facts%header%analysis == input%analysis_text .and. &
                 facts%header%config == input%config_text) then
                call journal%read(known)
+               if (journal%strength > 1) told = begun_with(journal%strength)
                return
             end if
          end if
@@ -74,7 +75,7 @@ contains
       do
          parameters = input%parameters
          call searched%scale(searched%value_at_rest(journal%strength), parameters)
-         call settle(input%blocks, parameters, journal%strength, observer, settled, moved, interrupted, fault, error)
+         call settle(input%blocks, parameters, journal%strength, observer, settled, told, interrupted, fault, error)
          if (interrupted .or. allocated(error)) return
          if (len(fault) == 0) exit
          if (.not. allocated(first_fault)) first_fault = fault
@@ -84,8 +85,11 @@ contains
          end if
          journal%strength = 2*journal%strength
       end do
-      if (allocated(first_fault)) call observer%warn('the model does not stand with its strength: '//first_fault// &
-         new_line('a')//'  '//settled_text(journal%strength))
+      if (allocated(first_fault)) then
+         if (len(told) > 0) told = new_line('a')//'  '//told
+         told = 'the model does not stand with its strength: '//first_fault//new_line('a')//'  '// &
+                begun_with(journal%strength)//told
+      end if
       call begin_journal(input, settled, journal, unusable)
       journal%is_kept = .not. allocated(unusable)
       if (allocated(unusable)) call observer%warn('the search cannot be continued when it is stopped: '// &
@@ -93,12 +97,12 @@ contains
    end subroutine find_settled_state
 
    !> How a search begins where the model does not stand.
-   pure function settled_text(strength) result(text)
+   pure function begun_with(strength) result(text)
       real(wp), intent(in) :: strength      !! times that of the model
       character(len=:), allocatable :: text
       text = 'the search begins from the model at rest with '//to_string(strength)// &
              ' times the strength of the joints that it reduces'
-   end function settled_text
+   end function begun_with
 
    !> The error of a model that does not stand.
    subroutine refuse(options, strength, fault, error)
