@@ -37,8 +37,8 @@ module rockdda_run_search_journal
       procedure, private :: path
    end type search_journal_type
 
-   !> Length of a line; 100 blocks take some 2,000.
-   integer, parameter :: line_length = 100000
+   !> Length of a line; a block of the mechanism takes 24, a support 62.
+   integer, parameter :: line_length = 1000000
 
 contains
 
