@@ -141,10 +141,10 @@ contains
          if (self%state%outcome == search_end%open) then
             call self%compute_some(observer, error)
          else
-            call self%look_below(probe, is_shorter)
+            call self%look_below(looked, probe, is_shorter)
             if (is_shorter) cycle
             if (.not. abs(probe) > 0) exit
-            call self%compute_values([probe], observer, error)
+            if (.not. any(abs(self%known%value - probe) <= 0)) call self%compute_values([probe], observer, error)
             looked = [looked, probe]
          end if
          if (allocated(error) .or. self%interrupted) return
@@ -283,27 +283,30 @@ contains
    !> others before they fail, blocks may fail at lower values and be caught at this one: values are tried halfway to
    !> the highest one that is stable without such a motion. Where joints dilate, slip may clamp at one value what opens
    !> before it slips at a lower one: values are tried in the middle of the widest interval between stable ones.
-   !> One that fails ends the way there: `is_shorter`.
-   subroutine look_below(self, probe, is_shorter)
+   !> One that fails ends the way there: `is_shorter`. Trials that were computed ahead do not count before it is their
+   !> turn.
+   subroutine look_below(self, looked, probe, is_shorter)
       class(factor_search_type), intent(inout) :: self
+      real(wp), intent(in) :: looked(:)          !! values that were tried so
       real(wp), intent(out) :: probe
       logical, intent(out) :: is_shorter
       real(wp) :: low, high, values(size(self%known))
       real(wp), allocatable :: stable(:)
-      logical :: calm(size(self%known)), widens
+      logical :: calm(size(self%known)), counts(size(self%known)), widens
       integer :: i
       probe = 0
       is_shorter = .false.
       if (self%state%outcome /= search_end%found .or. self%options%kind == search_kind%load) return
       values = self%path%sign*self%known%value
       high = self%path%sign*self%state%stable
+      counts = [(any(self%state%used == i) .or. any(abs(looked - self%known(i)%value) <= 0), i=1, size(counts))]
       widens = dilates(self)
       allocate (stable(0))
       if (widens) then
          stable = pack(values(self%state%used), self%known(self%state%used)%stable)
          low = minval(stable)
       else
-         calm = self%known%stable .and. &
+         calm = counts .and. self%known%stable .and. &
                 .not. self%known%displacement > apart*usual_share*typical_size(self%settled)
          if (any(calm .and. abs(values - high) <= 0) .or. .not. any(calm .and. values < high)) return
          low = maxval(values, mask=calm .and. values < high)
@@ -318,7 +321,7 @@ contains
             high = low + (high - low)/2
          end if
          probe = self%path%sign*high
-         i = findloc(abs(values - high) <= 0, .true., dim=1)
+         i = findloc(counts .and. abs(values - high) <= 0, .true., dim=1)
          if (i == 0) return
          is_shorter = .not. (self%known(i)%stable .or. len_trim(self%known(i)%fault) > 0)
          if (is_shorter) exit
