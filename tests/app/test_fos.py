@@ -150,6 +150,31 @@ class Values(FosTest):
             )
             self.assert_between(outcome.json, 0.733)
 
+    def test_wedge_in_a_kink_of_one_block_or_of_two(self):
+        """An active wedge on a plane of 59.5 degrees pushes a passive one on a flat plane; limit analysis gives 1.022.
+        Where the joint between two blocks of the ground met the kink the tip of the wedge held it at 4.715."""
+        plane, ridge = (2.611298409178854, 4.434504497576984), (0.14407271346276382, 1.068549226703738)
+        outer, low, right = (-2.586013724509982, -0.3940247860974229), -4.0, 4.611298409178854
+        wedges = ([(0, 0), (1.8652131494134674, 3.1675032125549882), (1.130037069979674, 3.1675032125549882), ridge],
+                  [(-1.6162585778187388, -0.24626549131088932), (0, 0), ridge])  # fmt: skip
+        one = [[outer, (outer[0], low), (right, low), (right, plane[1]), plane, (0, 0)]]
+        two = [[outer, (outer[0], low), (0, low), (0, 0)], [(0, 0), (0, low), (right, low), (right, plane[1]), plane]]
+        for ground in (one, two):
+            blocks = [*ground, *wedges]
+            count = sum(map(len, blocks))
+            rows = [f"rockdda-blocks 1\ne0 1e-5\nblocks {len(blocks)}\nvertices {count}\nfixed {4 * len(ground)}"]
+            rows.append("loading 0\nmeasured 0\nbolts 0")
+            for k, outline in enumerate(blocks, 1):
+                rows += [f"block {k} 1 {len(outline)}", *(f"{x} {y} 1" for x, y in outline)]
+            rows.append("fixed_points")
+            for k, outline in enumerate(ground, 1):
+                middle = [sum(values) / len(outline) for values in zip(*outline, strict=True)]
+                rows += [f"{x + 0.01 * (middle[0] - x)} {y + 0.01 * (middle[1] - y)} {k}" for x, y in outline[:4]]
+            rows.append("loading_points\nmeasured_points\nbolt_list\nend\n")
+            self.write("kink.blk", "\n".join(rows))
+            self.write("kink.nml", options(35.66722141).replace("block.dc", "kink.blk"))
+            self.assert_between(self.search("kink.nml"), 1.022)
+
     def test_bolts_that_take_their_force_too_late_are_named(self):
         """A tendon from the block up the slope: stiff it yields before the block has moved; slack and soft it would
         hold the block after some decimetres, which the verdict does not wait for."""

@@ -285,6 +285,8 @@ contains
                         given%limits%radius, corner, is_weighed=.false.)
       if (.not. corner%exists) return
       if (corner%gap < -given%limits%penetration .or. corner%gap > given%limits%reach) return
+      if (given%topology%lets_in_corner(a, b, -corner%gap, given%outlines%length)) return
+      if (given%topology%lets_in_corner(b, a, -corner%gap, given%outlines%length)) return
       do k = 1, 2
          e = corner%edge(k)
          if (e == 0) cycle

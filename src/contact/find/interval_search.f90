@@ -223,8 +223,21 @@ contains
       type(search_input_type), intent(in) :: given
       counts = interval%exists
       if (interval%is_deep) counts = was_closed(interval%f, interval%e, given)
+      if (counts) counts = .not. (is_let_in(interval%f, interval%e) .or. is_let_in(interval%e, interval%f))
       if (counts) counts = min(interval%gap_low, interval%gap_high) <= given%limits%reach .and. &
                            max(interval%gap_low, interval%gap_high) >= -given%limits%penetration
+
+   contains
+
+      !> Does edge e let in a tip at an end of edge f?
+      pure logical function is_let_in(f, e)
+         integer, intent(in) :: f, e
+         associate (depth => -min(interval%gap_low, interval%gap_high), length => given%outlines%length)
+            is_let_in = given%topology%lets_in(f, e, depth, length) .or. &
+                        given%topology%lets_in(given%topology%next(f), e, depth, length)
+         end associate
+      end function is_let_in
+
    end function counts
 
    !> May two edges face each other on an interval within reach? Only then is it measured. Their directions differ from

@@ -33,7 +33,6 @@ module rockdda_contact_vertex_search
    use rockdda_contact_candidates, only : candidate_type, candidate_list_type
    use rockdda_contact_corner_search, only : search_corners
    use rockdda_contact_exposure, only : search_input_type
-   use rockdda_model_kinks, only : crushed
    use rockdda_geometry_polygons, only : point_in_polygon
    implicit none
    private
@@ -181,9 +180,7 @@ contains
       if (is_its_end(given%topology%edge_out(v), outof(1)*t(1) + outof(2)*t(2))) return
       if (is_beyond(vertices(:, v), vertices(:, v), other_box, given%limits%reach)) return
       if (is_beyond(vertices(:, e), vertices(:, given%topology%next(e)), own_box, given%limits%reach)) return
-      if (given%topology%met_by_tip(v) == e) then
-         if (-gap < crushed*min(length(given%topology%edge_in(v)), length(given%topology%edge_out(v)))) return
-      end if
+      if (given%topology%lets_in(v, e, -gap, length)) return
       if (given%exposure%is_hidden(v, e, s, vertices, given%topology, given%outlines)) then
          if (.not. was_closed(v, e, given)) return
          if (given%exposure%is_hidden(v, e, s, vertices, given%topology, given%outlines, presses=.true.)) return

@@ -13,7 +13,7 @@ module rockdda_contact_topology
    use rockdda_geometry_bridges, only : match_bridges
    use rockdda_geometry_polygons, only : inradius_bound
    use rockdda_model_blocks, only : block_system_type
-   use rockdda_model_kinks, only : edges_met_by_tips
+   use rockdda_model_kinks, only : kinks_type, find_kinks, crushed
    implicit none
    private
    public :: contact_topology_type, new_contact_topology
@@ -27,8 +27,11 @@ module rockdda_contact_topology
       logical(l1), allocatable :: active(:)    !! (nv) takes part in contacts as a vertex
       logical(l1), allocatable :: is_edge(:)   !! (nv) the edge that starts here takes part in contacts
       integer, allocatable :: first(:)     !! (nb + 1) vertices of block i: first(i) : first(i+1)-1
-      integer, allocatable :: met_by_tip(:)   !! (nv) edge that the vertex meets in a kink from the start, 0 none
+      type(kinks_type) :: kinks            !! at the start
       real(wp), allocatable :: inradius(:) !! (nb) bound of the inradius at the start, 2 A/perimeter [length]
+   contains
+      procedure :: lets_in
+      procedure :: lets_in_corner
    end type contact_topology_type
 
 contains
@@ -81,11 +84,34 @@ contains
       do i = 1, blocks%n_blocks
          topology%inradius(i) = inradius_bound(blocks%vertices(:, topology%first(i):topology%first(i + 1) - 1))
       end do
-      topology%met_by_tip = edges_met_by_tips(blocks)
+      topology%kinks = find_kinks(blocks)
       topology%owner = [(k, k=1, nv)]
       do k = 1, nv
          if (topology%active(k)) topology%owner(topology%edge_out(k)) = k
       end do
    end subroutine new_contact_topology
+
+   !> Does an edge that ends in a kink let in the tip v of it that deep? Those along the edges of the tip do not.
+   pure logical function lets_in(self, v, e, depth, length)
+      class(contact_topology_type), intent(in) :: self
+      integer, intent(in) :: v, e
+      real(wp), intent(in) :: depth                  !! [length]
+      real(wp), intent(in), contiguous :: length(:)  !! (nv) of edges [length]
+      associate (kinks => self%kinks)
+         lets_in = kinks%met(v) > 0 .and. any(kinks%node([e, self%next(e)]) == kinks%node(v)) .and. &
+                   all(kinks%beside(:, v) /= e)
+         if (lets_in) lets_in = depth < crushed*min(length(self%edge_in(v)), length(self%edge_out(v)))
+      end associate
+   end function lets_in
+
+   !> Does corner w in a kink let in the tip v of it that deep?
+   pure logical function lets_in_corner(self, v, w, depth, length)
+      class(contact_topology_type), intent(in) :: self
+      integer, intent(in) :: v, w
+      real(wp), intent(in) :: depth                  !! [length]
+      real(wp), intent(in), contiguous :: length(:)  !! (nv) of edges [length]
+      lets_in_corner = self%lets_in(v, self%edge_in(w), depth, length) .and. &
+                       self%lets_in(v, self%edge_out(w), depth, length)
+   end function lets_in_corner
 
 end module rockdda_contact_topology
