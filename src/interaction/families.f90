@@ -371,9 +371,8 @@ contains
                                              context%state%moments(:, i)), l, ok)
             if (ok) call solve_block(l, attempt%jump(:, i))
          end do
-         call self%contacts%reach_end()
       end if
-      call self%contacts%find_ends()
+      call self%contacts%reach_end(attempt%scheme%second_order)
    end subroutine reach_end
 
    !> Energies of an accepted step, before anything is changed.

@@ -80,10 +80,10 @@ contains
    !>                    of the analysis file the options are a labelled file
    !>     cut_file       a geometry file, or a block file, which is read; 1: open outlines are warnings
    !>     cut_text       the same of a geometry in memory: name, content
-   !>     read_motion    a record of ground motion: path, form ('csv', 'at2', or empty: by the ending), column (empty: the
-   !>                    second); 1: a factor of the values is given
-   !>     plain_table    path of a table; numbers of a row, and of which they are a multiple. Its separators become those
-   !>                    of all tables that the program reads (text 17): blanks or commas, points as decimal signs
+   !>     read_motion    a record of ground motion: path, form ('csv', 'at2', or empty: by the ending), column (empty:
+   !>                    the second); 1: a factor of the values is given
+   !>     plain_table    path of a table; numbers of a row, and of which they are a multiple. Its separators become
+   !>                    those of all tables that the program reads (text 17): blanks or commas, points as decimal signs
    !>     write_blocks   path of a block file
    !>     draw_file      a joint statistics file; seed, -1: that of the file
    !>     draw_text      the same in memory: name, content

@@ -113,7 +113,8 @@ contains
             ! a corner that has passed the other one stands off from it: its spring has nothing to give
             k = c - first + 1
             if (are_springs .and. trial%state_used(c) == contact_state%locked .and. was_closed .and. &
-                .not. abs(twist(c)) > 0 .and. at_start(k) <= 0 .and. widest(k) <= 0 .and. .not. trial%partly_used(c)) then
+                .not. abs(twist(c)) > 0 .and. at_start(k) <= 0 .and. widest(k) <= 0 .and. .not. &
+                trial%partly_used(c)) then
                ! locked and closed on all its length, at the start, in the solve and at the end: two springs like others
                before = 0.5_wp*kn*x0**2 + 0.5_wp*ks*s0**2
                carried = carried + start

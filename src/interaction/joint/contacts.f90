@@ -12,7 +12,7 @@ module rockdda_interaction_contacts
    use rockdda_interaction_balance, only : energy_balance_type
    use rockdda_interaction_block_forces, only : block_forces_type
    use rockdda_interaction_contact_end, only : joint_end_type, end_motion => reach_end, &
- find_all_ends => find_ends, measure_energies, end_contacts
+ find_ends, measure_energies, end_contacts
    use rockdda_interaction_joint_strength, only : joint_law_type
    use rockdda_interaction_contact_lengths, only : place_contacts, measure_lengths
    use rockdda_interaction_contact_start, only : start_contacts, set_dashpots, expect_dilation, &
@@ -69,7 +69,6 @@ module rockdda_interaction_contacts
       procedure :: add_forces
       procedure :: slip_share
       procedure :: reach_end
-      procedure :: find_ends
       procedure :: add_impulses
       procedure :: has_struck
    end type contacts_type
@@ -402,17 +401,13 @@ contains
                            mixed_only, equations)
    end subroutine measure_contacts
 
-   !> From the motion where forces have acted to that of the end of the step.
-   subroutine reach_end(self)
+   !> Closed contacts at the end of the step, from their motion there.
+   subroutine reach_end(self, acts_before)
       class(contacts_type), intent(inout) :: self
-      call end_motion(self%trial, self%table, self%laws, self%settings)
+      logical, intent(in) :: acts_before     !! forces have acted before the end
+      if (acts_before) call end_motion(self%trial, self%table, self%laws, self%settings)
+      call find_ends(self%trial, self%laws, self%table, self%twist, self%ends)
    end subroutine reach_end
-
-   !> Closed contacts at the end of the step, from its motion there.
-   subroutine find_ends(self)
-      class(contacts_type), intent(inout) :: self
-      call find_all_ends(self%trial, self%laws, self%table, self%twist, self%ends)
-   end subroutine find_ends
 
    !> Impulses on the blocks by contacts that have closed in the step or are in a blow.
    subroutine add_impulses(self, equations, dt, impulse)
