@@ -122,7 +122,8 @@ contains
                if (before - start > worst(3)) worst(3:4) = [before - start, real(c, wp)]
                half = trial%level(trial%start(c)) - 0.5_wp
                dissipated = dissipated + half*kn*(trial%gap(c) - x0)**2
-               dissipated = dissipated + shear_loss(ks, half + 0.5_wp, s0, trial%slip(c), after%shear - s0)
+               dissipated = dissipated + shear_loss(ks, half + 0.5_wp, s0, trial%slip(c), &
+                                                    stretch(trial, table, twist, c))
                stored = stored + after%energy
                cycle
             end if
@@ -189,7 +190,7 @@ contains
                dissipated = dissipated + level*trial%extra(c)%normal_drag*(x1 - trial%extra(c)%drag_gap)*(x1 - x0)
             end if
             if (trial%state_used(c) == contact_state%locked) then
-               dissipated = dissipated + shear_loss(ks, level, s0, trial%slip(c), s1 - s0)
+               dissipated = dissipated + shear_loss(ks, level, s0, trial%slip(c), stretch(trial, table, twist, c))
                ! what the rows differ by has acted by its couple alone
                if (.not. trial%joint(c)%worn) external = external + ks*twist(c)*trial%slip(c)
                if (allocated(trial%extra)) dissipated = dissipated + level*trial%extra(c)%drag*trial%slip(c)**2
@@ -220,6 +221,24 @@ contains
       real(wp), intent(in) :: before, slip, stretched  !! elongation at the start; of the step [length]
       loss = ks*(before*(slip - stretched) + level*slip**2 - 0.5_wp*stretched**2)
    end function shear_loss
+
+   !> What a step adds to the elongation of the shear spring of a locked row (`find_some_ends`), without the rounding of
+   !> the elongation.
+   pure real(wp) function stretch(trial, table, twist, c)
+      type(open_close_type), intent(in) :: trial
+      type(contact_table_type), intent(in) :: table
+      real(wp), intent(in), contiguous :: twist(:)     !! (>= rows) of `part_shears` [length]
+      integer, intent(in) :: c                         !! row
+      integer :: d
+      stretch = trial%slip(c)
+      if (.not. is_of_interval(table, c) .or. table%tied(c) .or. trial%joint(c)%worn) return
+      d = other_row(table, c)
+      if (trial%state_used(d) == contact_state%locked .and. .not. trial%joint(d)%worn) then
+         stretch = 0.5_wp*(stretch + trial%slip(d))
+      else
+         stretch = stretch - twist(c)
+      end if
+   end function stretch
 
    !> Energy that the normal spring gains when a slip opens the joint, further than was expected of the step: what it
    !> presses apart. Dilation takes it from the shear work, so that friction dissipates the less.
