@@ -191,7 +191,7 @@ def table(state: State) -> str:
         done = state.of(kind.name)
         here, bad = sum(row.tried for row in done), sum(row.failed for row in done)
         first = state.first(kind.name)
-        words = kind.known or ("" if not bad else "**not known**: " + first[1].fault if first else "")
+        words = kind.known or ("" if not bad else "**not known**: " + " ".join(first[1].fault.split()) if first else "")
         rows.append(
             f"| {kind.family} | `{kind.name}` | {kind.truth} | {here} | {bad} | {first[0] if first else ''} | {words} |"
         )
