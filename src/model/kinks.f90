@@ -37,9 +37,9 @@ contains
    !>
    !>     a   of its edge that lies along an edge of some block,
    !>     b   of its other edge,
-   !>     d   of the edge that it meets, whose block lies beyond,
+   !>     d   of the edge that it meets; the block of that edge is on the other side of d,
    !>
-   !> b is between a and d, and from a to d it is less than straight: the tip cannot slide on past d.
+   !> b is between a and d, and from a to d the angle is less than 180 degrees: the block of d stops the tip.
    pure function find_kinks(blocks) result(kinks)
       type(block_system_type), intent(in) :: blocks
       type(kinks_type) :: kinks

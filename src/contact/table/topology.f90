@@ -97,9 +97,10 @@ contains
       integer, intent(in) :: v, e
       real(wp), intent(in) :: depth                  !! [length]
       real(wp), intent(in), contiguous :: length(:)  !! (nv) of edges [length]
+      lets_in = .false.
+      if (self%kinks%met(v) == 0) return
       associate (kinks => self%kinks)
-         lets_in = kinks%met(v) > 0 .and. any(kinks%node([e, self%next(e)]) == kinks%node(v)) .and. &
-                   all(kinks%beside(:, v) /= e)
+         lets_in = any(kinks%node([e, self%next(e)]) == kinks%node(v)) .and. all(kinks%beside(:, v) /= e)
          if (lets_in) lets_in = depth < crushed*min(length(self%edge_in(v)), length(self%edge_out(v)))
       end associate
    end function lets_in
