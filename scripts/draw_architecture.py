@@ -124,7 +124,7 @@ NOT_DRAWN |= {"note_energies", "clear", "fill_record", "show_blocks", "forget", 
 NOT_DRAWN |= {"take_forces", "take_attempt", "drop_attempts", "drop"}  # what attempts keep beside the state
 NOT_DRAWN |= {"report_no_equilibrium", "report_failure"}  # messages
 # within a bolt, a lining or an interval
-NOT_DRAWN |= {"measure_between", "find_points", "copy_state", "dowel_response", "set_young", "part_shears", "respond"}
+NOT_DRAWN |= {"measure_between", "find_points", "copy_state", "dowel_response", "set_young", "share_slips", "respond"}
 
 # Where a reader finds what is wanted most often: what, and places (procedure, part of the statement). The first place
 # that the source has is taken.

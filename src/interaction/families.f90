@@ -195,7 +195,7 @@ contains
       end do
       if (context%state%step == 0 .and. .not. context%parameters%has_legacy_rules()) &
          call stress_contacts(self, context, attempt)
-      call self%contacts%share_slips()
+      call self%contacts%begin_slips()
       call self%quiet%field%take_joints(context, attempt, self%contacts%laws, self%contacts%table)
    end subroutine prepare
 
@@ -372,7 +372,7 @@ contains
             if (ok) call solve_block(l, attempt%jump(:, i))
          end do
       end if
-      call self%contacts%reach_end(attempt%scheme%second_order)
+      call self%contacts%reach_end(attempt%scheme)
    end subroutine reach_end
 
    !> Energies of an accepted step, before anything is changed.

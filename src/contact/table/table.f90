@@ -45,6 +45,8 @@ module rockdda_contact_table
       real(wp), allocatable :: offset(:)             !! (n) gap at which its normal spring is free of force
       !> (n) of intervals: from the first row's to the second's, as shares, the bond is sound; 0 and 0: nowhere
       real(wp), allocatable :: bond_end(:)
+      real(wp), allocatable :: closed(:)             !! (n) share of the length by which it resists slip
+      real(wp), allocatable :: core(:, :)            !! (2, n) least such share since it slid, elongation of that part
       integer(i1), allocatable :: slip_sign(:)       !! (n) +1/-1: vertex slides along/against the edge; 0
       ! stiffness of its springs in this step [force/length]
       real(wp), allocatable :: k_n(:), k_s(:)        !! (n) normal, shear
@@ -109,7 +111,7 @@ contains
             deallocate (self%vertex, self%edge, self%state, self%shear, self%normal_force, self%bonded, &
                         self%slip_sign, self%length, self%normal, self%point, self%total_slip, self%energy, &
                         self%k_n, self%k_s, self%offset, self%station, self%tied, self%distance, self%bond_end, &
-                        self%block_a, self%block_b, self%partner, self%joint, self%gap, self%share)
+                        self%closed, self%core, self%block_a, self%block_b, self%partner, self%joint, self%gap, self%share)
       end if
       if (.not. allocated(self%vertex)) then
          m = n + n/4 + 16
@@ -117,7 +119,8 @@ contains
                    self%tied(m), self%shear(m), self%normal_force(m), self%length(m), self%total_slip(m), &
                    self%energy(m), self%k_n(m), self%k_s(m), self%offset(m), self%distance(m), self%bond_end(m), &
                    self%normal(2, m), self%point(2, m), self%block_a(m), self%block_b(m), self%partner(m), &
-                   self%joint(m), self%gap(m), self%share(m))
+                   self%joint(m), self%gap(m), self%share(m), self%closed(m), &
+                   self%core(2, m))
          self%n_begun = 0
       end if
       if (self%waits_for_forces) then
@@ -174,6 +177,9 @@ contains
       self%energy(first:last) = 0
       self%offset(first:last) = 0
       self%bond_end(first:last) = 0
+      self%closed(first:last) = 1
+      self%core(1, first:last) = 1
+      self%core(2, first:last) = 0
       self%k_n(first:last) = 0
       self%k_s(first:last) = 0
       self%distance(first:last) = 0
@@ -188,6 +194,8 @@ contains
       integer, intent(in) :: c   !! row
       self%state(c) = int(contact_state%open, i1)
       self%shear(c) = 0
+      self%closed(c) = 1
+      self%core(:, c) = [1, 0]
       self%normal_force(c) = 0
       if (allocated(self%shear_force)) self%shear_force(c) = 0
       self%slip_sign(c) = 0
@@ -220,6 +228,8 @@ contains
       self%energy(first:last) = other%energy(begin:n)
       self%offset(first:last) = other%offset(begin:n)
       self%bond_end(first:last) = other%bond_end(begin:n)
+      self%closed(first:last) = other%closed(begin:n)
+      self%core(:, first:last) = other%core(:, begin:n)
       self%slip_sign(first:last) = other%slip_sign(begin:n)
       self%k_n(first:last) = other%k_n(begin:n)
       self%k_s(first:last) = other%k_s(begin:n)
@@ -261,6 +271,8 @@ contains
       call exchange_reals(self%k_s, other%k_s)
       call exchange_reals(self%offset, other%offset)
       call exchange_reals(self%bond_end, other%bond_end)
+      call exchange_reals(self%closed, other%closed)
+      call exchange_pairs(self%core, other%core)
       call exchange_reals(self%share, other%share)
       call exchange_reals(self%distance, other%distance)
       call exchange_bytes(self%station, other%station)

@@ -164,6 +164,8 @@ contains
       table%energy(first:last) = given%previous%energy(first:last)
       table%offset(first:last) = given%previous%offset(first:last)
       table%bond_end(first:last) = given%previous%bond_end(first:last)
+      table%closed(first:last) = given%previous%closed(first:last)
+      table%core(:, first:last) = given%previous%core(:, first:last)
       call follow_intervals(first, last, table%n, table%station, state=table%state, tied=table%tied, &
                             bonded=table%bonded, total_slip=table%total_slip, length_before=given%previous%length, &
                             gap=table%gap, offset=table%offset, length=table%length, distance=table%distance)
@@ -295,6 +297,8 @@ pure subroutine follow_intervals(first, last, n, station, source, state, tied, b
       table%bond_end(k) = 0
       if (is_of_interval(table, k) .and. table%station(k) == previous%station(row)) &
          table%bond_end(k) = previous%bond_end(row)
+      table%closed(k) = merge(previous%closed(row), 1.0_wp, is_of_interval(table, k))
+      table%core(:, k) = merge(previous%core(:, row), [1.0_wp, 0.0_wp], is_of_interval(table, k))
       ! of ties: other joints get the stiffness of the length for which they stand now
       if (by_length) then
          table%k_n(k) = previous%k_n(row)

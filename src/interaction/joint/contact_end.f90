@@ -12,7 +12,8 @@ module rockdda_interaction_contact_end
    use rockdda_interaction_contact_lengths, only : move_contacts
    use rockdda_interaction_contact_stiffness, only : joint_stiffness_type
    use rockdda_interaction_context, only : step_context_type
-   use rockdda_interaction_intervals, only : find_extremes, interval_response_type, respond, bond_after, couple_of
+   use rockdda_interaction_intervals, only : find_extremes, interval_response_type, respond, bond_after, couple_of, &
+      slipping_share
    use rockdda_interaction_joint_response, only : joint_end_type
 use rockdda_interaction_joint_response, only : joint_settings_type, joint_type, opening_gap, spring_energy, spring_force
    use rockdda_interaction_open_close, only : open_close_type
@@ -29,7 +30,7 @@ contains
       type(open_close_type), intent(in) :: trial
       type(joint_law_type), intent(in) :: laws(:)     !! per joint material
       type(contact_table_type), intent(in) :: table
-      real(wp), intent(in), contiguous :: twist(:)         !! (>= rows) of `part_shears` [length]
+      real(wp), intent(in), contiguous :: twist(:)   !! (>= rows) of `share_slips` [length]
       type(joint_end_type), intent(in), contiguous :: ends(:)   !! (>= rows) of `find_ends`
       real(wp), intent(in), contiguous :: d(:, :)          !! (6, nb) unknowns of the step
       logical, intent(in) :: is_windows                    !! the contacts of a preset
@@ -83,7 +84,7 @@ contains
       real(wp), intent(out) :: sums(11)
       real(wp) :: lowest(widest_piece), at_start(widest_piece), widest(widest_piece), mean(widest_piece)
       real(wp) :: s0, x1, s1, half, start, before, carried, friction, dissipated, discarded, geometry, stored, worst(4)
-      real(wp) :: external
+      real(wp) :: external, loose
       real(wp) :: gained, level, where_acts, moved, opens
       real(wp) :: used(2), forces(2, 2), stored_before(2)
       integer :: c, first, k, known, last, r
@@ -113,6 +114,7 @@ contains
             ! a corner that has passed the other one stands off from it: its spring has nothing to give
             k = c - first + 1
             if (are_springs .and. trial%state_used(c) == contact_state%locked .and. was_closed .and. &
+                .not. table%closed(c) < 1 .and. &
                 .not. abs(twist(c)) > 0 .and. at_start(k) <= 0 .and. widest(k) <= 0 .and. .not. &
                 trial%partly_used(c)) then
                ! locked and closed on all its length, at the start, in the solve and at the end: two springs like others
@@ -127,6 +129,7 @@ contains
                stored = stored + after%energy
                cycle
             end if
+            carried = carried + start
             was_held = was_closed .and. (x0 <= 0 .or. trial%joint(c)%bonded .or. is_windows .or. &
                                          laws(table%joint(c))%residual_tension > 0)
             before = 0
@@ -139,8 +142,10 @@ contains
                if (known /= r) call interval_forces(trial, laws(table%joint(c)), table, r, forces, stored_before)
                known = r
                if (was_closed) before = stored_before(table%station(c)) + 0.5_wp*ks*s0**2
+               loose = (1 - table%closed(c))*0.5_wp*ks*s0**2
+               discarded = discarded - loose
+               start = start + loose
             end if
-            carried = carried + start
             geometry = geometry + (before - start)
             if (before - start > worst(3)) worst(3:4) = [before - start, real(c, wp)]
             if (trial%state_used(c) == contact_state%open) then
@@ -159,7 +164,8 @@ contains
                gained = 0
                if (dilates) gained = 0.5_wp*(merge(used(1), 0.0_wp, was_closed) + after%normal_force)*opens
                friction = friction - gained
-               dissipated = dissipated - used(2)*moved - (after%energy - 0.5_wp*ks*s1**2) + gained
+               dissipated = dissipated - used(2)*moved - (after%energy + after%lost - 0.5_wp*ks*s1**2) + gained
+               discarded = discarded + after%lost
                if (was_closed) dissipated = dissipated + (before - 0.5_wp*ks*s0**2)
             else if (was_held .or. x0 < 0) then
                if (dilates) then
@@ -227,7 +233,7 @@ contains
    pure real(wp) function stretch(trial, table, twist, c)
       type(open_close_type), intent(in) :: trial
       type(contact_table_type), intent(in) :: table
-      real(wp), intent(in), contiguous :: twist(:)     !! (>= rows) of `part_shears` [length]
+      real(wp), intent(in), contiguous :: twist(:)     !! (>= rows) of `share_slips` [length]
       integer, intent(in) :: c                         !! row
       integer :: d
       stretch = trial%slip(c)
@@ -279,21 +285,23 @@ contains
    end subroutine reach_end
 
    !> Contacts that were closed in the last solve, at the end of the step.
-   subroutine find_ends(trial, laws, table, twist, ends)
+   subroutine find_ends(trial, laws, table, twist, is_static, ends)
       type(open_close_type), intent(in) :: trial
       type(joint_law_type), intent(in) :: laws(:)   !! per joint material
       type(contact_table_type), intent(in) :: table   !! of the step's start
-      real(wp), intent(in), contiguous :: twist(:)  !! (>= rows) of `part_shears` [length]
+      real(wp), intent(in), contiguous :: twist(:)   !! (>= rows) of `share_slips` [length]
+      logical, intent(in) :: is_static              !! the step
       type(joint_end_type), allocatable, intent(inout) :: ends(:)   !! (>= rows)
       integer :: p
       if (allocated(ends)) then
          if (size(ends) < table%n) deallocate (ends)
       end if
       if (.not. allocated(ends)) allocate (ends(table%n + table%n/4))
-      !$omp parallel do default(none) shared(trial, laws, table, twist, ends) private(p) schedule(static) &
+      !$omp parallel do default(none) shared(trial, laws, table, twist, is_static, ends) private(p) &
+      !$omp schedule(static) &
       !$omp if (table%n > parallel_contacts)
       do p = 1, n_pieces(table%n)
-         call find_some_ends(p, trial, laws, table, twist, ends)
+         call find_some_ends(p, trial, laws, table, twist, is_static, ends)
       end do
       !$omp end parallel do
    end subroutine find_ends
@@ -360,15 +368,16 @@ contains
    end subroutine commit_bonds
 
    !> `find_ends` for some of the rows: those of intervals with what is closed there.
-   pure subroutine find_some_ends(p, trial, laws, table, twist, ends)
+   pure subroutine find_some_ends(p, trial, laws, table, twist, is_static, ends)
       integer, intent(in) :: p                        !! piece
       type(open_close_type), intent(in) :: trial
       type(joint_law_type), intent(in) :: laws(:)   !! per joint material
       type(contact_table_type), intent(in) :: table
-      real(wp), intent(in), contiguous :: twist(:)    !! (>= rows) of `part_shears` [length]
+      real(wp), intent(in), contiguous :: twist(:)   !! (>= rows) of `share_slips` [length]
+      logical, intent(in) :: is_static
       type(joint_end_type), intent(inout), contiguous :: ends(:)   !! (>= rows)
       type(interval_response_type) :: interval
-      real(wp) :: bond(2), slipped(2)
+      real(wp) :: bond(2), slipped(2), after
       integer :: c, first, i, last
       call piece_of_rows(table, p, first, last)
       call trial%find_ends(table, first, last, ends(first:last))
@@ -380,20 +389,58 @@ contains
          ends(c:c + 1)%energy = ends(c:c + 1)%energy + &
                                 0.5_wp*table%k_s(c:c + 1)*(slipped**2 - ends(c:c + 1)%shear**2)
          ends(c:c + 1)%shear = slipped
+         ends(c:c + 1)%carried = slipped
          ends(c:c + 1)%shear_force = -table%k_s(c:c + 1)*slipped
       end do
       do c = first, last
          if (table%station(c) /= 1 .or. trial%state_used(c) == contact_state%open .or. table%tied(c)) cycle
          if (max(trial%gap(c), trial%gap(c + 1)) + overhang*abs(trial%gap(c) - trial%gap(c + 1)) <= 0 .and. &
-             .not. laws(table%joint(c))%normal%is_curved()) cycle
+             .not. (table%closed(c) < 1 .or. laws(table%joint(c))%normal%is_curved())) cycle
          bond = trial%bond(c:c + 1)
          call respond(laws(table%joint(c)), table, c, trial%both_bonded(c), trial%gap(c:c + 1), 0.0_wp, bond, interval)
+         after = table%closed(c)
+         if (is_static) after = slipping_share(laws(table%joint(c)), after, interval%part)
          do i = 1, 2
-            ends(c + i - 1)%normal_force = interval%force(i)
-            ends(c + i - 1)%energy = 0.5_wp*table%k_s(c + i - 1)*ends(c + i - 1)%shear**2 + interval%energy(i)
+            associate (joint_end => ends(c + i - 1), k_s => table%k_s(c + i - 1))
+               joint_end%normal_force = interval%force(i)
+               joint_end%energy = 0.5_wp*k_s*joint_end%shear**2 + interval%energy(i)
+               joint_end%core = table%core(:, c + i - 1)
+               call change_closed_part(k_s, table%closed(c), after, &
+                                       joint_end%shear - table%shear(c + i - 1) - twist(c + i - 1), &
+                                       trial%state_used(c + i - 1) == contact_state%sliding, joint_end)
+               if (trial%state_used(c + i - 1) == contact_state%locked) &
+                  joint_end%shear_force = -k_s/table%closed(c)*joint_end%carried
+            end associate
          end do
       end do
    end subroutine find_some_ends
+
+   !> The shear spring of an interval of which more or less is closed at the end of a step. What closes begins without
+   !> force, and has none again where it opens at the slip at which it closed: only what has been closed all the time,
+   !> the core, takes its share of the force with it. The energy for the next step is that of the mean elongation; what
+   !> is beyond counts as discarded until that step.
+   pure subroutine change_closed_part(k_s, before, after, stretched, slides, last)
+      real(wp), intent(in) :: k_s              !! of what was closed [force/length]
+      real(wp), intent(in) :: before, after    !! shares of the interval, > 0
+      real(wp), intent(in) :: stretched        !! elongation in the step [length]
+      logical, intent(in) :: slides
+      type(joint_end_type), intent(inout) :: last   !! with the core before the step
+      last%carried = before*last%shear
+      associate (core => last%core)
+         if (slides .or. core(1) >= before) then
+            core = [before, last%shear]
+         else
+            core(2) = core(2) + stretched
+         end if
+         if (after < core(1)) then
+            last%carried = last%carried - core(2)*(core(1) - after)
+            core(1) = after
+         end if
+      end associate
+      last%closed = after
+      last%lost = 0.5_wp*k_s*(last%shear**2 - last%carried**2/before)
+      last%energy = last%energy - last%lost
+   end subroutine change_closed_part
 
    !> `commit` for some of the rows.
    pure subroutine commit_rows(p, trial, laws, ends, table)
@@ -407,6 +454,7 @@ contains
       call piece_of_rows(table, p, first, last)
       do c = first, last
          table%bonded(c) = trial%joint(c)%bonded
+         if (table%closed(c) < 1) table%k_s(c) = table%k_s(c)/table%closed(c)
          if (trial%state_used(c) == contact_state%open .or. trial%opened(c)) then
             ! a contact that would close after the last solve has no spring yet
             slip = table%total_slip(c)
@@ -420,11 +468,13 @@ contains
          associate (joint_end => ends(c))
             table%state(c) = trial%joint(c)%state
             table%slip_sign(c) = trial%joint(c)%slip_sign
-            table%shear(c) = joint_end%shear
+            table%shear(c) = joint_end%carried
             table%normal_force(c) = joint_end%normal_force
             table%shear_force(c) = joint_end%shear_force
             table%total_slip(c) = table%total_slip(c) + joint_end%slipped
             table%energy(c) = joint_end%energy
+            table%closed(c) = joint_end%closed
+            table%core(:, c) = joint_end%core
          end associate
       end do
    end subroutine commit_rows

@@ -20,10 +20,11 @@ module rockdda_interaction_contacts
    use rockdda_interaction_context, only : step_context_type
    use rockdda_interaction_equations, only : equations_type
    use rockdda_interaction_friction_search, only : friction_search_type
-   use rockdda_interaction_intervals, only : find_leans, part_shears, couple_of
+   use rockdda_interaction_intervals, only : share_slips, couple_of
    use rockdda_interaction_joint_response, only : joint_settings_type, joint_type, new_joint_settings, &
       linearise_joints
    use rockdda_interaction_linked_interaction, only : linked_interaction_type
+   use rockdda_interaction_time_scheme, only : time_scheme_type
    use rockdda_interaction_open_close, only : open_close_type
    use rockdda_interaction_trial_states, only : at_level
    use rockdda_interaction_striking_ends, only : mark_striking_ends
@@ -42,13 +43,13 @@ module rockdda_interaction_contacts
       logical :: stiffness_is_new = .false.            !! of joints, with this step: forces stay
       logical :: delays = .false.                      !! dilation opens within the step: `expect_dilation`
       real(wp), allocatable :: kept_gap(:), kept_slip(:)   !! (>= n) of `keep` [length]
-      real(wp), allocatable :: lean(:, :)              !! (3, >= n) of `find_leans` [length]
-      real(wp), allocatable :: twist(:)                !! (>= n) of `part_shears` [length]
+      real(wp), allocatable :: lean(:, :)              !! (3, >= n) of `share_slips` [length]
+      real(wp), allocatable :: twist(:)                !! (>= n) of `share_slips` [length]
       type(joint_end_type), allocatable :: ends(:)     !! (>= n) of `find_ends`
    contains
       procedure :: count_links
       procedure :: prepare
-      procedure :: share_slips
+      procedure :: begin_slips
       procedure :: begin
       procedure :: place
       procedure :: add_to_blocks
@@ -123,14 +124,13 @@ contains
       equations%same_pairs = is_same
       call self%stiffness%renew(context%blocks, context%parameters, self%stiffness_is_new)
       call start_contacts(context, attempt, self%laws, self%stiffness, self%stiffness_is_new, self%table)
-      call find_leans(self%laws, self%table, self%lean)
    end subroutine prepare
 
-   !> One slip for both rows of an interval, of which the table has its shear from here on.
-   subroutine share_slips(self)
+   !> One slip for both rows of an interval: the table has shear and stiffness of the part that is closed until `commit`.
+   subroutine begin_slips(self)
       class(contacts_type), intent(inout) :: self
-      call part_shears(self%table, self%twist)
-   end subroutine share_slips
+      call share_slips(self%laws, self%table, self%lean, self%twist)
+   end subroutine begin_slips
 
    !> Vectors of all rows.
    subroutine place(self, context, attempt, equations)
@@ -402,11 +402,11 @@ contains
    end subroutine measure_contacts
 
    !> Closed contacts at the end of the step, from their motion there.
-   subroutine reach_end(self, acts_before)
+   subroutine reach_end(self, scheme)
       class(contacts_type), intent(inout) :: self
-      logical, intent(in) :: acts_before     !! forces have acted before the end
-      if (acts_before) call end_motion(self%trial, self%table, self%laws, self%settings)
-      call find_ends(self%trial, self%laws, self%table, self%twist, self%ends)
+      type(time_scheme_type), intent(in) :: scheme
+      if (scheme%second_order) call end_motion(self%trial, self%table, self%laws, self%settings)
+      call find_ends(self%trial, self%laws, self%table, self%twist, .not. scheme%is_dynamic, self%ends)
    end subroutine reach_end
 
    !> Impulses on the blocks by contacts that have closed in the step or are in a blow.
@@ -525,7 +525,7 @@ contains
    pure subroutine add_forces_to(ends, table, lean, context, forces)
       integer, intent(in) :: ends(2)                 !! first and last block
       type(contact_table_type), intent(in) :: table
-      real(wp), intent(in), contiguous :: lean(:, :) !! (3, >= rows) of `find_leans` [length]
+      real(wp), intent(in), contiguous :: lean(:, :) !! (3, >= rows) of `share_slips` [length]
       type(step_context_type), intent(in) :: context
       type(block_forces_type), intent(inout) :: forces
       call add_contact_forces(1, table%n, ends, table%state, table%station, table%vertex, table%block_a, &

@@ -14,11 +14,16 @@ module rockdda_interaction_intervals
    use rockdda_interaction_joint_strength, only : joint_law_type, tension_at
    implicit none
    private
-   public :: find_extremes, find_leans, part_shears, couple_of, end_gap, mean_gap, interval_response_type, respond, &
+   public :: find_extremes, share_slips, slipping_share, couple_of, end_gap, mean_gap, interval_response_type, respond, &
       place_to_linearise, bond_after
 
    !> Largest closure at which a joint that has been open is linearised, share of the largest one of its law.
    real(wp), parameter :: first_closure = 0.9_wp
+
+   !> How far the share by which an interval resists slip goes in a static step towards that which is closed, and by
+   !> which share of it both may differ. Shear and what is closed decide on each other from step to step: all the way, or
+   !> without play, stiff joints of soft blocks (k L/E = 200) take 100 to 300 steps to come to rest, now 25 to 80.
+   real(wp), parameter :: way_to_closed = 0.75_wp, play = 0.1_wp
 
    !> An interval at a motion.
    type :: interval_response_type
@@ -83,39 +88,59 @@ contains
       end do
    end subroutine find_extremes
 
-   !> Where rows slip: both of an interval in the middle of the part that is closed, others at their points. That blocks
-   !> of other strain stretch along each other costs nothing: with a slip at each point layers that a stiff joint bonds
-   !> bend by 3 to 80 % of a beam of the same cells.
-   subroutine find_leans(laws, table, lean)
+   !> How rows slip in a step. Both of an interval slip in the middle of the part that is closed (`lean`), others at
+   !> their points: that blocks of other strain stretch along each other costs nothing. With a slip at each point layers
+   !> that a stiff joint bonds bend by 3 to 80 % of a beam of the same cells.
+   !>
+   !> Its springs have in the step the stiffness of what is closed and the elongation of that. Between steps the
+   !> elongation is the mean of the interval: force = k_s of the whole length times elongation, whatever is closed. Half
+   !> of what the elongations of both rows differ by, of a stress that varies along a joint, is kept (`twist`): a couple
+   !> that stretches the blocks along each other, until the joint slides.
+   subroutine share_slips(laws, table, lean, twist)
       type(joint_law_type), intent(in) :: laws(:)           !! per joint material
-      type(contact_table_type), intent(in) :: table           !! of the step's start
+      type(contact_table_type), intent(inout) :: table        !! of the step's start
       !> (3, >= rows) From the point of each row, and the distance of the blocks there; of a vertex 0 [length].
       real(wp), allocatable, intent(inout) :: lean(:, :)
+      !> (>= rows) Elongation less that of the interval, 0 of other rows [length].
+      real(wp), allocatable, intent(inout) :: twist(:)
       real(wp) :: high, way(3)
       integer :: c
-      if (allocated(lean)) then
-         if (size(lean, 2) < table%n) deallocate (lean)
+      if (allocated(twist)) then
+         if (size(twist) < table%n) deallocate (lean, twist)
       end if
-      if (.not. allocated(lean)) allocate (lean(3, table%n + table%n/4))
-      !$omp parallel do default(none) shared(laws, table, lean) private(c, high, way) &
+      if (.not. allocated(twist)) allocate (lean(3, table%n + table%n/4), twist(table%n + table%n/4))
+      !$omp parallel do default(none) shared(laws, table, lean, twist) private(c, high, way) &
       !$omp schedule(static) if (table%n > parallel_contacts)
       do c = 1, table%n
          if (table%station(c) == 2) cycle
+         twist(c) = 0
          lean(1:2, c) = 0
          lean(3, c) = merge(table%distance(c), 0.0_wp, table%share(c) > 0 .and. table%share(c) < 1)
          if (table%station(c) /= 1) cycle
+         twist(c + 1) = 0
          high = 0.5_wp
-         if (table%state(c) /= contact_state%open .and. .not. table%tied(c)) high = middle_of(laws, table, c)
+         if (table%state(c) /= contact_state%open .and. .not. table%tied(c)) then
+            high = middle_of(laws(table%joint(c)), table, c)
+            if (abs(table%shear(c) - table%shear(c + 1)) > 0) call part_shears(c, table, twist)
+            table%closed(c + 1) = table%closed(c)
+            associate (closed => table%closed(c))
+               if (closed < 1) then
+                  table%k_s(c:c + 1) = closed*table%k_s(c:c + 1)
+                  table%shear(c:c + 1) = table%shear(c:c + 1)/closed
+                  twist(c:c + 1) = twist(c:c + 1)/closed
+               end if
+            end associate
+         end if
          way = rows_apart(table, c)
          lean(:, c) = lean(:, c) + high*way
          lean(:, c + 1) = [0.0_wp, 0.0_wp, table%distance(c + 1)] - (1 - high)*way
       end do
       !$omp end parallel do
-   end subroutine find_leans
+   end subroutine share_slips
 
    !> Middle of the closed part of an interval between its points, 0 ... 1.
-   pure real(wp) function middle_of(laws, table, c) result(high)
-      type(joint_law_type), intent(in) :: laws(:)           !! per joint material
+   pure real(wp) function middle_of(law, table, c) result(high)
+      type(joint_law_type), intent(in) :: law
       type(contact_table_type), intent(in) :: table
       integer, intent(in) :: c                         !! first row
       type(interval_response_type) :: interval
@@ -125,42 +150,38 @@ contains
       ! where it touches without force, rounding would decide on which part it is closed
       if (.not. any(abs(table%normal_force(c:c + 1)) > 0)) return
       bond = table%bond_end(c:c + 1)
-      call respond(laws(table%joint(c)), table, c, logical(table%bonded(c) .and. table%bonded(c + 1)), &
+      call respond(law, table, c, logical(table%bonded(c) .and. table%bonded(c + 1)), &
                    table%gap(c:c + 1), 0.0_wp, bond, interval)
       if (interval%part%length > 0) high = (interval%part%middle - first_place)/(1 - 2*first_place)
    end function middle_of
 
-   !> Take the mean elongation of the shear springs of an interval for both of its rows, which slip in one place, and
-   !> keep half of what they differ by, of a stress that varies along a joint: a couple that stretches the blocks along
-   !> each other, until the joint slides.
-   subroutine part_shears(table, twist)
-      type(contact_table_type), intent(inout) :: table        !! of the step's start
-      !> (>= rows) Elongation less that of the interval, 0 of other rows [length].
-      real(wp), allocatable, intent(inout) :: twist(:)
-      integer :: c
-      if (allocated(twist)) then
-         if (size(twist) < table%n) deallocate (twist)
-      end if
-      if (.not. allocated(twist)) allocate (twist(table%n + table%n/4))
-      !$omp parallel do default(none) shared(table, twist) private(c) schedule(static) if (table%n > parallel_contacts)
-      do c = 1, table%n
-         if (table%station(c) == 2) cycle
-         twist(c) = 0
-         if (table%station(c) /= 1) cycle
-         twist(c:c + 1) = 0
-         if (table%tied(c) .or. abs(table%shear(c) - table%shear(c + 1)) <= 0) cycle
-         if (.not. any(table%total_slip(c:c + 1) > 0)) &
-            twist(c:c + 1) = [0.5_wp, -0.5_wp]*(table%shear(c) - table%shear(c + 1))
-         table%shear(c:c + 1) = 0.5_wp*(table%shear(c) + table%shear(c + 1))
-      end do
-      !$omp end parallel do
+   !> Share of its length by which an interval resists slip after a static step, by that of this one and by what is
+   !> closed at its end; all of it where the stiffness is a penalty. (In dynamic steps it stays: a joint that rocks would
+   !> lose a part of its shear in each cycle, which only the elongation of each of its points gives right.)
+   pure real(wp) function slipping_share(law, now, part) result(next)
+      type(joint_law_type), intent(in) :: law
+      real(wp), intent(in) :: now                      !! > 0
+      type(closed_part_type), intent(in) :: part
+      next = now
+      if (law%normal%penalty .or. .not. part%length > 0) return
+      if (abs(part%length - now) > play*now) next = now + way_to_closed*(part%length - now)
+   end function slipping_share
+
+   !> The mean elongation for both rows of an interval, and what they differ by, until the joint slides.
+   pure subroutine part_shears(c, table, twist)
+      integer, intent(in) :: c                         !! first row
+      type(contact_table_type), intent(inout) :: table
+      real(wp), intent(inout), contiguous :: twist(:)  !! (>= rows) [length]
+      if (.not. any(table%total_slip(c:c + 1) > 0)) &
+         twist(c:c + 1) = [0.5_wp, -0.5_wp]*(table%shear(c) - table%shear(c + 1))
+      table%shear(c:c + 1) = 0.5_wp*(table%shear(c) + table%shear(c + 1))
    end subroutine part_shears
 
    !> Couple by which the shear springs of an interval stretch its blocks along each other: load on the strains of its
    !> first block, of the second one the negative.
    pure function couple_of(table, twist, c) result(load)
       type(contact_table_type), intent(in) :: table           !! of the step's start
-      real(wp), intent(in), contiguous :: twist(:)     !! (>= rows) of `part_shears` [length]
+      real(wp), intent(in), contiguous :: twist(:)     !! (>= rows) of `share_slips` [length]
       integer, intent(in) :: c                         !! first row
       real(wp) :: load(3)                              !! [force*length]
       real(wp) :: way(3), t(2)

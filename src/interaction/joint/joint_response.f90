@@ -57,6 +57,10 @@ module rockdda_interaction_joint_response
       real(wp) :: shear_force          !! on block a along the edge
       real(wp) :: slipped              !! slip to sum up [length], >= 0
       real(wp) :: energy               !! in both springs
+      real(wp) :: carried              !! elongation for the next step, mean of an interval [length]
+      real(wp) :: lost                 !! energy beyond that of this elongation
+      real(wp) :: core(2)              !! as that of the table
+      real(wp) :: closed               !! share of the length by which it resists slip in the next step
    end type joint_end_type
 
    !> Lengths below this share of w0 are round-off.
@@ -438,6 +442,10 @@ contains
          last%slipped = abs(slip)
       end if
       last%energy = 0.5_wp*joint%k_n*gap**2 + 0.5_wp*joint%k_s*last%shear**2
+      last%carried = last%shear
+      last%lost = 0
+      last%closed = 1
+      last%core = [1, 0]
    end subroutine end_joint
 
    !> `end_joint` for rows of the table at the start of the step; nothing for those that were open.

@@ -8,7 +8,7 @@
 !>
 !> so that a row of cells bends as a beam does; the mean is 1000 times as stiff. Both are those of two equal springs of
 !> 1000 k L/2 that stand close to the middle (rockdda_contact_intervals); along the edge these act in the middle
-!> (`find_leans`). That is a discontinuous method of linear elements with a weak penalty on the linear part of the jump
+!> (`share_slips`). That is a discontinuous method of linear elements with a weak penalty on the linear part of the jump
 !> (Brenner, Owens and Sung 2008); it converges to the continuum.
 !>
 !>     traction on the interval     mean        sum of the forces / L

@@ -29,7 +29,7 @@ module rockdda_io_checkpoint
    public :: checkpoint_type, checkpoint_facts_type, checkpoint_path, results_path, is_checkpoint, &
       checkpoint_info_type, read_checkpoint_info
 
-   integer, parameter :: checkpoint_format_version = 39
+   integer, parameter :: checkpoint_format_version = 40
    !> Attribute `format` of the file.
    character(len=*), parameter :: checkpoint_format = 'rockdda-checkpoint'
    character(len=*), parameter :: seal_start = 'rockdda checkpoint, SHA-256 of all bytes before this line: '

@@ -103,6 +103,9 @@ contains
       call archive%fixed('station', contacts%station(1:n), 0, corner_station)
       call archive%fixed('offset', contacts%offset(1:n))
       call archive%fixed('bond_end', contacts%bond_end(1:n))
+      call archive%fixed('closed', contacts%closed(1:n))
+      call archive%fixed('core', contacts%core(1, 1:n))
+      call archive%fixed('core_shear', contacts%core(2, 1:n))
       call archive%fixed('k_n', contacts%k_n(1:n))
       call archive%fixed('k_s', contacts%k_s(1:n))
       call archive%fixed('tied', contacts%tied(1:n))
@@ -124,6 +127,8 @@ contains
          call archive%demand(owns(contacts%block_a(c), contacts%vertex(c)), 'vertex')
          call archive%demand(owns(contacts%block_b(c), contacts%edge(c)), 'edge')
          call archive%demand(contacts%partner(c) /= c, 'partner')
+         call archive%demand(contacts%closed(c) > 0 .and. contacts%closed(c) <= 1, 'closed')
+         call archive%demand(contacts%core(1, c) > 0 .and. contacts%core(1, c) <= 1, 'core')
          if (c > 1) call archive%demand(in_order(row(c - 1), row(c)), 'vertex')
       end do
 
