@@ -115,6 +115,21 @@ class Values(FosTest):
         self.assertEqual(result["search"], "strength")
         self.assertEqual(result["mechanism"], {"blocks": [1], "kind": "sliding"})
 
+    def test_base_does_not_move_before_its_stage(self):
+        """Motion of the base begins with the stage 'shaken', behind that of the search."""
+        self.write("record.csv", "t, a\n0, -2\n1, -2\n2, -2\n")
+        stages = "&stage name = 'rest', until = 'equilibrium' /\n&stage name = 'shaken', kind = 'dynamic', duration = 1 /\n"
+        name = self.block(slope(25), friction=35, more=stages)
+        at_rest = self.search(name, "--stage", "rest")
+        self.assert_between(at_rest, math.tan(math.radians(35)) / math.tan(math.radians(25)))
+        record, harmonic = "&quake record = 'record.csv' /\n", "&load harmonic = 3, 0, 0.5, 0, 0 /\n"
+        for motion in (record, harmonic):
+            self.write(name, options(friction=35, more=motion + stages))
+            self.assertEqual(self.search(name, "--stage", "rest", "--force")["factor"], at_rest["factor"], motion)
+            outcome = self.run_program("fos", name, "--quiet", "--force")
+            self.assertEqual(outcome.code, 2, outcome.err)
+            self.assertIn("the base still moves where the search begins", outcome.err)
+
     def test_work_of_a_failing_trial_tells_the_factor(self):
         """Friction over driving force of a block that slides is the factor: the trial of 2 tells both last ones."""
         truth = math.tan(math.radians(35)) / math.tan(math.radians(30))

@@ -12,6 +12,7 @@ module rockdda_run_settled_run
    use rockdda_model_stage_options, only : stage_name
    use rockdda_stepping_simulation, only : simulation_type
    use rockdda_stepping_control, only : goes_on
+   use rockdda_stepping_stage_equilibrium, only : base_moves
    use rockdda_stepping_stage_watch, only : progress_type
    use rockdda_stepping_verdict, only : apart, usual_share, verdict_type, verdict
    use rockdda_io_checkpoint, only : checkpoint_facts_type, checkpoint_path
@@ -198,6 +199,11 @@ contains
          call observer%progress('state at rest'//strength_text(strength)//', step '//to_string(sim%state%step)// &
                                 ', unbalanced '//to_string(sim%record%unbalanced, 2))
       end do
+      if (base_moves(sim%parameters, sim%state%time, sim%control%motion_start)) then
+         call make_error(error, error_code%input, 'the base still moves where the search begins; name a stage before '// &
+                         'the motion with --stage, or end the motion in a stage')
+         return
+      end if
       call drawn%measure(sim, sim%forces)
       fault = motion_text(sim, drawn, most_moved)
       moved = motion_text(sim, drawn, apart*usual_share)

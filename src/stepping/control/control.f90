@@ -112,7 +112,8 @@ contains
       call control%time_error%init()
       call control%strikes%init()
       if (.not. is_given(parameters%base%stage)) return
-      if (stage_number(parameters%stages, parameters%base%stage) > 1) control%motion_start = huge(1.0_wp)
+      ! a search leaves out the stages behind its own
+      if (stage_number(parameters%stages, parameters%base%stage) /= 1) control%motion_start = huge(1.0_wp)
    end subroutine new_step_control
 
    !> k01 of the present stage.

@@ -13,7 +13,7 @@ module rockdda_stepping_stage_equilibrium
    use rockdda_interaction_time_tables, only : table_changes
    implicit none
    private
-   public :: varies_with_time, report_no_equilibrium
+   public :: varies_with_time, base_moves, report_no_equilibrium
 
    !> Largest number of blocks in a message.
    integer, parameter :: most_listed = 10
@@ -45,15 +45,27 @@ contains
             varies = varies .or. table_changes(parameters%boundaries(i)%table, time)
          end do
       end if
+      varies = varies .or. base_moves(parameters, time, motion_start)
+   end function varies_with_time
+
+   !> Does the motion of the base still change at a time?
+   pure logical function base_moves(parameters, time, motion_start)
+      type(parameters_type), intent(in) :: parameters
+      real(wp), intent(in) :: time
+      real(wp), intent(in) :: motion_start      !! huge: it has not begun
+      integer :: i
+      base_moves = .false.
       if (motion_start > time) return
-      varies = varies .or. table_changes(parameters%base%table, time - motion_start)
+      base_moves = table_changes(parameters%base%table, time - motion_start)
       if (allocated(parameters%quakes)) then
          do i = 1, size(parameters%quakes)
-            varies = varies .or. table_changes(parameters%quakes(i)%rows, time - motion_start)
+            associate (rows => parameters%quakes(i)%rows)
+               base_moves = base_moves .or. time - motion_start < rows(1, size(rows, 2))
+            end associate
          end do
       end if
-      if (allocated(parameters%base%harmonics)) varies = varies .or. size(parameters%base%harmonics, 2) > 0
-   end function varies_with_time
+      if (allocated(parameters%base%harmonics)) base_moves = base_moves .or. size(parameters%base%harmonics, 2) > 0
+   end function base_moves
 
    !> The error of a stage that has had all its steps: its name, how far it is from equilibrium, and the blocks that are
    !> pushed most.
