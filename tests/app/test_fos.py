@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """`rockdda fos`: the factor at which models lose their equilibrium, and the promises of the command around it."""
 
+import cmath
 import itertools
 import json
 import math
@@ -118,7 +119,9 @@ class Values(FosTest):
     def test_base_does_not_move_before_its_stage(self):
         """Motion of the base begins with the stage 'shaken', behind that of the search."""
         self.write("record.csv", "t, a\n0, -2\n1, -2\n2, -2\n")
-        stages = "&stage name = 'rest', until = 'equilibrium' /\n&stage name = 'shaken', kind = 'dynamic', duration = 1 /\n"
+        stages = (
+            "&stage name = 'rest', until = 'equilibrium' /\n&stage name = 'shaken', kind = 'dynamic', duration = 1 /\n"
+        )
         name = self.block(slope(25), friction=35, more=stages)
         at_rest = self.search(name, "--stage", "rest")
         self.assert_between(at_rest, math.tan(math.radians(35)) / math.tan(math.radians(25)))
@@ -129,6 +132,29 @@ class Values(FosTest):
             outcome = self.run_program("fos", name, "--quiet", "--force")
             self.assertEqual(outcome.code, 2, outcome.err)
             self.assertIn("the base still moves where the search begins", outcome.err)
+
+    def test_friction_that_only_thrust_presses_on_is_told(self):
+        """A column 0.4 x 1.5 m on 16 degrees turns about its toe. A block behind it touches it, and held it without a
+        word: 2.65. With a gap of a micrometre it does not stand."""
+        turn = cmath.rect(1, math.radians(16))
+        boxes = ((-5, -2, 6, 0), (0, 0, 2, 1.5), (-0.4, 0, 0, 1.5))
+        corners = [[(x, y), (u, y), (u, v), (x, v)] for x, y, u, v in boxes]
+        outlines = [[((complex(*one) * turn).real, (complex(*one) * turn).imag) for one in box] for box in corners]
+        self.write("column.blk", block_file(outlines, 1e-4))
+        more = "&boundary along = {}, kind = 'fixed' /\n".format(
+            ",".join(f"{v:.15g}" for p in outlines[0][:2] for v in p)
+        )
+        self.write("column.nml", options(friction=45, more=more).replace("block.dc", "column.blk"))
+        outcome = self.run_program("fos", "column.nml", "--json")
+        self.assertGreater(outcome.json["factor"], 1)
+        told = "blocks hold each other by friction that only their own thrust presses on"
+        self.assertEqual(sum(told in one["message"] for one in outcome.json["messages"]), 1, outcome.err)
+        stiff = options(friction=45, more=more).replace("block.dc", "column.blk")
+        self.write("column.nml", stiff.replace("cohesion = 0", "cohesion = 0, normal_stiffness = 1e10"))
+        self.assertEqual(self.run_program("fos", "column.nml", "--force").code, 3)
+        # a block that slides on a plane
+        outcome = self.run_program("fos", self.block(slope(20), friction=35), "--json")
+        self.assertNotIn(told, outcome.err)
 
     def test_work_of_a_failing_trial_tells_the_factor(self):
         """Friction over driving force of a block that slides is the factor: the trial of 2 tells both last ones."""

@@ -54,7 +54,7 @@ contains
    elemental type(normal_law_type) function new_normal_law(material, by_length) result(law)
       type(joint_material_type), intent(in) :: material
       logical, intent(in) :: by_length
-      law%penalty = by_length .and. .not. material%normal_stiffness > 0
+      law%penalty = by_length .and. material%edge_bears .and. .not. material%normal_stiffness > 0
       if (is_set(material%maximum_closure)) law%largest = material%maximum_closure
    end function new_normal_law
 

@@ -68,6 +68,8 @@ module rockdda_model_analysis_input
       logical :: tie = .false.           !! intact rock: both sides deform as one
       logical :: brittle_given = .false., tie_given = .false.
       real(wp) :: reduction(3) = 1       !! tan(phi), cohesion and tension of the law are divided by these, > 0
+      !> Without a stiffness of its own: the edge of a block bears where the joint opens; a search compares with springs.
+      logical :: edge_bears = .true.
    end type joint_material_type
 
    !> Time-dependent values of one point, linear in between, constant beyond the ends.

@@ -41,6 +41,8 @@ module rockdda_run_factor_search
    real(wp), parameter :: gap = 4
    !> Where joints dilate, as long as they lie further apart than this part of the way from the start to the factor.
    integer, parameter :: parts = 16
+   !> This share of the factor is compared with joints that are springs.
+   real(wp), parameter :: compared = 0.9_wp
    !> What moves in the failing trial is named as a splinter below this share of a typical block's area.
    real(wp), parameter :: splinter = 0.01_wp
 
@@ -70,6 +72,7 @@ module rockdda_run_factor_search
       procedure, private :: compute_values
       procedure, private :: look_below
       procedure, private :: check_solved
+      procedure, private :: compare_springs
       procedure, private :: warn
       procedure, private :: take_loads
    end type factor_search_type
@@ -164,7 +167,10 @@ contains
       call self%warn(observer, describe_shear(self%trials))
       call self%warn(observer, describe_unused(self%limit_trial(stable=.false.), self%settled))
       call self%warn(observer, describe_splinter(self))
-      if (self%state%outcome == search_end%found) return
+      if (self%state%outcome == search_end%found) then
+         call self%compare_springs(observer, error)
+         return
+      end if
       ! a design without a finite reserve stands
       if (self%state%outcome == search_end%never_fails .and. self%options%has_factors()) return
       call make_error(error, error_code%computation, no_factor(self%options, self%state, self%trials))
@@ -208,6 +214,38 @@ contains
       if (n > 1) text = text//' ('//to_string(n - 1)//' more)'
       call self%warn(observer, text)
    end subroutine check_solved
+
+   !> A warning when the model fails well below its factor with joints that are springs of the same stiffness. Blocks
+   !> that only touch may hold each other by friction, pressed by nothing but their own thrust. Statics has no say
+   !> whether they do: the edge of a block that bears without giving way lets them, a spring of rock does not.
+   subroutine compare_springs(self, observer, error)
+      class(factor_search_type), intent(inout) :: self
+      class(search_observer_type), intent(in) :: observer
+      type(error_type), allocatable, intent(out) :: error
+      type(searched_type) :: springs
+      type(run_type), allocatable :: run
+      type(trial_type) :: trial
+      real(wp) :: value
+      if (.not. any(self%settled%families%contacts%laws%normal%penalty)) return
+      springs = self%searched
+      springs%springs = .true.
+      associate (rest => springs%value_at_rest(self%strength))
+         value = rest + compared*(self%state%stable - rest)
+      end associate
+      allocate (run)
+      call compute_trial(self%settled, self%options, springs, value, observer, run, trial, self%interrupted, error)
+      if (self%interrupted) return
+      if (allocated(error)) then
+         if (error%code /= error_code%computation .or. error%is_fatal) return
+         deallocate (error)
+      else if (trial%stable) then
+         return
+      end if
+call self%warn(observer, 'joints take their stiffness from their blocks; as springs of that stiffness they let the '// &
+                     'model fail at '//to_string(value, 4)//': blocks hold each other by friction that only their '// &
+                     'own thrust presses on, and a gap or a softer joint takes it from them; give joints their '// &
+                     'stiffness (normal_stiffness)')
+   end subroutine compare_springs
 
    !> Tell what the factor depends on, and keep it; nothing when the text is empty.
    subroutine warn(self, observer, text)

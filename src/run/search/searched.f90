@@ -20,6 +20,7 @@ module rockdda_run_searched
       real(wp) :: factors(3) = 1                 !! tan(phi), cohesion, tension are divided by these as well
       type(given_loads_type) :: loads            !! of the model
       character(len=name_length), allocatable :: load_names(:)   !! of those that are multiplied
+      logical :: springs = .false.               !! joints without a stiffness of their own are springs, no edges bear
    contains
       procedure :: scale => scale_model
       procedure :: value_at_rest
@@ -34,6 +35,7 @@ contains
       type(parameters_type), intent(inout) :: parameters
       real(wp) :: angle
       integer :: i
+      if (self%springs) parameters%joint_materials%edge_bears = .false.
       select case (self%kind)
       case (search_kind%strength)
          do i = 1, size(self%joints)
