@@ -111,7 +111,8 @@ contains
             deallocate (self%vertex, self%edge, self%state, self%shear, self%normal_force, self%bonded, &
                         self%slip_sign, self%length, self%normal, self%point, self%total_slip, self%energy, &
                         self%k_n, self%k_s, self%offset, self%station, self%tied, self%distance, self%bond_end, &
-                        self%closed, self%core, self%block_a, self%block_b, self%partner, self%joint, self%gap, self%share)
+                        self%closed, self%core, self%block_a, self%block_b, self%partner, self%joint, self%gap, &
+                        self%share)
       end if
       if (.not. allocated(self%vertex)) then
          m = n + n/4 + 16

@@ -126,7 +126,7 @@ contains
       call start_contacts(context, attempt, self%laws, self%stiffness, self%stiffness_is_new, self%table)
    end subroutine prepare
 
-   !> One slip for both rows of an interval: the table has shear and stiffness of the part that is closed until `commit`.
+   !> One slip for both rows of an interval: until `commit` the table has shear and stiffness of what is closed.
    subroutine begin_slips(self)
       class(contacts_type), intent(inout) :: self
       call share_slips(self%laws, self%table, self%lean, self%twist)

@@ -14,15 +14,15 @@ module rockdda_interaction_intervals
    use rockdda_interaction_joint_strength, only : joint_law_type, tension_at
    implicit none
    private
-   public :: find_extremes, share_slips, slipping_share, couple_of, end_gap, mean_gap, interval_response_type, respond, &
-      place_to_linearise, bond_after
+   public :: find_extremes, share_slips, slipping_share, couple_of, end_gap, mean_gap, interval_response_type, &
+      respond, place_to_linearise, bond_after
 
    !> Largest closure at which a joint that has been open is linearised, share of the largest one of its law.
    real(wp), parameter :: first_closure = 0.9_wp
 
    !> How far the share by which an interval resists slip goes in a static step towards that which is closed, and by
-   !> which share of it both may differ. Shear and what is closed decide on each other from step to step: all the way, or
-   !> without play, stiff joints of soft blocks (k L/E = 200) take 100 to 300 steps to come to rest, now 25 to 80.
+   !> which share of it both may differ. Shear and what is closed decide on each other from step to step: all the way,
+   !> or without play, stiff joints of soft blocks (k L/E = 200) take 100 to 300 steps to come to rest, now 25 to 80.
    real(wp), parameter :: way_to_closed = 0.75_wp, play = 0.1_wp
 
    !> An interval at a motion.
@@ -156,8 +156,8 @@ contains
    end function middle_of
 
    !> Share of its length by which an interval resists slip after a static step, by that of this one and by what is
-   !> closed at its end; all of it where the stiffness is a penalty. (In dynamic steps it stays: a joint that rocks would
-   !> lose a part of its shear in each cycle, which only the elongation of each of its points gives right.)
+   !> closed at its end; all of it where the stiffness is a penalty. (In dynamic steps it stays: a joint that rocks
+   !> would lose a part of its shear in each cycle, which only the elongation of each of its points gives right.)
    pure real(wp) function slipping_share(law, now, part) result(next)
       type(joint_law_type), intent(in) :: law
       real(wp), intent(in) :: now                      !! > 0

@@ -68,7 +68,7 @@ module rockdda_model_analysis_input
       logical :: tie = .false.           !! intact rock: both sides deform as one
       logical :: brittle_given = .false., tie_given = .false.
       real(wp) :: reduction(3) = 1       !! tan(phi), cohesion and tension of the law are divided by these, > 0
-      !> Without a stiffness of its own: the edge of a block bears where the joint opens; a search compares with springs.
+      !> Without a stiffness of its own: the edge of a block bears where it opens; a search compares with springs.
       logical :: edge_bears = .true.
    end type joint_material_type
 

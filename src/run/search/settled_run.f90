@@ -200,8 +200,8 @@ contains
                                 ', unbalanced '//to_string(sim%record%unbalanced, 2))
       end do
       if (base_moves(sim%parameters, sim%state%time, sim%control%motion_start)) then
-         call make_error(error, error_code%input, 'the base still moves where the search begins; name a stage before '// &
-                         'the motion with --stage, or end the motion in a stage')
+         call make_error(error, error_code%input, 'the base still moves where the search begins; name a stage '// &
+                         'before the motion with --stage, or end the motion in a stage')
          return
       end if
       call drawn%measure(sim, sim%forces)
