@@ -5,6 +5,7 @@ module rockdda_app_command_fos
    use rockdda_base_diagnostics, only : diagnostics_type, severity
    use rockdda_base_kinds, only : wp
    use rockdda_base_strings, only : counted, to_string
+   use rockdda_model_kinks, only : report_tips
    use rockdda_model_options, only : is_set
    use rockdda_model_liner_layout, only : title_of_liner
    use rockdda_model_material_names, only : number_of_material
@@ -55,7 +56,7 @@ contains
       integer, intent(out) :: exit_code
       type(command_line_type) :: request
       type(model_input_type) :: input
-      type(diagnostics_type) :: messages
+      type(diagnostics_type) :: messages, tips
       type(error_type), allocatable :: error
       type(factor_search_type), allocatable :: search
       type(search_watch_type) :: watch
@@ -81,7 +82,12 @@ contains
          return
       end if
       messages = messages%summarised()
-      if (.not. line%quiet) call show_messages(messages, severity%warning)
+      if (.not. line%quiet) then
+         call show_messages(messages, severity%warning)
+         ! the factor may rest on them
+         if (input%parameters%by_length) call report_tips(input%blocks, tips)
+         call show_messages(tips, severity%note)
+      end if
       call watch_signals()
       call watch%begin(line%quiet)
       call search%run(input, watch, error)

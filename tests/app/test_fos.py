@@ -215,6 +215,10 @@ class Values(FosTest):
             self.write("kink.blk", "\n".join(rows))
             self.write("kink.nml", options(35.66722141).replace("block.dc", "kink.blk"))
             self.assert_between(self.search("kink.nml"), 1.022)
+        outcome = self.run_program("fos", "kink.nml")
+        self.assertIn("note: the tip of block", outcome.err)
+        self.assertIn("begins in a kink above block", outcome.err)
+        self.assertTrue(outcome.out.splitlines()[-1].startswith("factor of safety: "), outcome.out)
 
     def test_bolts_that_take_their_force_too_late_are_named(self):
         """A tendon from the block up the slope: stiff it yields before the block has moved; slack and soft it would
