@@ -320,6 +320,7 @@ contains
          shown = search%settled%parameters%shown(one%force, trim(merge('force/length', 'force       ', is_lining)), 3)
          if (one%use > 0 .and. one%use < 0.5_wp*huge(1.0_wp)) shown = shown//', '//to_string(100*one%use, 3)//' %'
          shown = shown//', '//state_word(one%state, is_lining)
+         if (one%force < 0 .and. .not. is_lining) shown = shown//' in compression'
       end function shown
 
    end function supports_text

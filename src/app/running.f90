@@ -295,6 +295,7 @@ contains
             call json%put('slipping', group%n_slipping)
             call json%put('yielding', group%n_yielding)
             call json%put('ruptured', group%n_ruptured)
+            call json%put('in_compression', group%n_pushed)
             call json%close('}')
          end associate
       end do

@@ -25,6 +25,8 @@ module rockdda_run_supports
       real(wp) :: force = 0                      !! largest, per bolt [force]
       real(wp) :: use = 0                        !! largest share of a strength, 0: none is given
       integer :: n_slipping = 0, n_yielding = 0, n_ruptured = 0   !! bolts with such a node
+      integer :: n_pushed = 0                    !! bolts whose largest force is compression
+      real(wp) :: pushed = 0                     !! the largest of these [force]
    end type bolt_summary_type
 
 contains
@@ -77,6 +79,8 @@ contains
       if (last > 0) then
          group = bolt_summary_type('springs', last, maxval(abs(nodes%force(:last))))
          if (allocated(nodes%use)) group%use = maxval(nodes%use(:last))
+         group%n_pushed = count(nodes%force(:last) < 0)
+         group%pushed = max(0.0_wp, -minval(nodes%force(:last)))
          groups = [groups, group]
       end if
       if (sim%families%bars%n_nodes() == 0) return
@@ -98,6 +102,12 @@ contains
             groups(g)%n = groups(g)%n + 1
             groups(g)%force = max(groups(g)%force, maxval(abs(nodes%force(first:last))))
             groups(g)%use = max(groups(g)%use, maxval(nodes%use(first:last)))
+            associate (least => minval(nodes%force(first:last)), most => maxval(nodes%force(first:last)))
+               if (least < 0 .and. -least > most) then
+                  groups(g)%n_pushed = groups(g)%n_pushed + 1
+                  groups(g)%pushed = max(groups(g)%pushed, -least)
+               end if
+            end associate
             groups(g)%n_slipping = groups(g)%n_slipping + merge(1, 0, any(nodes%state(first:last) == 2))
             groups(g)%n_yielding = groups(g)%n_yielding + merge(1, 0, any(nodes%state(first:last) == 3))
             groups(g)%n_ruptured = groups(g)%n_ruptured + merge(1, 0, any(nodes%state(first:last) == 4))
@@ -133,7 +143,10 @@ contains
                    shown(group%force, 'force')
             if (group%use > 0) text = text//', '//to_string(100*group%use, 3)//' % of the strength'
             text = text//'; '//to_string(group%n_slipping)//' slipping, '//to_string(group%n_yielding)// &
-                   ' yielding, '//to_string(group%n_ruptured)//' ruptured'//new_line('a')
+                   ' yielding, '//to_string(group%n_ruptured)//' ruptured'
+            if (group%n_pushed > 0) text = text//'; '//to_string(group%n_pushed)//' in compression, up to '// &
+                                           shown(group%pushed, 'force')
+            text = text//new_line('a')
          end associate
       end do
       if (len(text) > 0) text = text(:len(text) - 1)

@@ -267,6 +267,31 @@ class Values(FosTest):
         self.assertAlmostEqual(result["supports"][0]["failing"]["force"], -force, delta=1e-3 * force)
         self.assertIn("; -10 kN, 100 %, ", self.run_program("fos", "block.nml").out)
 
+    def test_bolts_without_grout_prop_nothing(self):
+        """The same prop as a tendon or a yielding bolt, which goes slack: as without it. In grout it bears compression,
+        and that is said."""
+        c, s = math.cos(math.radians(30)), math.sin(math.radians(30))
+        ends = [(x * c - y * s, x * s + y * c) for x, y in ((2.2, 1.5), (0.5, 0.5))]
+        common = f"from = {ends[0][0]}, {ends[0][1]}, to = {ends[1][0]}, {ends[1][1]}, diameter = 0.025, young = 200e9"
+        truth = math.tan(math.radians(35)) / math.tan(math.radians(30))
+        for kind, props in (
+            ("kind = 'end_anchored', yield_force = 10e3", False),
+            ("kind = 'yielding', plateau_force = 10e3, stroke = 0.2", False),
+            ("kind = 'grouted', yield_force = 10e3, grout_stiffness = 1e9, grout_strength = 400e3", True),
+        ):
+            with self.subTest(kind):
+                self.block(slope(30), friction=35, more=f"&bolt name = 'prop', {common}, {kind} /\n")
+                result = self.search("block.nml")
+                outcome = self.run_program("fos", "block.nml")
+                if props:
+                    self.assertGreater(result["factor"], 1.2 * truth)
+                    self.assertIn("bolt 'prop' props what stands", outcome.err)
+                    self.assertIn(" in compression\n", outcome.out)
+                else:
+                    self.assert_between(result, truth)
+                    self.assertEqual(result["supports"][0]["failing"]["force"], 0)
+                    self.assertNotIn("props", outcome.err)
+
     def test_steep_bolt_is_waited_for_until_it_bears(self):
         """A bolt 9 degrees from the normal of a plane yields at a slip of 12 mm, 0.9 % of the block. Most of
         what it holds is the friction of the joint that it presses together."""

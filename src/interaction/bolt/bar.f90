@@ -6,7 +6,7 @@
 !> two for each part of it that moves as one; a tie lies between the points p and p + 1. With the displacements u of the
 !> points along the bar, w of the nodes:
 !>
-!>     element     f = k (w(e+1) - w(e) - plastic),   |f| <= yield force
+!>     element     f = k (w(e+1) - w(e) - plastic),   |f| <= yield force; without grout 0 <= f: it goes slack
 !>     tie         t = k (u - w - slip),              |t| <= strength
 !>     node        f(e) - f(e-1) + sum of t = 0
 !>
@@ -44,6 +44,7 @@ module rockdda_interaction_bar
       real(wp), allocatable :: steel(:)       !! (n - 1) stiffness [force/length]
       real(wp), allocatable :: ultimate(:)    !! (n - 1) plastic elongation at which an element breaks [length]
       real(wp), allocatable :: yield(:)       !! (n - 1) force in the middle, when it is that of the bolt at an end
+      real(wp) :: pushed = 1                  !! share of `yield` that bears compression; 0: none, it goes slack
       real(wp) :: residual = 1                !! share of the strength of ties after slip
       integer, allocatable :: node(:)         !! (ties)
       integer, allocatable :: element(:)      !! (ties) whose half beside the node the grout surrounds; 0: none
@@ -94,6 +95,7 @@ contains
       allocate (crossing(0))
       bar%n_points = 2*size(from)
       bar%residual = form%grout_residual
+      if (.not. form%grouted) bar%pushed = 0
       allocate (bar%place(2))
       bar%place = [0.0_wp, form%length]
       if (form%grouted) then
@@ -237,16 +239,23 @@ contains
       if (bar%grout(head) > 0) state%slip(head) = state%slip(head) + force/bar%grout(head)
    end function tension
 
-   !> Law of an element or a tie.
-   elemental subroutine law(stiffness, limit, stretch, force, tangent, at_limit)
+   !> Law of an element or a tie. What bears no compression has no stiffness there.
+   elemental subroutine law(stiffness, limit, pushed, stretch, force, tangent, at_limit)
       real(wp), intent(in) :: stiffness    !! [force/length]
       real(wp), intent(in) :: limit        !! force
+      real(wp), intent(in) :: pushed       !! share of it in compression, 1 or 0
       real(wp), intent(in) :: stretch      !! elastic, if the limit were not [length]
       real(wp), intent(out) :: force, tangent
       integer, intent(out) :: at_limit     !! +1, -1, or 0: elastic
       force = stiffness*stretch
       tangent = stiffness
       at_limit = 0
+      if (force < 0 .and. .not. pushed > 0) then
+         at_limit = -1
+         force = 0
+         tangent = 0
+         return
+      end if
       if (.not. abs(force) > limit) return
       at_limit = merge(1, -1, force > 0)
       force = at_limit*limit + hardening*(force - at_limit*limit)
@@ -431,8 +440,8 @@ contains
       logical, intent(out) :: changed       !! something has come to another limit than it was at
       integer :: i
       changed = .false.
-      call measure_elements(bar%n, r%of_steel, bar%yield, state%plastic, r%w, r%f, r%f_tangent, r%f_limit, r%missing, &
-                            changed)
+      call measure_elements(bar%n, r%of_steel, bar%yield, bar%pushed, state%plastic, r%w, r%f, r%f_tangent, r%f_limit, &
+                            r%missing, changed)
       call measure_ties(bar%n, size(bar%node), bar%node, r%of_tie, r%strength, state%slip, r%at, r%w, r%t, &
                         r%t_tangent, r%t_limit, r%missing, changed)
       r%missing(1) = r%missing(1) - pull
@@ -445,9 +454,9 @@ contains
    end subroutine measure
 
    !> Forces of elements, and their sum at the nodes.
-   pure subroutine measure_elements(n, stiffness, yield, plastic, w, f, tangent, limit, missing, changed)
+   pure subroutine measure_elements(n, stiffness, yield, pushed, plastic, w, f, tangent, limit, missing, changed)
       integer, intent(in) :: n
-      real(wp), intent(in) :: stiffness(n - 1), yield(n - 1), plastic(n - 1), w(n)
+      real(wp), intent(in) :: stiffness(n - 1), yield(n - 1), pushed, plastic(n - 1), w(n)
       real(wp), intent(inout) :: f(n - 1), tangent(n - 1)
       integer, intent(inout) :: limit(n - 1)
       real(wp), intent(out) :: missing(n)
@@ -456,7 +465,7 @@ contains
       real(wp) :: before
       before = 0
       do e = 1, n - 1
-         call law(stiffness(e), yield(e), w(e + 1) - w(e) - plastic(e), f(e), tangent(e), at_limit)
+         call law(stiffness(e), yield(e), pushed, w(e + 1) - w(e) - plastic(e), f(e), tangent(e), at_limit)
          changed = changed .or. at_limit /= limit(e)
          limit(e) = at_limit
          missing(e) = f(e) - before
@@ -476,7 +485,7 @@ contains
       logical, intent(inout) :: changed
       integer :: l, at_limit
       do l = 1, m
-         call law(stiffness(l), strength(l), at(l) - w(node(l)) - slip(l), t(l), tangent(l), at_limit)
+         call law(stiffness(l), strength(l), 1.0_wp, at(l) - w(node(l)) - slip(l), t(l), tangent(l), at_limit)
          changed = changed .or. at_limit /= limit(l)
          limit(l) = at_limit
          missing(node(l)) = missing(node(l)) + t(l)
@@ -618,8 +627,8 @@ contains
       end do
    end subroutine sum_at_points
 
-   !> The largest share of its strength that an element or a tie carries. By `share` of condense it grows at most with
-   !> the motion of a point.
+   !> The largest share of its strength that an element or a tie carries, or lacks of it where it may go slack. By
+   !> `share` of condense it grows at most with the motion of a point.
    pure real(wp) function largest_share(bar, response) result(share)
       type(bar_type), intent(in) :: bar
       type(bar_response_type), intent(in) :: response
@@ -627,6 +636,7 @@ contains
       share = 0
       do e = 1, bar%n - 1
          share = max(share, abs(response%f(e))/bar%yield(e))
+         if (.not. bar%pushed > 0) share = max(share, 1 - response%f(e)/bar%yield(e))
       end do
       do l = 1, size(bar%node)
          if (response%holder(bar%node(l)) /= l) share = max(share, abs(response%t(l))/response%strength(l))
@@ -668,7 +678,7 @@ contains
       yielded = 0
       associate (r => response)
          do e = 1, bar%n - 1
-            if (r%f_limit(e) == 0) cycle
+            if (r%f_limit(e) == 0 .or. r%f_limit(e) < 0 .and. .not. bar%pushed > 0) cycle
             new = r%w(e + 1) - r%w(e) - r%f(e)/bar%steel(e)
             yielded = yielded + r%f(e)*(new - state%plastic(e))
             state%plastic(e) = new

@@ -59,7 +59,7 @@ contains
                             default_text='required, but for a spring'), bolt%young)
       call table%add(option('pretension', 'force at the start, or when installed; tension positive', unit='force'), &
                      bolt%pretension)
-      call table%add(option('yield_force', 'force at which the bolt yields, in tension and compression', unit='force', &
+      call table%add(option('yield_force', 'force at which the bolt yields', unit='force', &
                             above=0.0_wp, default_text='none: it does not yield'), bolt%yield_force)
       call table%add(option('rupture_strain', 'plastic strain at which the steel breaks', above=0.0_wp, &
                             default_text='none'), bolt%rupture_strain)

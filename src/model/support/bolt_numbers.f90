@@ -174,6 +174,8 @@ contains
       else if (is_set(bolt%grout_stiffness) .or. is_set(bolt%grout_strength) .or. allocated(bolt%free_length)) then
          call fail(problem, "grout belongs to the kinds 'grouted' and 'friction'")
       end if
+      if (bolt%pretension < 0 .and. .not. grouted) call fail(problem, &
+         "'pretension' must be 0 or more: without grout this kind bears no compression")
       if (kind == 'friction' .and. bolt%yield_force > 0) call fail(problem, &
          "the steel of kind 'friction' does not yield")
       if (kind == 'yielding') then

@@ -11,7 +11,7 @@ module rockdda_run_factor_search
    use rockdda_base_diagnostics, only : diagnostics_type, severity
    use rockdda_base_error, only : error_type, error_code, make_error
    use rockdda_base_kinds, only : wp
-   use rockdda_base_strings, only : to_string
+   use rockdda_base_strings, only : counted, to_string
    use rockdda_base_suggest, only : did_you_mean
    use rockdda_model_options, only : is_set
    use rockdda_model_parameters, only : parameters_type
@@ -31,7 +31,7 @@ module rockdda_run_factor_search
    use rockdda_run_searched, only : searched_type
    use rockdda_run_settled_run, only : block_text, find_settled_state
    use rockdda_run_settled_state, only : add_trial_stage
-   use rockdda_run_support_uses, only : name_of_support
+   use rockdda_run_support_uses, only : find_pushed, n_bolts_of, name_of_support
    use rockdda_run_trial, only : trial_type, search_observer_type, compute_trial, most_motion
    implicit none
    private
@@ -166,6 +166,7 @@ contains
       call self%warn(observer, describe_inside(self%trials))
       call self%warn(observer, describe_shear(self%trials))
       call self%warn(observer, describe_unused(self%limit_trial(stable=.false.), self%settled))
+      call self%warn(observer, describe_pushed(self%limit_trial(stable=.true.), self%settled))
       call self%warn(observer, describe_splinter(self))
       if (self%state%outcome == search_end%found) then
          call self%compare_springs(observer, error)
@@ -541,6 +542,25 @@ call self%warn(observer, 'joints take their stiffness from their blocks; as spri
                 'pretension, or look at that motion in a run with reduced strength'
       end associate
    end function describe_unused
+
+   !> A warning when bolts prop what stands: grout and springs bear compression, and steel does not buckle. Else empty.
+   function describe_pushed(stable, settled) result(text)
+      type(trial_type), intent(in) :: stable
+      type(simulation_type), intent(in) :: settled
+      character(len=:), allocatable :: text
+      integer, allocatable :: pushed(:)
+      text = ''
+      if (.not. allocated(stable%supports)) return
+      pushed = find_pushed(stable%supports(:min(size(stable%supports), n_bolts_of(settled))))
+      if (size(pushed) == 0) return
+      associate (one => stable%supports(pushed(1)))
+         text = "bolt '"//name_of_support(settled, pushed(1))//"' "
+         if (size(pushed) > 1) text = counted(size(pushed), 'bolt')//', the first '//text
+         text = text//'props what stands in the trial of '//to_string(stable%value, 6)//', with '// &
+                settled%parameters%shown(-one%force, 'force', 3)//' of compression: steel does not buckle in the '// &
+                "model, and the factor counts on it; kind = 'end_anchored' bears tension alone"
+      end associate
+   end function describe_pushed
 
    !> A warning when a lining bears more shear in a stable trial than its tensile strength: N and M limit its sections,
    !> shear does not, and the factor rests on it. Else empty.

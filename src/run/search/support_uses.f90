@@ -9,7 +9,8 @@ module rockdda_run_support_uses
    use rockdda_stepping_simulation, only : simulation_type
    implicit none
    private
-   public :: support_use_type, find_uses, name_of_support, n_bolts_of, state_word, find_unused, friction_work
+   public :: support_use_type, find_uses, name_of_support, n_bolts_of, state_word, find_unused, find_pushed, &
+      friction_work
 
    !> What bolts could do is an estimate: forces turn, and joints yield, on the way on which they come to bear.
    real(wp), parameter :: large_share = 0.5_wp
@@ -109,6 +110,16 @@ contains
          word = trim(of_bolt(state))
       end if
    end function state_word
+
+   !> Bolts whose compression is a large share of their strength, or, without a limit, of the largest force of all.
+   pure function find_pushed(bolts) result(pushed)
+      type(support_use_type), intent(in) :: bolts(:)
+      integer, allocatable :: pushed(:)
+      integer :: k
+      pushed = pack([(k, k=1, size(bolts))], bolts%force < 0 .and. &
+                    merge(bolts%use >= large_share, -bolts%force >= large_share*maxval(abs(bolts%force)), &
+                          bolts%use > 0))
+   end function find_pushed
 
    !> Could elastic bolts hold what the last step, a static one, has moved? They do a large share of the work of inertia
    !> there, `work`, if they bear their strength, by their stretch and by the friction of the joints that they press
