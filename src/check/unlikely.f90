@@ -276,8 +276,8 @@ contains
          character(len=:), allocatable :: problem
          logical :: unlikely
          call known%problem_of(group, name, dimension, value, .false., problem, unlikely)
-         if (len(problem) > 0) call messages%add(severity%error, group//' '//to_string(number)//': '//name//': '// &
-                                                 problem, origin)
+         if (len(problem) > 0) call messages%add(merge(severity%warning, severity%error, unlikely), group//' '// &
+                                                 to_string(number)//': '//name//': '//problem, origin)
       end subroutine judge
 
    end subroutine check_analysis

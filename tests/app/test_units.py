@@ -89,6 +89,22 @@ class Units(ProgramTest):
         outcome = self.check(SI, more="&boundary along = 0,30, 2,30, kind = 'fixed' /\n")
         self.assertRegex(outcome.err, r"has both ends within \S+ m?m of the polyline; .*, \S+ m away")
 
+    def test_values_that_are_unlikely_are_warnings(self):
+        for changed, more, words in (
+            (
+                {"cohesion": "200"},
+                "",
+                "cohesion: 200 Pa is unlikely, usual are 1000 to 1e.08 Pa: it seems to be in kPa, but",
+            ),
+            ({"gravity": "0.981"}, "", "gravity: 0.981 m/s.2 is unlikely, usual are 9 to 10.5 m/s.2"),
+            ({"stiffness": "5000"}, "", "normal_stiffness: 5000 Pa/m is unlikely, .* in MPa/m, but"),
+        ):
+            with self.subTest(**changed):
+                outcome = self.check(SI | changed, "SI", more)
+                self.assertEqual(outcome.code, 0, outcome.err)
+                self.assertRegex(outcome.err, "warning: " + words)
+        self.assertNotIn("unlikely", self.check(SI, "SI").err)
+
     def test_values_that_cannot_be_are_errors_with_the_cause(self):
         """Each was taken, some with a warning, before units were said."""
         for units, values, changed, more, place, cause in (
@@ -100,7 +116,14 @@ class Units(ProgramTest):
             ("SI", SI, {"young": "20"}, "", "young", "it seems to be in GPa"),
             ("kN", KN, {"young": "20e9"}, "", "young", "it seems to be in Pa"),
             ("mm", MM, {"young": "20e9"}, "", "young", "it seems to be in Pa"),
-            ("SI", SI, {"cohesion": "10"}, "", "cohesion", "it seems to be in MPa"),
+            (
+                "SI",
+                SI,
+                {"cohesion": "10"},
+                "",
+                "cohesion",
+                "in kPa or MPa, but units = 'SI' has Pa, where it is 10000 or 1e+07",
+            ),
             ("mm", MM, {"stiffness": "5e9"}, "", "normal_stiffness", "it seems to be in Pa/m"),
             ("mm", MM, {"gravity": "9.81"}, "", "gravity", "it seems to be in m/s2"),
             ("SI", SI, {"gravity": "9810"}, "", "gravity", "it seems to be in mm/s2"),

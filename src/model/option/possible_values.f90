@@ -38,8 +38,8 @@ module rockdda_model_possible_values
       bounds_type('residual_cohesion', 'stress', 100.0_wp, huge(1.0_wp), [1.0e3_wp, 1.0e8_wp]), &
       bounds_type('residual_tension', 'stress', 100.0_wp, huge(1.0_wp), [1.0e3_wp, 1.0e8_wp]), &
       bounds_type('jcs', 'stress', 1.0e5_wp, 2.0e9_wp, [1.0e6_wp, 5.0e8_wp]), &
-      bounds_type('normal_stiffness', 'stress/length', 1.0e2_wp, 1.0e16_wp, [1.0e8_wp, 1.0e12_wp]), &
-      bounds_type('shear_stiffness', 'stress/length', 1.0e2_wp, 1.0e16_wp, [1.0e7_wp, 1.0e12_wp]), &
+      bounds_type('normal_stiffness', 'stress/length', 1.0e2_wp, 1.0e16_wp, [1.0e6_wp, 1.0e12_wp]), &
+      bounds_type('shear_stiffness', 'stress/length', 1.0e2_wp, 1.0e16_wp, [1.0e5_wp, 1.0e12_wp]), &
       bounds_type('slip_length', 'length', 1.0e-8_wp, 100.0_wp, [1.0e-4_wp, 1.0_wp]), &
       bounds_type('slip_rate', 'length/time', 1.0e-9_wp, 1.0e3_wp, [1.0e-4_wp, 10.0_wp]), &
       bounds_type('stiffness', 'force/length', 1.0e2_wp, 1.0e18_wp, [1.0e7_wp, 1.0e13_wp]), &
@@ -72,6 +72,10 @@ module rockdda_model_possible_values
       bounds_type('spacing_out_of_plane', 'length', 0.02_wp, 200.0_wp, [0.3_wp, 20.0_wp], 'bolt'), &
       bounds_type('stroke', 'length', 1.0e-4_wp, 10.0_wp, [0.02_wp, 2.0_wp], 'bolt')]
 
+   !> Values of joints and of the load that are possible, but in rock below what is usual by a slip of the unit.
+   character(len=16), parameter :: not_small(*) = [character(len=16) :: 'gravity', 'cohesion', 'tension', &
+      'normal_stiffness', 'shear_stiffness']
+
    !> Units in which people give such values, by the size in SI.
    type :: habit_type
       character(len=14) :: dimension = ''
@@ -84,8 +88,8 @@ module rockdda_model_possible_values
       habit_type('mass/length^2', 't/mm3', 1.0e12_wp), habit_type('mass/length^2', 'kg/mm3', 1.0e9_wp), &
       habit_type('mass/length^2', 'N/m3, a unit weight', 1/earth), &
       habit_type('mass/length^2', 'kN/m3, a unit weight', 1.0e3_wp/earth), &
-      habit_type('stress', 'Pa', 1.0_wp), habit_type('stress', 'MPa', 1.0e6_wp), &
-      habit_type('stress', 'kPa', 1.0e3_wp), habit_type('stress', 'GPa', 1.0e9_wp), &
+      habit_type('stress', 'Pa', 1.0_wp), habit_type('stress', 'kPa', 1.0e3_wp), &
+      habit_type('stress', 'MPa', 1.0e6_wp), habit_type('stress', 'GPa', 1.0e9_wp), &
       habit_type('force/length^2', 'N/m3', 1.0_wp), habit_type('force/length^2', 'kN/m3', 1.0e3_wp), &
       habit_type('force/length^2', 'MN/m3', 1.0e6_wp), habit_type('force/length^2', 'N/mm3', 1.0e9_wp), &
       habit_type('force/length^2', 'kg/m3, a density', earth), &
@@ -182,10 +186,10 @@ contains
          ! values that no other unit explains are meant: rigid blocks, models of a laboratory
          if (len(cause) == 0) return
          text = value_text(self%system, value, b%dimension)//' cannot be, '//range_text(self%system, b)//cause
-      else if (group == 'liner' .and. (si < b%usual(1) .or. si > b%usual(2)) .and. &
-               len(cause_text(value, b, self%system)) > 0) then
+      else if (is_unlikely() .and. len(cause_text(value, b, self%system)) > 0) then
          unlikely = .true.
-         text = value_text(self%system, value, b%dimension)//' is unlikely for a lining, usual are '// &
+         text = value_text(self%system, value, b%dimension)//' is unlikely'// &
+                trim(merge(' for a lining', '             ', group == 'liner'))//', usual are '// &
                 to_string(b%usual(1)/self%system%in_si(1.0_wp, b%dimension), 3)//' to '// &
                 to_string(b%usual(2)/self%system%in_si(1.0_wp, b%dimension), 3)//' '// &
                 self%system%unit_of(b%dimension)//cause_text(value, b, self%system)
@@ -202,6 +206,15 @@ contains
             cause_text(value, b, self%system)
       end if
       if (len(text) > 0) text = text//". (units = 'none' of &model takes any consistent values)"
+
+   contains
+
+      !> Is the value beyond what is usual where that counts?
+      pure logical function is_unlikely()
+         is_unlikely = any(not_small == name) .and. si < b%usual(1) .and. .not. scaled
+         if (group == 'liner') is_unlikely = si < b%usual(1) .or. si > b%usual(2)
+      end function is_unlikely
+
    end subroutine problem_of
 
    !> A friction angle in radians.
@@ -238,27 +251,36 @@ contains
       text = text//' '//system%unit_of(b%dimension)
    end function range_text
 
-   !> The unit that the value seems to be in, that which brings it nearest to what is usual, and its value in that of
-   !> the system; '' where none fits.
+   !> The unit that the value seems to be in, that which brings it nearest to the middle of what is usual, of a stress
+   !> with the next one (kPa and MPa are both common), and its value in that of the system; '' where none fits.
    pure function cause_text(value, b, system) result(text)
       real(wp), intent(in) :: value
       type(bounds_type), intent(in) :: b
       type(unit_system_type), intent(in) :: system
-      character(len=:), allocatable :: text
-      real(wp) :: si, far, nearest
-      integer :: i
-      text = ''
-      nearest = huge(1.0_wp)
+      character(len=:), allocatable :: text, names, values
+      real(wp) :: far(size(habits))
+      integer :: i, k
       do i = 1, size(habits)
-         if (habits(i)%dimension /= b%dimension) cycle
-         si = abs(value)*habits(i)%size
-         if (si < b%usual(1) .or. si > b%usual(2)) cycle
-         far = abs(log(si**2/product(b%usual)))     ! from the middle of what is usual
-         if (far >= nearest*(1 - 1.0e-9_wp)) cycle
-         nearest = far
-         text = ': it seems to be in '//trim(habits(i)%name)//", but units = '"//trim(system%name)//"' has "// &
-                system%unit_of(b%dimension)//', where it is '// &
-                to_string(sign(si, value)/system%in_si(1.0_wp, b%dimension), 4)
+         far(i) = huge(1.0_wp)
+         associate (si => abs(value)*habits(i)%size)
+            if (habits(i)%dimension == b%dimension .and. si >= b%usual(1) .and. si <= b%usual(2)) &
+               far(i) = abs(log(si**2/product(b%usual)))
+         end associate
+      end do
+      text = ''
+      names = ''
+      values = ''
+      do k = 1, merge(2, 1, b%dimension == 'stress')
+         if (.not. any(far < huge(1.0_wp))) exit
+         ! of two as far, to rounding, the first
+         i = findloc(far <= minval(far)*(1 + 1.0e-9_wp), .true., dim=1)
+         far(i) = huge(1.0_wp)
+         if (k == 2) names = names//' or '
+         if (k == 2) values = values//' or '
+         names = names//trim(habits(i)%name)
+         values = values//to_string(value*habits(i)%size/system%in_si(1.0_wp, b%dimension), 4)
+         text = ': it seems to be in '//names//", but units = '"//trim(system%name)//"' has "// &
+                system%unit_of(b%dimension)//', where it is '//values
       end do
    end function cause_text
 
