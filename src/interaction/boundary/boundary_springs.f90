@@ -9,8 +9,17 @@
 !>     at p: L/6 (2 t_p + t_q),     at q: L/6 (t_p + 2 t_q),
 !>
 !> exactly, for displacements of the block are linear there, too.
+!>
+!> An edge of a cell that is tied to others is held as a tie holds it (rockdda_interaction_ties): the springs stand
+!> close to its middle, so that what is linear along it gives way by the rock between the edge and the centroid,
+!>
+!>     2 p (h L)**2 = E/d L**3/12,     h of the middle in parts of L.
+!>
+!> Held at both ends of its edge a cell of uniform strain cannot bend.
 module rockdda_interaction_boundary_springs
    use rockdda_base_kinds, only : wp
+   use rockdda_geometry_polygons, only : polygon_properties
+   use rockdda_geometry_segments, only : distance_to_segment
    use rockdda_model_blocks, only : block_system_type
    use rockdda_model_ground_options, only : is_quiet
    use rockdda_model_in_situ, only : initial_stress_type
@@ -34,6 +43,8 @@ module rockdda_interaction_boundary_springs
       integer :: group = 0
       integer :: block = 0
       integer :: vertex = 0
+      integer :: other = 0           !! vertex at the other end of the edge
+      real(wp) :: share = 0          !! of the way there at which it stands
       logical :: both = .false.      !! one of two, along x and y
       logical :: quiet = .false.     !! holds in static steps only; then it keeps its force
       real(wp) :: direction(2) = 0
@@ -81,7 +92,7 @@ contains
       integer, intent(in) :: g, b, k          !! boundary, block, edge
       real(wp), intent(in) :: normal(2)       !! of the polyline's segment
       type(boundary_spring_type) :: spring
-      real(wp) :: forces(2, 2), directions(2, 2)
+      real(wp) :: forces(2, 2), directions(2, 2), from_middle
       integer :: i, side, vertices(2), n
       vertices = [k, next_vertex(blocks, b, k)]
       forces = end_forces(blocks, field, b, vertices)
@@ -96,9 +107,18 @@ contains
          directions(:, 1) = normal
       end if
       spring%both = n == 2
+      from_middle = place_of_springs(blocks, parameters, b, vertices, spring%stiffness)
+      if (spring%quiet) from_middle = 0.5_wp
+      spring%share = 0.5_wp - from_middle
+      if (spring%share > 0) then
+         do i = 1, 2
+            forces(i, :) = moved_in(forces(i, :), from_middle)
+         end do
+      end if
       do side = 1, 2
          do i = 1, n
             spring%vertex = vertices(side)
+            spring%other = vertices(3 - side)
             spring%direction = directions(:, i)
             spring%start_force = dot_product(directions(:, i), forces(:, side))
             self%list = [self%list, spring]
@@ -106,19 +126,62 @@ contains
       end do
    end subroutine append_edge
 
+   !> Distance of the springs of an edge from its middle, in parts of its length.
+   pure real(wp) function place_of_springs(blocks, parameters, b, vertices, stiffness) result(from_middle)
+      type(block_system_type), intent(in) :: blocks
+      type(parameters_type), intent(in) :: parameters
+      integer, intent(in) :: b, vertices(2)       !! block; of the edge
+      real(wp), intent(in) :: stiffness           !! of one spring [force/length]
+      real(wp) :: edge(2), area, centroid(2), moments(3), distance, young
+      integer :: k
+      from_middle = 0.5_wp
+      if (.not. parameters%by_length) return
+      do k = blocks%vertex_offset(b) + 1, blocks%vertex_offset(b + 1)
+         if (blocks%edge_joint(k) < 1) cycle
+         if (.not. parameters%joint_materials(blocks%edge_joint(k))%tie) cycle
+         edge = blocks%vertices(:, vertices(2)) - blocks%vertices(:, vertices(1))
+         call polygon_properties(blocks%vertices(:, blocks%vertex_offset(b) + 1:blocks%vertex_offset(b + 1)), area, &
+                                 centroid, moments)
+         distance = distance_to_segment(centroid, blocks%vertices(:, vertices(1)), blocks%vertices(:, vertices(2)))
+         young = parameters%block_materials(blocks%block_material(b))%youngs_modulus
+         if (distance > 0) from_middle = min(0.5_wp, sqrt(young*norm2(edge)/(24*distance*stiffness)))
+         return
+      end do
+   end function place_of_springs
+
+   !> Forces with the same sum and moment as those at both ends of an edge.
+   pure function moved_in(at_ends, from_middle) result(forces)
+      real(wp), intent(in) :: at_ends(2), from_middle
+      real(wp) :: forces(2)
+      forces = 0.5_wp*sum(at_ends) + [-0.25_wp, 0.25_wp]*(at_ends(2) - at_ends(1))/from_middle
+   end function moved_in
+
+   !> Where a spring stands.
+   pure function place_of(spring, vertices) result(place)
+      type(boundary_spring_type), intent(in) :: spring
+      real(wp), intent(in) :: vertices(:, :)      !! (2, nv)
+      real(wp) :: place(2)
+      place = vertices(:, spring%vertex)
+      if (spring%share > 0) place = place + spring%share*(vertices(:, spring%other) - place)
+   end function place_of
+
    !> Take the load of the water on edge k of block b off the springs that were added last.
    pure subroutine leave_to_water(self, blocks, b, k, pressure)
       class(boundary_springs_type), intent(inout) :: self
       type(block_system_type), intent(in) :: blocks
       integer, intent(in) :: b, k
       real(wp), intent(in) :: pressure(2)     !! shares of both ends [stress]
-      real(wp) :: edge(2)
+      real(wp) :: edge(2), shares(2)
       integer :: i
       edge = blocks%vertices(:, next_vertex(blocks, b, k)) - blocks%vertices(:, k)
+      shares = pressure
+      associate (s => self%list(size(self%list)))
+         if (s%share > 0) shares = moved_in(pressure, 0.5_wp - s%share)
+      end associate
       do i = size(self%list) - merge(3, 1, self%list(size(self%list))%both), size(self%list)
          associate (s => self%list(i))
             ! its force on the block: the pressure against the outward normal (edge_y, -edge_x)/L
-            s%start_force = s%start_force - merge(pressure(1), pressure(2), s%vertex == k)* &
+            s%start_force = s%start_force - merge(shares(1), shares(2), s%vertex == k)* &
                             dot_product(s%direction, [-edge(2), edge(1)])
          end associate
       end do
@@ -237,14 +300,14 @@ contains
             if (.not. context%state%active(b)) cycle
             if (is_held(self, i, context)) then
                call add_line_spring(0.0_wp, s%direction, context%state%quiet_force(i), &
-                                    context%state%vertices(:, s%vertex), attempt%moving(b), &
+                                    place_of(s, context%state%vertices), attempt%moving(b), &
                                     equations%block_matrix(:, b), equations%block_load(:, b), &
                                     equations%block_magnitude(:, b))
                cycle
             end if
             call add_line_spring(attempt%scheme%level*s%stiffness, s%direction, -s%stiffness* &
                                  (stretch_at_start(s, context, attempt) - attempt%scheme%level*pulled_by(self, s)), &
-                                 context%state%vertices(:, s%vertex), attempt%moving(b), &
+                                 place_of(s, context%state%vertices), attempt%moving(b), &
                                  equations%block_matrix(:, b), equations%block_load(:, b), &
                                  equations%block_magnitude(:, b))
          end associate
@@ -257,7 +320,7 @@ contains
       type(step_context_type), intent(in) :: context
       type(attempt_type), intent(in) :: attempt
       real(wp) :: moved(2)
-      moved = context%state%vertices(:, spring%vertex) - context%blocks%vertices(:, spring%vertex)
+      moved = place_of(spring, context%state%vertices) - place_of(spring, context%blocks%vertices)
       x = dot_product(spring%direction, moved - target_of(context, attempt, spring%group, context%state%time)) - &
           spring%start_force/spring%stiffness
    end function stretch_at_start
@@ -286,7 +349,7 @@ contains
       type(step_context_type), intent(in) :: context
       type(attempt_type), intent(in) :: attempt
       real(wp), intent(in) :: d(6)    !! motion of the block
-      u = dot_product(spring%direction, mean_displacement(d, context%state%vertices(:, spring%vertex), &
+      u = dot_product(spring%direction, mean_displacement(d, place_of(spring, context%state%vertices), &
                                                           attempt%moving(spring%block)))
    end function moved_along
 
@@ -300,7 +363,7 @@ contains
       do i = 1, size(self%list)
          if (is_held(self, i, context)) cycle
          associate (s => self%list(i))
-            call measure_point(attempt, s%stiffness, context%state%vertices(:, s%vertex), s%block, equations, &
+            call measure_point(attempt, s%stiffness, place_of(s, context%state%vertices), s%block, equations, &
                                s%direction)
          end associate
       end do
@@ -382,7 +445,7 @@ contains
          if (.not. context%state%active(self%list(i)%block)) cycle
          associate (s => self%list(i))
             call forces%add_force(s%block, s%force*s%direction, &
-                                  context%state%vertices(:, s%vertex) - context%state%centroid(:, s%block))
+                                  place_of(s, context%state%vertices) - context%state%centroid(:, s%block))
             ! two springs at a vertex hold it, one of them is along x
             if (s%both .and. s%direction(1) > 0) forces%held(s%block) = forces%held(s%block) + 1
          end associate
