@@ -14,6 +14,7 @@ module rockdda_check_plausibility
    use rockdda_model_blocks, only : block_system_type
    use rockdda_model_in_situ, only : initial_stress_type, find_initial_stress
    use rockdda_model_options, only : run_options_type, is_set
+   use rockdda_check_cell_joints, only : check_cell_joints
    use rockdda_check_tables, only : warn_of_harmonics
    use rockdda_check_unlikely, only : check_ground, check_units
    use rockdda_model_parameters, only : parameters_type
@@ -104,6 +105,7 @@ contains
       call inspection%check_sleep(parameters, options)
       call inspection%check_step(parameters, is_set(options%dt_max), options%dt_max_origin)
       call check_ground(blocks, parameters, inspection%warnings)
+      call check_cell_joints(blocks, parameters, inspection%warnings)
       call messages%append(inspection%warnings)
    end subroutine check_plausibility
 

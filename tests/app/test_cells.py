@@ -5,7 +5,7 @@ import unittest
 
 from faults import differences
 from results_case import ResultsTest
-from support import h5py
+from support import ProgramTest, h5py
 
 if h5py is not None:
     import numpy as np
@@ -21,6 +21,52 @@ NAMED = (
     "&region name = 'Top', circle = 2,1.5, 0.9 /\n&subdivide region = 'top', size = 0.5, joint_material = ' TIE' /\n"
 )
 FILES = ("block.dc", "block.df")
+
+
+@unittest.skipIf(h5py is None, "h5py is missing")
+class Cantilevers(ProgramTest):
+    """6 m long, 1 m high, held along its end, under its weight."""
+
+    def write_model(self, above, joint="tie = .true.", below=0.25):
+        lines = ["0 0 6 0 1", "6 0 6 1 1", "6 1 0 1 1", "0 1 0 0 1", "0 0.5 6 0.5 2"]
+        self.write("beam.dc", "\n".join(["1e-4", "5 0", "0 0 0 0 1 0", *lines, "5.99 0.49\n"]))
+        self.write(
+            "beam.nml",
+            "&model geometry = 'beam.dc' /\n"
+            "&block_material number = 1, density = 2500, young = 20e9, poisson = 0.25 /\n"
+            f"&joint_material number = 1, friction = 30 /\n&joint_material number = 2, friction = 50, {joint} /\n"
+            "&joint_material number = 3, friction = 50, tie = .true. /\n&load gravity = 9.81 /\n"
+            "&region name = 'low', box = 0,0, 6,0.5 /\n&region name = 'high', box = 0,0.5, 6,1 /\n"
+            f"&subdivide region = 'low', size = {below}, joint_material = 3 /\n"
+            f"&subdivide region = 'high', size = {above}, joint_material = 3 /\n"
+            "&boundary along = 0,0, 0,1, kind = 'fixed' /\n&stage name = 'weight', until = 'equilibrium' /\n",
+        )
+
+    def test_a_held_edge_of_cells_lets_them_bend(self):
+        """Held at both ends of its edge a cell could not: 0.84 of Timoshenko's deflection."""
+        self.write_model(0.25)
+        outcome = self.run_program("run", "beam.nml")
+        self.assertEqual(outcome.code, 0, outcome.err)
+        young, load, length = 20e9 / (1 - 0.25**2), 2500 * 9.81, 6
+        expected = load * length**4 / (8 * young / 12) + load * length**2 / 2 / (20e9 / 2.5 * 5 / 6)
+        with h5py.File(self.path("beam.h5")) as file:
+            self.assertAlmostEqual(-file["history/measured_displacement"][-1, 0, 1] / expected, 1, delta=0.03)
+            force = file["history/boundary_force"][-1, 0]
+            self.assertAlmostEqual(force[1], load * length, delta=1e-3 * load * length)
+
+    def test_layers_whose_cells_do_not_match_are_told(self):
+        words = "joint material 2 holds cells of different blocks whose edges do not match, on "
+        bond = "cohesion = 1e6, tension = 1e6, normal_stiffness = 4e12, shear_stiffness = 1e12"
+        for joint, above, warned in (
+            ("tie = .true.", 0.25, False),
+            ("tie = .true.", 0.175, True),
+            (bond, 0.25, False),
+            (bond, 0.125, True),
+            ("cohesion = 0", 0.175, False),
+        ):
+            with self.subTest(joint=joint, above=above):
+                self.write_model(above, joint)
+                self.assertIs(words in self.run_program("check", "beam.nml").err, warned)
 
 
 @unittest.skipIf(h5py is None, "h5py is missing")
