@@ -225,7 +225,9 @@ contains
             ! `mark` has kept it open for this
             demand%is_impact = demand%speed > 0 .and. line(1)%mobility > 0
             demand%acts = demand%is_impact
-         else if (has_met(table, trial, gap, c)) then
+         else if (has_met(table, trial, gap, c) .or. (trial%state_used(c) /= contact_state%open .and. &
+                                                      end_gap(table, gap, c) <= settings%open_tolerance)) then
+            ! what touches without force passes a blow on, too
             demand%acts = line(1)%mobility > 0
             demand%target(1) = motion(line(1), free)
             demand%holds = table%tied(c) .or. (trial%joint(c)%bonded .and. laws(table%joint(c))%tension > 0)
