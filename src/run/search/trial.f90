@@ -39,8 +39,7 @@ module rockdda_run_trial
    use rockdda_run_settled_state, only : copy_simulation
    use rockdda_run_support_uses, only : support_use_type, find_uses, find_unused, friction_work
    use rockdda_stepping_stage_watch, only : progress_type
-   use rockdda_stepping_verdict, only : loaded_apart, mostly, spacing, verdict_type, verdict, &
-      typical_size, usual_share
+   use rockdda_stepping_verdict, only : loaded_apart, verdict_type, verdict, typical_size, usual_share
    implicit none
    private
    public :: trial_facts_type, trial_type, search_observer_type, compute_trial, begin_trial, most_motion
@@ -55,14 +54,14 @@ module rockdda_run_trial
    !> Velocities are carried when the unbalanced force is still more than the first share, and the largest distance from
    !> the settled state has grown by less than the second factor in these steps.
    real(wp), parameter :: no_progress = 0.5_wp, farther = 1.5_wp
-   !> They are carried over so many steps, until the distance has grown by `farther`, or by `spacing`, as between the
-   !> marks at which verdicts compare pulls, while the unbalanced force stays, or until blocks swing back.
+   !> They are carried over so many steps, until the distance has grown by `farther`, as verdicts compare pulls at
+   !> distances that lie as far apart, or until blocks swing back.
    integer, parameter :: carried_steps = 100
-   !> A model slides when `sliding_steps` steps in a row have a larger share of friction than `mostly` in the work of
-   !> the contacts, it has moved by more than this part of a first length, and the logarithm of the unbalanced force has
+   !> A model slides when `sliding_steps` steps in a row have a larger share of friction than this in the work of the
+   !> contacts, it has moved by more than this part of a first length, and the logarithm of the unbalanced force has
    !> fallen by less than this part of the rise of that of the distance. It slides on alike when the unbalanced force
    !> after the steps that carry is more than this share of that before.
-   real(wp), parameter :: least_way = 0.25_wp, hardly_falls = 0.15_wp, alike = 0.98_wp
+   real(wp), parameter :: mostly = 0.9_wp, least_way = 0.25_wp, hardly_falls = 0.15_wp, alike = 0.98_wp
    integer, parameter :: sliding_steps = 3
    !> After a step that had to be cut no longer one than this part of it is tried for so many steps.
    real(wp), parameter :: shorter_step = 0.7_wp
@@ -77,7 +76,6 @@ module rockdda_run_trial
       real(wp), private :: least = huge(1.0_wp)          !! unbalanced force of these steps
       real(wp), private :: least_before = huge(1.0_wp)
       real(wp), private :: start = 0                     !! distance when the pace changed, or was checked [length]
-      real(wp), private :: first_unbalanced = 0          !! unbalanced force then
       integer, private :: slides = 0                     !! static steps in a row in which the model slides
       logical, private :: has_slid = .false.             !! velocities were carried because it did
       real(wp), private :: sliding_pull = 0              !! unbalanced force then
@@ -355,7 +353,7 @@ contains
       real(wp), intent(in) :: distance               !! largest of a block from the settled state [length]
       real(wp), intent(in) :: way                    !! largest of a block in first lengths
       type(simulation_type), intent(inout) :: sim    !! after an accepted step of the trial
-      logical :: stuck, stays
+      logical :: stuck
       integer :: most        ! static steps before they are judged
       self%steps = self%steps + 1
       call self%watch_cuts(sim)
@@ -363,9 +361,8 @@ contains
       if (self%carries) then
          ! as long as static steps: only these may grow beyond dt_max
          sim%control%dt = min(self%dt, sim%control%brisk%longest, sim%control%method%growth*sim%control%last_dt)
-         stays = distance > spacing*self%start .and. sim%record%unbalanced > alike*self%first_unbalanced
          if (self%steps < carried_steps .and. distance < farther*self%start .and. .not. distance < self%farthest .and. &
-             .not. stays .and. sim%control%balanced == 0) then
+             sim%control%balanced == 0) then
             self%farthest = distance
             call stop_slowed(sim)
             return
@@ -375,7 +372,7 @@ contains
          return
       end if
       if (self%slides >= sliding_steps .or. (self%has_slid .and. self%steps == 1 .and. &
-          sim%control%slip_share > mostly .and. sim%record%unbalanced > alike*self%sliding_pull)) then
+                                             sim%record%unbalanced > alike*self%sliding_pull)) then
          self%has_slid = .true.
          self%sliding_pull = sim%record%unbalanced
          call self%set(.true., distance, sim)
@@ -443,7 +440,6 @@ contains
       type(simulation_type), intent(inout) :: sim
       self%steps = 0
       self%start = distance
-      self%first_unbalanced = sim%record%unbalanced
       self%farthest = 0
       self%enough = static_steps
       self%least = huge(1.0_wp)

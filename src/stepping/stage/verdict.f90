@@ -40,16 +40,14 @@ module rockdda_stepping_verdict
    !> a footing carries 4,029 with 16 for `loaded_apart`, 3,933 with 4.
    real(wp), parameter, public :: apart = 4.0_wp, loaded_apart = 32.0_wp
    !> In a trial, which begins at rest, pulls are compared sooner where friction does more than the share `mostly` of
-   !> the work of the contacts: joints and blocks have taken over what they can. Then the distance grows by that
+   !> the work of the contacts: joints and blocks have taken over what they can. Then the distance grows by the distance
    !> of two marks or more up to `apart`, and a pull stays when it would be gone no sooner than one that has fallen by
    !> half from one first length to `apart` of them.
-   real(wp), parameter, public :: mostly = 0.95_wp
+   real(wp), parameter :: mostly = 0.95_wp
    !> Pulls are kept at marks, each so many times as far as the last. The first one is a part of 1/apart of the way
-   !> beyond which a block may fail: `apart` first lengths, in a trial that slides `sliding_ways`. With half of that no
-   !> verdict changes that should not, but the work of a trial that fails so soon leads the search to worse values.
-   real(wp), parameter, public :: spacing = sqrt(sqrt(2.0_wp))
-   real(wp), parameter :: sliding_ways = 0.5_wp
-   integer, parameter :: n_marks = 80
+   !> beyond which a block may fail: `apart` first lengths, in a trial that slides one.
+   real(wp), parameter :: spacing = sqrt(2.0_wp)
+   integer, parameter :: n_marks = 40
    !> At least so many steps between the marks that are compared.
    integer, parameter :: steps_between = 2
 
@@ -64,7 +62,7 @@ module rockdda_stepping_verdict
       logical :: is_trial = .false.             !! of a search, and judged early
       real(wp) :: growth = apart                !! growth of the distance over which pulls are compared
       integer :: between = 0                    !! the same as a number of marks
-      real(wp) :: ways = 0                      !! first lengths beyond which a block may fail
+      real(wp) :: ways = 1                      !! first lengths beyond which a block may fail
       integer, allocatable :: mark(:)           !! (nb) the last mark that was passed
       real(wp), allocatable :: pull(:, :)       !! (between + 1, nb) at the last marks, in turn [force]
       real(wp), allocatable :: least(:, :)      !! the same: the least pull since then [force]
@@ -107,7 +105,7 @@ contains
       if (present(growth)) self%growth = growth
       if (present(is_trial)) self%is_trial = is_trial
       self%between = nint(log(self%growth)/log(spacing))
-      self%ways = merge(sliding_ways, self%growth, self%is_trial)
+      if (.not. self%is_trial) self%ways = self%growth
       allocate (self%moved(nb), self%pull(self%between + 1, nb), self%way(self%between + 1, nb), source=0.0_wp)
       allocate (self%least(self%between + 1, nb), source=0.0_wp)
       allocate (self%step(self%between + 1, nb), self%mark(nb), self%first_step(nb), source=0)
