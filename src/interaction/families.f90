@@ -372,7 +372,7 @@ contains
             if (ok) call solve_block(l, attempt%jump(:, i))
          end do
       end if
-      call self%contacts%reach_end(attempt%scheme)
+      call self%contacts%reach_end(attempt%scheme, context%parameters%closed_part_slips)
    end subroutine reach_end
 
    !> Energies of an accepted step, before anything is changed.

@@ -292,7 +292,6 @@ KINDS = [
             outer=between(2, 3, 8), around=st.integers(8, 12), through=st.integers(4, 5), poisson=between(0.45, 0.49, 4)
         ),
         ring,
-        known="cells of constant strain lock when they cannot change their volume",
     ),
     Kind(
         "column-under-load",

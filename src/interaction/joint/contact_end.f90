@@ -290,7 +290,7 @@ contains
       type(joint_law_type), intent(in) :: laws(:)   !! per joint material
       type(contact_table_type), intent(in) :: table   !! of the step's start
       real(wp), intent(in), contiguous :: twist(:)   !! (>= rows) of `share_slips` [length]
-      logical, intent(in) :: is_static              !! the step
+      logical, intent(in) :: is_static              !! the closed part may change
       type(joint_end_type), allocatable, intent(inout) :: ends(:)   !! (>= rows)
       integer :: p
       if (allocated(ends)) then

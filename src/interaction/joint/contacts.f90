@@ -402,11 +402,13 @@ contains
    end subroutine measure_contacts
 
    !> Closed contacts at the end of the step, from their motion there.
-   subroutine reach_end(self, scheme)
+   subroutine reach_end(self, scheme, closed_part_slips)
       class(contacts_type), intent(inout) :: self
       type(time_scheme_type), intent(in) :: scheme
+      logical, intent(in) :: closed_part_slips          !! in static steps
       if (scheme%second_order) call end_motion(self%trial, self%table, self%laws, self%settings)
-      call find_ends(self%trial, self%laws, self%table, self%twist, .not. scheme%is_dynamic, self%ends)
+      call find_ends(self%trial, self%laws, self%table, self%twist, closed_part_slips .and. .not. scheme%is_dynamic, &
+                     self%ends)
    end subroutine reach_end
 
    !> Impulses on the blocks by contacts that have closed in the step or are in a blow.

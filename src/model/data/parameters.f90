@@ -45,6 +45,7 @@ module rockdda_model_parameters
       real(wp) :: smooth_step = 0             !! steps of a surface up to this do not stop a block that slides [length]
       real(wp) :: stiffness_length = 1        !! of joint that has the stiffness above; 0: by blocks [length]
       real(wp) :: stiffening = 1              !! of joints whose stiffness follows from their blocks
+      logical :: closed_part_slips = .true.   !! in static steps joints resist slip by what is closed (`slipping_share`)
       ! materials
       logical :: plane_strain = .false.
       logical :: mass_from_area = .false.

@@ -35,6 +35,8 @@ contains
       type(parameters_type), intent(inout) :: parameters
       real(wp) :: angle
       integer :: i
+      ! a joint that opens and slips further with each step is not to be told from one that fails
+      parameters%closed_part_slips = .false.
       if (self%springs) parameters%joint_materials%edge_bears = .false.
       select case (self%kind)
       case (search_kind%strength)
