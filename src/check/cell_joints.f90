@@ -8,7 +8,7 @@ module rockdda_check_cell_joints
    use rockdda_base_kinds, only : wp
    use rockdda_base_strings, only : to_string
    use rockdda_geometry_box_pairs, only : box_pairs_work_type, find_box_pairs
-   use rockdda_interaction_boundary_edges, only : common_stretch, next_vertex
+   use rockdda_interaction_boundary_edges, only : boxes_of, common_stretch, next_vertex
    use rockdda_model_blocks, only : block_system_type
    use rockdda_model_parameters, only : parameters_type
    implicit none
@@ -21,7 +21,7 @@ module rockdda_check_cell_joints
    type :: interval_type
       integer :: edge = 0, blocks(2) = 0, joint = 0
       real(wp) :: length = 0
-      logical :: is_part = .false.             !! an edge goes on beyond it
+      logical :: is_part = .false.             !! one of both edges is longer than it
    end type interval_type
 
 contains
@@ -71,7 +71,7 @@ contains
       type(interval_type) :: one
       type(interval_type), allocatable :: longer(:)
       integer, allocatable :: pairs(:, :), n_cells(:)
-      real(wp) :: boxes(4, blocks%n_blocks), stretch(2), tolerance
+      real(wp) :: stretch(2), tolerance
       integer :: a, b, k, l, n_pairs, p
       allocate (intervals(16), n_cells(maxval(blocks%parent)))
       n = 0
@@ -80,12 +80,7 @@ contains
       do b = 1, size(blocks%parent)
          n_cells(blocks%parent(b)) = n_cells(blocks%parent(b)) + 1
       end do
-      do b = 1, blocks%n_blocks
-         associate (v => blocks%vertices(:, blocks%vertex_offset(b) + 1:blocks%vertex_offset(b + 1)))
-            boxes(:, b) = [minval(v, dim=2), maxval(v, dim=2)]
-         end associate
-      end do
-      call find_box_pairs(boxes, tolerance, pairs, n_pairs, work)
+      call find_box_pairs(boxes_of(blocks), tolerance, pairs, n_pairs, work)
       do p = 1, n_pairs
          a = pairs(1, p)
          b = pairs(2, p)

@@ -25,7 +25,7 @@ module rockdda_run_supports
       real(wp) :: force = 0                      !! largest, per bolt [force]
       real(wp) :: use = 0                        !! largest share of a strength, 0: none is given
       integer :: n_slipping = 0, n_yielding = 0, n_ruptured = 0   !! bolts with such a node
-      integer :: n_pushed = 0                    !! bolts whose largest force is compression
+      integer :: n_pushed = 0                    !! bolts that bear compression, by their largest force
       real(wp) :: pushed = 0                     !! the largest of these [force]
    end type bolt_summary_type
 

@@ -14,7 +14,8 @@ module rockdda_interaction_boundary_edges
    use rockdda_model_parameters, only : parameters_type
    implicit none
    private
-   public :: find_outer_edges, common_stretch, edges_along, nearest_outer_edge, next_vertex, report_missing, place
+   public :: boxes_of, find_outer_edges, common_stretch, edges_along, nearest_outer_edge, next_vertex, report_missing, &
+      place
 
    !> Cosine of the largest angle between an edge and the polyline.
    real(wp), parameter :: least_cosine = 0.86602540378443865_wp
@@ -29,23 +30,29 @@ contains
       if (k == blocks%vertex_offset(b + 1)) next_vertex = blocks%vertex_offset(b) + 1
    end function next_vertex
 
+   !> Least and largest coordinates of each block.
+   pure function boxes_of(blocks) result(boxes)
+      type(block_system_type), intent(in) :: blocks
+      real(wp) :: boxes(4, blocks%n_blocks)    !! [length]
+      integer :: b
+      do b = 1, blocks%n_blocks
+         associate (v => blocks%vertices(:, blocks%vertex_offset(b) + 1:blocks%vertex_offset(b + 1)))
+            boxes(:, b) = [minval(v, dim=2), maxval(v, dim=2)]
+         end associate
+      end do
+   end function boxes_of
+
    !> Which edges lie on no edge of another block? Bridges to islands are none.
    pure function find_outer_edges(blocks, tolerance) result(outer)
       type(block_system_type), intent(in) :: blocks
       real(wp), intent(in) :: tolerance    !! [length]
       logical, allocatable :: outer(:)     !! (nv)
       type(box_pairs_work_type) :: work
-      real(wp) :: boxes(4, blocks%n_blocks)
       integer, allocatable :: pairs(:, :)
       integer :: b, i, j, k, l, n
       allocate (outer(blocks%n_vertices()))
       outer = blocks%edge_joint(1:size(outer)) /= 0
-      do b = 1, blocks%n_blocks
-         associate (v => blocks%vertices(:, blocks%vertex_offset(b) + 1:blocks%vertex_offset(b + 1)))
-            boxes(:, b) = [minval(v, dim=2), maxval(v, dim=2)]
-         end associate
-      end do
-      call find_box_pairs(boxes, tolerance, pairs, n, work)
+      call find_box_pairs(boxes_of(blocks), tolerance, pairs, n, work)
       do b = 1, n
          i = pairs(1, b)
          j = pairs(2, b)

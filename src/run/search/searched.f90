@@ -35,7 +35,7 @@ contains
       type(parameters_type), intent(inout) :: parameters
       real(wp) :: angle
       integer :: i
-      ! a joint that opens and slips further with each step is not to be told from one that fails
+      ! the verdict of a trial cannot tell the slip of a joint that opens, step by step, from a failure
       parameters%closed_part_slips = .false.
       if (self%springs) parameters%joint_materials%edge_bears = .false.
       select case (self%kind)

@@ -111,7 +111,7 @@ contains
       end if
    end function state_word
 
-   !> Bolts whose compression is a large share of their strength, or, without a limit, of the largest force of all.
+   !> Bolts in compression by a large share of their strength; of those without a limit, of the largest bolt force.
    pure function find_pushed(bolts) result(pushed)
       type(support_use_type), intent(in) :: bolts(:)
       integer, allocatable :: pushed(:)
