@@ -164,6 +164,8 @@ def test_samples_have_the_correlation_and_are_those_of_their_seed():
     assert values.mean(axis=0) == pytest.approx([10.0, 5.0], rel=2e-3)
     assert np.array_equal(values, sample(inputs, matrix, 2000, 3))
     assert not np.array_equal(values, sample(inputs, matrix, 2000, 4))
+    for seed in range(8):  # independent inputs of a small sample: up to 0.34 in a plain hypercube
+        assert abs(np.corrcoef(sample(inputs, np.eye(2), 30, seed).T)[0, 1]) < 0.1
     for wrong in ("a = 1", "a, c = 0.5", "a, b = 2", "a, a = 0.5"):
         with pytest.raises(InputError, match="correlate"):
             correlation_of(wrong, inputs)

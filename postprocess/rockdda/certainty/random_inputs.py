@@ -268,7 +268,9 @@ def sample(
         scores = rng.standard_normal((runs, len(inputs)))
     else:
         qmc = need("scipy.stats.qmc", "reliability", "a Latin hypercube")
-        scores = stats.norm.ppf(qmc.LatinHypercube(len(inputs), seed=rng).random(runs))
+        # exchanges within columns, so that independent inputs are hardly correlated in a small sample
+        hypercube = qmc.LatinHypercube(len(inputs), optimization="random-cd", seed=rng)
+        scores = stats.norm.ppf(hypercube.random(runs))
     values = values_at(scores, inputs, correlation)
     return np.array([[float(f"{value:.6g}") for value in row] for row in values])
 

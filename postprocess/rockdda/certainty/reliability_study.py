@@ -139,7 +139,7 @@ class Reliability:
         name, unit = search_name(self.plan.search), SEARCH_UNITS.get(self.plan.search, "")
         if len(known) > 1:
             yield (
-                f"{name}: {known.mean():.4g}{unit} ± {rounded(float(known.std(ddof=1)))}{unit} (mean and standard "
+                f"{name}: {known.mean():.4g}{unit} ± {known.std(ddof=1):.2g}{unit} (mean and standard "
                 f"deviation of {len(known)} of {self.runs} runs)"
             )
         low, high = self.interval
