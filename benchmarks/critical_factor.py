@@ -111,7 +111,7 @@ SEARCHES = {
 #: Constants of the search and their files in src.
 CONSTANTS = {
     **dict.fromkeys(("apart", "loaded_apart", "mostly", "usual_share"), "stepping/stage/verdict"),
-    **dict.fromkeys(("gap", "parts", "splinter"), "run/search/factor_search"),
+    **dict.fromkeys(("gap", "parts", "splinter", "compared"), "run/search/factor_search"),
     **dict.fromkeys(("far", "steepest", "slow_trials", "hardly_shorter"), "run/search/search_path"),
 }
 
@@ -125,13 +125,15 @@ def find(search: Search, folder: Path) -> subprocess.CompletedProcess[str]:
 
 
 def factors(models: list[str]) -> dict[str, str]:
-    """Factors of the models by the program as it is built; warnings of splinters count."""
+    """Factors of the models by the program as it is built; warnings of splinters and of springs count."""
     found = {}
+    warned = {"splinter": "splinter", "as springs of that stiffness": "springs"}
     subprocess.run(["cmake", "--build", "build", "--target", "rockdda_program"], cwd=ROOT, check=True, stdout=2)
     for name in models:
         with tempfile.TemporaryDirectory() as folder:
             outcome = find(SEARCHES[name], Path(folder))
-        found[name] = f"{json.loads(outcome.stdout).get('factor')}{' (splinter)' * ('splinter' in outcome.stderr)}"
+        found[name] = str(json.loads(outcome.stdout).get("factor"))
+        found[name] += "".join(f" ({word})" for text, word in warned.items() if text in outcome.stderr)
     return found
 
 
