@@ -84,6 +84,13 @@ class Newmark(ProgramTest):
         self.assertLess(misses[1], misses[0] + 0.005)
         self.assertLess(misses[2], misses[1] + 0.005)
 
+    def test_rebound_by_springs_is_noted(self):
+        note = "rebound by the springs of joints without restitution, by a speed that depends on the time step"
+        self.slip(2e-3)
+        self.assertTrue(note in self.said)
+        self.slip(2e-3, joint=", restitution = 0")
+        self.assertFalse(note in self.said)
+
     def test_what_is_given_holds(self):
         undamped = self.slip(5e-4, contact="sliding_damping = 0")
         self.assertFalse("contacts that slide in dynamic stages" in self.said)
