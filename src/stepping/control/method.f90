@@ -18,6 +18,10 @@ module rockdda_stepping_method
       !> Contact forces may miss their laws by this share of the largest normal force, or the weight, of the less loaded
       !> of the two blocks; by the second one when `fine_rounds` rounds have not done better.
       real(wp) :: force_tolerance = 1.0e-5_wp, coarse_tolerance = 1.0e-3_wp
+      !> With no smaller step left, and states not settled in `fine_rounds` rounds, a contact force may miss its law by
+      !> what moves the lighter of the two blocks by this share of g2 w0, and |R| counts as zero below
+      !> `coarse_tolerance` of the loads: a splinter whose states change in circles does not end the run.
+      real(wp) :: last_miss = 1.0e-6_wp
       !> The misfit of friction and normal forces is brought down in at most so many solves a round.
       integer :: friction_solves = 60
       !> A predicted motion is taken when its residual is below this share of that of the last motion; that of some
@@ -81,12 +85,12 @@ module rockdda_stepping_method
       real(wp) :: small_residual = 0.1_wp
    end type method_type
 
-   integer, parameter :: n_constants = 39
+   integer, parameter :: n_constants = 40
    !> Names of all constants.
    character(len=*), parameter :: constant_names(n_constants) = [character(len=18) :: &
-      'friction_tolerance', 'static_tolerance', 'force_tolerance', 'coarse_tolerance', 'friction_solves', &
-      'good_prediction', 'clearly_not', 'patience', 'least_patience', 'coarse_solve', 'small_part', 'doubtful', &
-      'coarse_arms', 'fine_arms', 'gross_arms', 'fine_rounds', 'few_blocks', 'enough', 'by_far', 'shorter', &
+      'friction_tolerance', 'static_tolerance', 'force_tolerance', 'coarse_tolerance', 'last_miss', &
+      'friction_solves', 'good_prediction', 'clearly_not', 'patience', 'least_patience', 'coarse_solve', 'small_part', &
+      'doubtful', 'coarse_arms', 'fine_arms', 'gross_arms', 'fine_rounds', 'few_blocks', 'enough', 'by_far', 'shorter', &
       'most_trials', 'growth', 'fast_growth', 'few_rounds', 'many_rounds', 'slow_down', 'no_slip', 'much_slip', &
       'nearly', 'very_nearly', 'slow_growth', 'held_length', 'most_held', 'much_longer', 'small_miss', 'least_miss', &
       'largest_miss', 'first_release', 'small_residual']
@@ -107,6 +111,7 @@ contains
       case ('static_tolerance'); call scale_real(method%static_tolerance)
       case ('force_tolerance'); call scale_real(method%force_tolerance)
       case ('coarse_tolerance'); call scale_real(method%coarse_tolerance)
+      case ('last_miss'); call scale_real(method%last_miss)
       case ('friction_solves'); call scale_count(method%friction_solves)
       case ('good_prediction'); call scale_real(method%good_prediction)
       case ('clearly_not'); call scale_real(method%clearly_not)

@@ -92,6 +92,7 @@ contains
       type(round_type) :: found
       type(arms_type) :: arms
       integer :: n_shortened, round
+      real(wp) :: negligible    ! share of the loads below which |R| counts as zero
       logical :: windows_rules, solved
       associate (method => conditions%method)
          ! contacts in the way of DDA for Windows: without prediction, line search and paused solves
@@ -107,9 +108,10 @@ contains
                                    windows_rules), merge(0.0_wp, method%coarse_solve, windows_rules))
             if (.not. solved) return
             found%fraction = 1
-            if (round > 1 .and. .not. windows_rules) call self%line%search(families, merge(method%static_tolerance, &
-                                                                  method%friction_tolerance, conditions%slack > 0), &
-                                                                  method, equations, found%fraction)
+            negligible = merge(method%static_tolerance, method%friction_tolerance, conditions%slack > 0)
+            if (is_last_resort()) negligible = method%coarse_tolerance
+            if (round > 1 .and. .not. windows_rules) &
+               call self%line%search(families, negligible, method, equations, found%fraction)
             n_shortened = merge(n_shortened + 1, 0, found%fraction < 1)
             call judge(is_end=.false., again=.false.)
             if (report%left > 0 .and. .not. (found%fraction < 1 .or. arms%turned) .and. &
@@ -147,6 +149,12 @@ contains
       pure logical function converged()
          converged = found%agree .and. .not. (found%fraction < 1 .or. families%contacts%settings%sticks)
       end function converged
+
+      !> Have many rounds not settled the states, with no smaller step to fall back to?
+      pure logical function is_last_resort()
+         is_last_resort = conditions%at_floor .and. round > conditions%method%fine_rounds .and. &
+                          .not. (conditions%slack > 0 .or. windows_rules)
+      end function is_last_resort
 
       !> Solve the equations of a round.
       subroutine solve_round(what_is_new, pause)
@@ -241,6 +249,8 @@ contains
                self%largest(i) = norm2(families%loads%weight(1:2, i))
             end do
          end if
+         if (is_last_resort()) self%largest = max(self%largest, context%state%mass*conditions%method%last_miss* &
+            context%parameters%displacement_ratio*context%parameters%w0/(attempt%dt**2*share))
          associate (contacts => families%contacts)
             call count_unsettled(contacts%trial, contacts%table, share, &
                                  accepted_miss(conditions%method%friction_tolerance)* &
