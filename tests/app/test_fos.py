@@ -116,6 +116,13 @@ class Values(FosTest):
         self.assertEqual(result["search"], "strength")
         self.assertEqual(result["mechanism"], {"blocks": [1], "kind": "sliding"})
 
+    def test_joints_that_are_hardly_compressed_have_no_more_strength(self):
+        """Round-off of lengths, 1e-12 of the model, held a block of 1e15 N/m³ with 2.5 and one of 1e17 with 64."""
+        for stiffness in ("1e15", "1e17"):
+            name = self.block(slope(20), friction=f"35, normal_stiffness = {stiffness}")
+            truth = math.tan(math.radians(35)) / math.tan(math.radians(20))
+            self.assert_between(self.search(name, "--force"), truth)
+
     def test_base_does_not_move_before_its_stage(self):
         """Motion of the base begins with the stage 'shaken', behind that of the search."""
         self.write("record.csv", "t, a\n0, -2\n1, -2\n2, -2\n")

@@ -65,6 +65,8 @@ module rockdda_interaction_joint_response
 
    !> Lengths below this share of w0 are round-off.
    real(wp), parameter, public :: round_off = 1.0e-12_wp
+   !> A joint slides beyond its strength, and by no more than this share of it later for round-off.
+   real(wp), parameter :: hardly = 1.0e-4_wp
 
    !> Margins, the same for all contacts in an attempt at a step.
    type :: joint_settings_type
@@ -207,7 +209,7 @@ contains
       else
          limit = strength(law, settings, joint, pressing, logical(joint%bonded), slip)
       end if
-      slip_tolerance = joint%k_s*settings%round_off
+      slip_tolerance = min(joint%k_s*settings%round_off, hardly*limit)
       trial = elastic_shear(joint, slip)
       slides = joint%state == contact_state%sliding
       response%state = contact_state%sliding
@@ -281,7 +283,7 @@ contains
                   if (pressing < 0 .and. law%tension > 0) limit = max(0.0_wp, limit + law%friction*pressing)
                end if
             end if
-            margin = k_s*settings%round_off
+            margin = min(k_s*settings%round_off, hardly*limit)
             steady(k) = .not. state(c)%tied .and. widest(k) <= settings%open_tolerance .and. table%partner(c) == 0
             if (.not. friction_alone) steady(k) = steady(k) .and. may_be_steady(law)
             if (state(c)%state == contact_state%locked) then
