@@ -7,7 +7,7 @@
 !> closes impulses act between blocks that are rigid for that instant (Newton's law):
 !>
 !>     contacts that meet            v+ = -e v-,            P >= 0,    |Q| <= mu P
-!>     contacts that are closed      v+ >= min(0, v-),      P >= 0,    |Q| <= mu P
+!>     contacts that touch           v+ >= min(0, v-),      P >= 0,    |Q| <= mu P
 !>     ties and bonds that hold      v+ = v-, along both lines
 !>
 !> P the normal and Q the shear impulse, which stops the slip or is limited by friction; v- of the smooth motion. A blow
@@ -36,6 +36,9 @@ module rockdda_stepping_impact
    implicit none
    private
    public :: impact_type
+
+   !> Blocks that a gap below this share of w0 parts pass a blow on at once.
+   real(wp), parameter :: touching = 1.0e-6_wp
 
    type :: impact_type
       logical :: happened = .false.                    !! in this step
@@ -132,6 +135,16 @@ contains
       if (trial%joint(other_row(table, c))%strikes) has_met = has_met .or. 2*there < end_gap(table, table%gap, c)
    end function has_met
 
+   !> Are they, or as near to each other as passes a blow on?
+   pure logical function touches(context, table, trial, gap, c)
+      type(step_context_type), intent(in) :: context
+      type(contact_table_type), intent(in) :: table
+      type(open_close_type), intent(in) :: trial
+      real(wp), intent(in), contiguous :: gap(:)   !! (>= rows) at the end of the step [length]
+      integer, intent(in) :: c                 !! row
+      touches = has_met(table, trial, gap, c) .or. end_gap(table, gap, c) <= touching*context%parameters%w0
+   end function touches
+
    !> Velocities and spins at the end of a step by its motion.
    pure function free_velocity(context, attempt, x) result(free)
       type(step_context_type), intent(in) :: context
@@ -165,7 +178,7 @@ contains
       allocate (reached(size(x, 2)), source=.false.)
       allocate (v, w, mold=free)
       do
-         call find_reached(context, attempt, table, trial, reached)
+         call find_reached(context, attempt, table, trial, gap, reached)
          rows = pack([(c, c=1, table%n)], reached(table%block_a(1:table%n)) .or. reached(table%block_b(1:table%n)))
          n = size(rows)
          if (allocated(lines)) deallocate (lines, demands)
@@ -215,18 +228,18 @@ contains
          ! with the other end of its interval
          if (is_of_interval(table, c)) strikes = strikes .or. trial%joint(other_row(table, c))%strikes .and. &
                                                  end_gap(table, gap, c) < 0
+         if (strikes .and. table%state(c) == contact_state%open .and. .not. has_met(table, trial, gap, c)) &
+            strikes = end_gap(table, gap, c) < closing_gap(settings, table%offset(c), .false.)
          if (strikes) then
-            if (table%state(c) == contact_state%open .and. .not. has_met(table, trial, gap, c)) then
-               if (.not. end_gap(table, gap, c) < closing_gap(settings, table%offset(c), .false.)) return
-            end if
             call set_demand(line(1), context%state%velocity, free, share_before(end_gap(table, table%gap, c), &
                                                                                 end_gap(table, gap, c)), &
                             laws(table%joint(c))%restitution, demand)
             ! `mark` has kept it open for this
             demand%is_impact = demand%speed > 0 .and. line(1)%mobility > 0
             demand%acts = demand%is_impact
-         else if (has_met(table, trial, gap, c) .or. (trial%state_used(c) /= contact_state%open .and. &
-                                                      end_gap(table, gap, c) <= settings%open_tolerance)) then
+         end if
+         if (demand%acts) return
+         if (touches(context, table, trial, gap, c)) then
             ! what touches without force passes a blow on, too
             demand%acts = line(1)%mobility > 0
             demand%target(1) = motion(line(1), free)
@@ -292,11 +305,12 @@ contains
 
    !> Blocks that impacts can reach: those that meet, and those that hang on them, or on blocks reached before, by
    !> closed contacts, but for those that cannot move.
-   subroutine find_reached(context, attempt, table, trial, reached)
+   subroutine find_reached(context, attempt, table, trial, gap, reached)
       type(step_context_type), intent(in) :: context
       type(attempt_type), intent(in) :: attempt
       type(contact_table_type), intent(in) :: table
       type(open_close_type), intent(in) :: trial
+      real(wp), intent(in), contiguous :: gap(:)         !! (>= rows) at the end of the step [length]
       logical, intent(inout) :: reached(:)               !! (nb)
       logical, allocatable :: moves(:)
       integer :: b, c, sides(2)
@@ -312,7 +326,7 @@ contains
             if (trial%joint(c)%strikes) then
                if (all(reached(sides) .or. .not. moves(sides))) cycle
             else
-               if (trial%state_used(c) == contact_state%open) cycle
+               if (.not. touches(context, table, trial, gap, c)) cycle
                if (.not. (any(reached(sides)) .and. any(moves(sides) .and. .not. reached(sides)))) cycle
             end if
             reached(sides) = moves(sides)
