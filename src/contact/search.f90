@@ -267,7 +267,7 @@ contains
       type(contact_table_type), intent(inout) :: table
       logical, intent(inout) :: same_rows              !! so far
       type(corner_type) :: corner
-      integer :: c, k, v, e, row
+      integer :: c, k, v, e, row, joint
       do c = 1, list%n
          v = list%rows(c)%vertex
          e = list%rows(c)%edge
@@ -291,6 +291,8 @@ contains
             table%normal(:, k) = corner%normal
             table%gap(k) = corner%gap
             table%length(k) = corner%weight
+            joint = max(facing_joint(v, -corner%normal), facing_joint(e, corner%normal))
+            if (joint > 0) table%joint(k) = joint
             cycle
          end if
          if (size(others) > 0) then
@@ -303,9 +305,32 @@ contains
          call set_geometry(v, e, given%topology%edge_in(v), given%topology%next(given%topology%edge_out(v)), &
                            size(given%vertices, 2), given%vertices, given%outlines%tangent, given%outlines%length(e), &
                            given%limits%sine, table%normal(:, k), table%point(:, k), table%gap(k), table%length(k))
-         if (given%limits%by_length) table%length(k) = vertex_weight(v, e, table%point(:, k), given%vertices, &
-             given%topology, given%outlines, given%limits%cosine)
+         if (.not. given%limits%by_length) cycle
+         table%length(k) = vertex_weight(v, e, table%point(:, k), given%vertices, given%topology, given%outlines, &
+                                         given%limits%cosine)
+         table%joint(k) = max(table%joint(k), facing_joint(v, -table%normal(:, k)))
       end do
+
+   contains
+
+      !> Joint material of that edge at a vertex which faces a direction most, of those that no other block bears; 0
+      !> without any.
+      pure integer function facing_joint(vertex, direction)
+         integer, intent(in) :: vertex
+         real(wp), intent(in) :: direction(2)
+         real(wp) :: faces, most
+         integer :: edge(2), k
+         edge = [given%topology%edge_in(vertex), given%topology%edge_out(vertex)]
+         facing_joint = 0
+         most = -huge(most)
+         do k = 1, 2
+            if (given%exposure%is_borne(edge(k))) cycle
+            faces = given%outlines%tangent(2, edge(k))*direction(1) - given%outlines%tangent(1, edge(k))*direction(2)
+            if (faces > most) facing_joint = blocks%edge_joint(edge(k))
+            most = max(most, faces)
+         end do
+      end function facing_joint
+
    end subroutine fill_rows
 
    !> Normal, place, gap and length of a contact. The length is half the overlap of the edge with each edge at the

@@ -65,12 +65,14 @@ def skewback(joint, side):
 
 
 def block_file(outlines, e0=1e-3, joints=None):
-    """A block file of these outlines; joints: numbers of the joint materials of blocks, 1 by default."""
+    """A block file of these outlines; joints: joint materials of blocks, or of each edge, 1 by default."""
     joints = joints or [1] * len(outlines)
+    joints = [one if isinstance(one, list) else [one] * len(line) for one, line in zip(joints, outlines, strict=True)]
     counts = {"blocks": len(outlines), "vertices": sum(map(len, outlines)), "fixed": 0, "loading": 0, "measured": 0}
     lines = ["rockdda-blocks 1", f"e0 {e0}", *(f"{name} {n}" for name, n in counts.items()), "bolts 0"]
     for k, (outline, joint) in enumerate(zip(outlines, joints, strict=True)):
-        lines += [f"block {k + 1} 1 {len(outline)}", *(f"{x} {y} {joint}" for x, y in outline)]
+        lines += [f"block {k + 1} 1 {len(outline)}"]
+        lines += [f"{x} {y} {material}" for (x, y), material in zip(outline, joint, strict=True)]
     return "\n".join([*lines, "fixed_points", "loading_points", "measured_points", "bolt_list", "end"]) + "\n"
 
 
@@ -122,6 +124,30 @@ class Values(FosTest):
             name = self.block(slope(20), friction=f"35, normal_stiffness = {stiffness}")
             truth = math.tan(math.radians(35)) / math.tan(math.radians(20))
             self.assert_between(self.search(name, "--force"), truth)
+
+    def test_corners_of_cells_have_the_material_of_their_joint(self):
+        """Corners of tied cells at the ends of a joint had that of the base, or bore as tips: 1.9 to 9.8 for 0.74."""
+        c, s = math.cos(math.radians(20)), math.sin(math.radians(20))
+        base, block = [
+            [(x * c - y * s, x * s + y * c) for x, y in polygon]
+            for polygon in ([(-3, -1), (3, -1), (3, 0), (-3, 0)], [(0, 0), (1, 0), (1, 0.5), (0, 0.5)])
+        ]
+        for size, sides in ((0.25, 1), (0.25, 2), (0.5, 1), (0.5, 2)):
+            self.write("block.blk", block_file([base, block], 1e-6, [1, [2, sides, sides, sides]]))
+            self.write(
+                "block.nml",
+                "&model geometry = 'block.blk' /\n"
+                "&block_material number = 1, density = 2500, young = 20e9, poisson = 0.2 /\n"
+                "&joint_material number = 1, friction = 52 /\n"
+                "&joint_material number = 2, name = 'j', friction = 15 /\n"
+                "&joint_material number = 3, friction = 45, cohesion = 1e7, tension = 5e6, tie = .true. /\n"
+                "&load gravity = 9.81 /\n&region name = 'r', box = -0.5,-0.1,2,2 /\n"
+                f"&boundary along = {base[0][0]},{base[0][1]}, {base[1][0]},{base[1][1]}, kind = 'fixed' /\n"
+                f"&subdivide region = 'r', size = {size}, kind = 'triangles', joint_material = 3 /\n"
+                "&stage name = 'w', until = 'equilibrium' /\n",
+            )
+            result = self.search("block.nml", "--joints", "j", "--force")
+            self.assert_between(result, math.tan(math.radians(15)) / math.tan(math.radians(20)))
 
     def test_base_does_not_move_before_its_stage(self):
         """Motion of the base begins with the stage 'shaken', behind that of the search."""

@@ -33,6 +33,7 @@ module rockdda_contact_exposure
       logical :: has_own = .false.                   !! edges have tolerances of their own
       real(wp), allocatable :: own(:)                !! (>= nv) with that, of each edge [length]
       logical(l1), allocatable :: is_borne(:)        !! (nv) another block's edge lies against the edge
+      logical(l1), allocatable :: is_tied(:)         !! (nv) and is tied to it
       real(wp), allocatable :: low(:), high(:)       !! (>= nv) stretch of the edge that is covered; low > high: none
    contains
       procedure :: clear
@@ -66,7 +67,7 @@ contains
       integer :: v
       self%tolerance = tolerance
       self%has_own = present(sunk) .and. present(block) .and. present(inradius)
-      if (.not. allocated(self%is_borne)) allocate (self%is_borne(n_vertices))
+      if (.not. allocated(self%is_borne)) allocate (self%is_borne(n_vertices), self%is_tied(n_vertices))
       if (allocated(self%low)) then
          if (min(size(self%low), size(self%high)) < n_vertices) deallocate (self%low, self%high)
       end if
@@ -81,6 +82,7 @@ contains
          end do
       end if
       self%is_borne = .false.
+      self%is_tied = .false.
       self%low(1:n_vertices) = huge(1.0_wp)
       self%high(1:n_vertices) = -huge(1.0_wp)
    end subroutine clear
@@ -105,6 +107,8 @@ contains
          if (min(interval%gap_low, interval%gap_high) > tolerance .and. .not. is_tied) return
          self%is_borne(f) = .true.
          self%is_borne(e) = .true.
+         if (is_tied) self%is_tied(f) = .true.
+         if (is_tied) self%is_tied(e) = .true.
          if (max(interval%gap_low, interval%gap_high) > tolerance .and. .not. is_tied) return
          call widen(self%low(e), self%high(e), interval%low, interval%high, tolerance)
          ! along f, which runs the other way
@@ -150,10 +154,11 @@ contains
    contains
 
       !> How far what is covered hides beyond its end: where more of the edge is left, that is a step, and its foot is
-      !> not hidden.
+      !> not hidden, unless what stands there is tied to it, as a cell of a block.
       pure real(wp) function margin(rest)
          real(wp), intent(in) :: rest   !! of the edge beyond the end [length]
-         margin = merge(tolerance, -tolerance, rest <= tolerance)
+         margin = merge(tolerance, -tolerance, rest <= tolerance .or. self%is_tied(topology%edge_in(v)) .or. &
+                        self%is_tied(topology%edge_out(v)))
       end function margin
 
       !> Does edge e lie on the outer side of an edge that is borne?

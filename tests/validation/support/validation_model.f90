@@ -159,12 +159,13 @@ contains
    end subroutine add_block
 
    !> Add a block that is held at all its corners.
-   subroutine add_held_block(self, polygon, material)
+   subroutine add_held_block(self, polygon, material, joint)
       class(model_type), intent(inout) :: self
       real(wp), intent(in) :: polygon(:, :)         !! (2, n) counter-clockwise
       integer, intent(in), optional :: material     !! default 1
+      integer, intent(in), optional :: joint        !! material of all edges, default 1
       integer :: i
-      call self%add_block(polygon, material)
+      call self%add_block(polygon, material, joint)
       do i = 1, size(polygon, 2)
          call self%add_fixed(polygon(:, i), self%blocks%n_blocks)
       end do
