@@ -15,7 +15,7 @@ __all__ = ["CASES"]
 
 PART = "Critical factors"
 WATER = "crack"  # the group of water of `PlaneFailure`
-PROGRAMME = "limit analysis (linear programme of rigid voussoirs)"
+PROGRAMME = "limit analysis (linear programme of rigid blocks)"
 
 
 def loaded_arch(record: Record) -> None:
