@@ -181,6 +181,18 @@ def test_a_surface_that_does_not_fit_is_refused_in_words(folder, capsys):
     assert "No surface was used" in capsys.readouterr().out
 
 
+def test_joint_stiffness_of_a_load_factor_is_that_of_its_search(folder):
+    """A search of the load makes joints stiffer that have no stiffness of their own: twice and half start from there.
+
+    Without that both made the joints of the bridge softer, and the load smaller by 2 and 6 %."""
+    model = INPUTS / "arch_bridge"
+    found = convergence(model, quantities=["factor"], fos=True, search="load", loads="axle", jobs=2).as_json()
+    (load,) = found["quantities"]
+    assert load["value"] == pytest.approx(229.8, rel=0.01)  # limit analysis
+    assert 0 <= load["plus_minus"][PROPERTY] <= 0.01 * load["value"]
+    assert load["changes"]["joints × 2 as stiff"] >= 0 >= load["changes"]["joints ÷ 2 as stiff"]
+
+
 def test_convergence_of_a_model_in_stages(folder, capsys):
     """The step of an arch on its centring does not matter, the stiffness of its joints does."""
     model = "inputs/arch_on_centring"
