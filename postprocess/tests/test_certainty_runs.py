@@ -9,6 +9,7 @@ import signal
 import subprocess
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -91,6 +92,11 @@ def test_a_reliability_is_that_of_the_closed_form(folder, capsys):
     assert point["plane.cohesion"] == pytest.approx(0.078817e6, rel=0.02)
     assert point["tan(plane.friction)"] == pytest.approx(0.611586, rel=0.02)
     assert sum(found["sensitivity"].values()) == pytest.approx(1.0)
+    assert found["design_point_distance_interval"][0] < 1.38102 < found["design_point_distance_interval"][1]
+    for name, share in found["sensitivity"].items():
+        first, last = found["sensitivity_interval"][name]
+        assert first < share < last
+        assert f"{name} {100 * share:.0f} ± {50 * (last - first):.0f} %" in found["verdict"]
     assert len(found["back_analysis"]["pairs"]) > 10
     assert (folder / "full_reliability/reliability.png").stat().st_size > 20_000
     # once more, with other workers, from the start and from what is there
@@ -99,7 +105,9 @@ def test_a_reliability_is_that_of_the_closed_form(folder, capsys):
     assert answer_of(folder / "full_reliability", "reliability") == first
     again = reliability(SLAB, VARY, back_analysis=1.0, jobs=1, output="again")
     assert answer_of(folder / "again", "reliability") == first
-    assert "Spend money on plane.cohesion" in again.verdict
+    assert "Spend money on plane.cohesion: to know" in again.verdict
+    unsure = replace(again, sensitivity_interval=dict.fromkeys(again.sensitivity, (0.3, 0.7)))
+    assert "plane.cohesion (or tan(plane.friction): the runs do not tell them apart): to know" in unsure.verdict
     assert len(again.table) == 30
     assert "<table" in again._repr_html_()
     for kind in ("histogram", "tornado", "surrogate", "back-analysis"):
