@@ -101,7 +101,7 @@ def of_slope(record: Record, name: str, water: float, vary: str, **options: obje
 def probabilities(record: Record) -> None:
     """The slope of Sau Mau Ping whose strength and water scatter."""
     record.text(
-        "The plane failure of Sau Mau Ping (Hoek 2007) with cohesion 0.10 ± 0.02 MPa and tan φ 0.70021 ± 0.10, both "
+        "The plane failure of Sau Mau Ping with cohesion 0.10 ± 0.02 MPa and tan φ 0.70021 ± 0.10, both "
         "normal: the limit state is linear, and the reliability index has a closed form, for a dry and a full tension "
         "crack. With φ 35 ± 5° and any share of the crack filled the probability of failure comes from quadrature. "
         "Each of 30 runs of a Latin hypercube is a search; a quadratic surface through the factors does the rest. "
