@@ -124,23 +124,36 @@ def test_dask_gives_the_same_bits(folder):
     assert answer_of(folder / "here", "reliability") == answer_of(folder / "dask", "reliability")
 
 
+KILLED = {
+    "reliability": ["--vary", "plane.cohesion = uniform(0.8e5, 1.2e5)", "--runs", "12"],
+    "convergence": ["--fos", "--joints", "plane", "--quantity", "factor"],
+}
+
+
+@pytest.mark.parametrize("command", KILLED)
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGKILL])
-def test_a_study_that_is_killed_continues_with_the_same_bits(folder, number):
-    arguments = ["reliability", SLAB, "--vary", "plane.cohesion = uniform(0.8e5, 1.2e5)", "--runs", "12", "--jobs", "1"]
+def test_a_study_that_is_killed_continues_with_the_same_bits(folder, number, command):
+    arguments = [command, SLAB, *KILLED[command], "--jobs", "1"]
     code = f"import rockdda; rockdda.__path__.append({str(EXTENSION)!r}); from rockdda.cli import run; run()"
     environment = {**os.environ, "PYTHONPATH": str(ROOT / "postprocess")}
+
+    place = Path("runs/cases" if command == "reliability" else "factor/runs/cases")
+
+    def done(study):
+        return len(list((folder / study / place).glob("*/out.json")))
+
     with subprocess.Popen([sys.executable, "-c", code, *arguments], env=environment, stderr=subprocess.PIPE) as process:
-        cases = folder / "full_reliability/runs/cases"
         begin = time.monotonic()
-        while len(list(cases.glob("*/out.json"))) < 2 and time.monotonic() - begin < 120:
+        while done(f"full_{command}") < 2 and time.monotonic() - begin < 120:
             time.sleep(0.02)
         process.send_signal(number)
         process.communicate()
     assert process.returncode == (4 if number == signal.SIGTERM else -number)
-    assert len(list(cases.glob("*/out.json"))) < 12
+    before = done(f"full_{command}")
     assert main([*arguments, "--quiet"]) == 0
     assert main([*arguments, "--quiet", "-o", "whole"]) == 0
-    assert answer_of(folder / "full_reliability", "reliability") == answer_of(folder / "whole", "reliability")
+    assert 2 <= before < done("whole")
+    assert answer_of(folder / f"full_{command}", command) == answer_of(folder / "whole", command)
 
 
 def test_networks_drawn_anew_stop_when_the_interval_is_narrow(folder):
