@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from rockdda.certainty.convergence_study import Convergence
-from rockdda.certainty.failure import failure_of, index_of, line_of, shares_of_variance, wilson
+from rockdda.certainty.failure import failure_of, index_of, intervals_of_shares, line_of, shares_of_variance, wilson
 from rockdda.certainty.random_inputs import RandomInput, correlation_of, parse_inputs, sample
 from rockdda.certainty.running import FAILS, STANDS, UNKNOWN, Found, _side
 from rockdda.certainty.surrogate import fit, fitting_kinds
@@ -223,6 +223,10 @@ def test_three_inputs_have_the_probability_of_quadrature():
         found = failure_of(surface, inputs, np.eye(3), 1.0, 0.002)
         assert found.probability == pytest.approx(0.023108, abs=0.004)
         assert found.interval[0] <= 0.023108 <= found.interval[1]
+        assert found.distance_interval[0] <= 1.9019 <= found.distance_interval[1]
+        shares = intervals_of_shares(surface, inputs, np.eye(3), 0.002)
+        for name, share in {"c": 0.257, "phi": 0.490, "share": 0.253}.items():
+            assert shares[name][0] <= share <= shares[name][1] <= shares[name][0] + 0.06
 
 
 def test_a_factor_that_jumps_fits_no_surface():

@@ -9,6 +9,7 @@ import signal
 import subprocess
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -91,6 +92,11 @@ def test_a_reliability_is_that_of_the_closed_form(folder, capsys):
     assert point["plane.cohesion"] == pytest.approx(0.078817e6, rel=0.02)
     assert point["tan(plane.friction)"] == pytest.approx(0.611586, rel=0.02)
     assert sum(found["sensitivity"].values()) == pytest.approx(1.0)
+    assert found["design_point_distance_interval"][0] < 1.38102 < found["design_point_distance_interval"][1]
+    for name, share in found["sensitivity"].items():
+        first, last = found["sensitivity_interval"][name]
+        assert first < share < last
+        assert f"{name} {100 * share:.0f} ± {50 * (last - first):.0f} %" in found["verdict"]
     assert len(found["back_analysis"]["pairs"]) > 10
     assert (folder / "full_reliability/reliability.png").stat().st_size > 20_000
     # once more, with other workers, from the start and from what is there
@@ -99,7 +105,9 @@ def test_a_reliability_is_that_of_the_closed_form(folder, capsys):
     assert answer_of(folder / "full_reliability", "reliability") == first
     again = reliability(SLAB, VARY, back_analysis=1.0, jobs=1, output="again")
     assert answer_of(folder / "again", "reliability") == first
-    assert "Spend money on plane.cohesion" in again.verdict
+    assert "Spend money on plane.cohesion: to know" in again.verdict
+    unsure = replace(again, sensitivity_interval=dict.fromkeys(again.sensitivity, (0.3, 0.7)))
+    assert "plane.cohesion (or tan(plane.friction): the runs do not tell them apart): to know" in unsure.verdict
     assert len(again.table) == 30
     assert "<table" in again._repr_html_()
     for kind in ("histogram", "tornado", "surrogate", "back-analysis"):
@@ -116,23 +124,36 @@ def test_dask_gives_the_same_bits(folder):
     assert answer_of(folder / "here", "reliability") == answer_of(folder / "dask", "reliability")
 
 
+KILLED = {
+    "reliability": ["--vary", "plane.cohesion = uniform(0.8e5, 1.2e5)", "--runs", "12"],
+    "convergence": ["--fos", "--joints", "plane", "--quantity", "factor"],
+}
+
+
+@pytest.mark.parametrize("command", KILLED)
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGKILL])
-def test_a_study_that_is_killed_continues_with_the_same_bits(folder, number):
-    arguments = ["reliability", SLAB, "--vary", "plane.cohesion = uniform(0.8e5, 1.2e5)", "--runs", "12", "--jobs", "1"]
+def test_a_study_that_is_killed_continues_with_the_same_bits(folder, number, command):
+    arguments = [command, SLAB, *KILLED[command], "--jobs", "1"]
     code = f"import rockdda; rockdda.__path__.append({str(EXTENSION)!r}); from rockdda.cli import run; run()"
     environment = {**os.environ, "PYTHONPATH": str(ROOT / "postprocess")}
+
+    place = Path("runs/cases" if command == "reliability" else "factor/runs/cases")
+
+    def done(study):
+        return len(list((folder / study / place).glob("*/out.json")))
+
     with subprocess.Popen([sys.executable, "-c", code, *arguments], env=environment, stderr=subprocess.PIPE) as process:
-        cases = folder / "full_reliability/runs/cases"
         begin = time.monotonic()
-        while len(list(cases.glob("*/out.json"))) < 2 and time.monotonic() - begin < 120:
+        while done(f"full_{command}") < 2 and time.monotonic() - begin < 120:
             time.sleep(0.02)
         process.send_signal(number)
         process.communicate()
     assert process.returncode == (4 if number == signal.SIGTERM else -number)
-    assert len(list(cases.glob("*/out.json"))) < 12
+    before = done(f"full_{command}")
     assert main([*arguments, "--quiet"]) == 0
     assert main([*arguments, "--quiet", "-o", "whole"]) == 0
-    assert answer_of(folder / "full_reliability", "reliability") == answer_of(folder / "whole", "reliability")
+    assert 2 <= before < done("whole")
+    assert answer_of(folder / f"full_{command}", command) == answer_of(folder / "whole", command)
 
 
 def test_networks_drawn_anew_stop_when_the_interval_is_narrow(folder):
@@ -179,6 +200,18 @@ def test_a_surface_that_does_not_fit_is_refused_in_words(folder, capsys):
     assert found["interval"] == list(wilson(0, 8))
     assert main(arguments) == 3
     assert "No surface was used" in capsys.readouterr().out
+
+
+def test_joint_stiffness_of_a_load_factor_is_that_of_its_search(folder):
+    """A search of the load makes joints stiffer that have no stiffness of their own: twice and half start from there.
+
+    Without that both made the joints of the bridge softer, and the load smaller by 2 and 6 %."""
+    model = INPUTS / "arch_bridge"
+    found = convergence(model, quantities=["factor"], fos=True, search="load", loads="axle", jobs=2).as_json()
+    (load,) = found["quantities"]
+    assert load["value"] == pytest.approx(229.8, rel=0.01)  # limit analysis
+    assert 0 <= load["plus_minus"][PROPERTY] <= 0.01 * load["value"]
+    assert load["changes"]["joints × 2 as stiff"] >= 0 >= load["changes"]["joints ÷ 2 as stiff"]
 
 
 def test_convergence_of_a_model_in_stages(folder, capsys):

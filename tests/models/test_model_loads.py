@@ -76,8 +76,8 @@ def search(program, folder, model, *options):
     return json.loads(outcome.stdout)
 
 
-def write_arch(folder, blocks, friction, unit_weight, at, young):
-    """The arch between two fixed blocks, as a labelled file."""
+def write_arch(folder, blocks, friction, unit_weight, at, young, more=""):
+    """The arch between two fixed blocks, as a labelled file; more: further groups."""
     behind = []
     for joint, side in ((blocks[0][:2], -1), (blocks[-1][:1:-1], 1)):
         along = (joint[1] - joint[0]) / np.linalg.norm(joint[1] - joint[0])
@@ -95,7 +95,7 @@ def write_arch(folder, blocks, friction, unit_weight, at, young):
         "&model geometry = 'arch.dc' /\n&load gravity = 10 /\n"
         f"&block_material number = 1, density = {unit_weight / 10}, young = {young}, poisson = 0.2 /\n"
         f"&joint_material number = 1, friction = {friction} /\n"
-        f"&loading_point name = 'axle', at = {at[0]:.12g}, {at[1]:.12g}, force = 0, -1000 /\n"
+        f"&loading_point name = 'axle', at = {at[0]:.12g}, {at[1]:.12g}, force = 0, -1000 /\n" + more
     )
     return folder / "arch.nml"
 
@@ -120,6 +120,19 @@ def test_arches_carry_the_load_of_the_linear_programme(program, tmp_path, near, 
     found = search(program, tmp_path, write_arch(tmp_path, blocks, friction, 20e3, at, 20e9))
     near(f"arch {name}, load factor [kN/m]", found["factor"], truth, 0.01)
     assert found["mechanism"]["kind"] == "toppling"
+
+
+@pytest.mark.parametrize("name", ARCHES)
+def test_joints_four_times_as_stiff_do_not_move_the_load(program, tmp_path, near, name):
+    """Automatic contacts have twice the modulus of the blocks [N/m], 16 times that in a search of the load."""
+    radius, thickness, half, n, loaded, friction, _ = ARCHES[name]
+    blocks = voussoirs(radius, thickness, half, n)
+    at = blocks[loaded][1:3].mean(axis=0)
+    loads = []
+    for more in ("", f"&contact stiffness = {4 * 16 * 2 * 20e9} /\n"):
+        model = write_arch(tmp_path, blocks, friction, 20e3, at, 20e9, more)
+        loads.append(search(program, tmp_path, model, "--tolerance", "0.002")["factor"])
+    near(f"arch {name}, load with joints four times as stiff over the load", loads[1] / loads[0], 1, 0.01)
 
 
 @pytest.mark.parametrize("x", [-4.0, -2.5, -1.5, -0.5, 2.0])

@@ -36,6 +36,7 @@ from .variants import (
     MANY,
     METHOD,
     PROPERTY,
+    STIFFER,
     Variant,
     comes_to_rest,
     has_chosen_stiffness,
@@ -197,12 +198,14 @@ def prepare_convergence(source: Source, output: PathLike | None, fos: bool, sear
     words = search_options(search)
     if words and not fos:
         raise InputError(f"{words[0]}: options of a search need --fos")
-    template, cases = template_of(source), [one.changes(steps_of(source)) for one in variants_of(source)]
-    kinds: list[tuple[str, str, list[str]]] = [("model", "run", []), ("factor", "fos", words)]
+    template, stiffer = template_of(source), STIFFER if search.get("search") == "load" else 1.0
+    kinds: list[tuple[str, str, list[str], float]] = [("model", "run", [], 1.0), ("factor", "fos", words, stiffer)]
     return [
-        read_study(write_study(source, folder / part, template, cases, title=f"{source.title}: {part}",
-                               command=command, options=options, constants=AS_IT_IS.values(0) | {"steps": MANY}))
-        for part, command, options in (kinds if fos else kinds[:1])
+        read_study(write_study(source, folder / part, template,
+                               [one.changes(steps_of(source)) for one in variants_of(source, times)],
+                               title=f"{source.title}: {part}", command=command, options=options,
+                               constants=AS_IT_IS.values(0) | {"steps": MANY}))
+        for part, command, options, times in (kinds if fos else kinds[:1])
     ]  # fmt: skip
 
 

@@ -4,7 +4,6 @@ pairs of inputs that give a factor (back-analysis)."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -23,6 +22,8 @@ DRAWS = 400  # surfaces as they might be
 BINS = 64  # of an input, in which the mean of the factor is taken
 FARTHEST = 8.0  # standard deviations of the nearest failing point that is looked for
 CONFIDENCE = 0.95
+ENDS = (0.5 * (1 - CONFIDENCE), 0.5 * (1 + CONFIDENCE))
+NEAR = 0.01  # share of the distance of the most likely failure by which its surface is followed to and fro
 SEED = 20_240_229  # of everything that is drawn here: answers are the same each time
 
 
@@ -34,6 +35,7 @@ class Failure:
     interval: tuple[float, float]  #: 95 %, by what the surface misses
     design_point: FloatArray | None  #: the most likely values at which the model fails; None: beyond 8 σ
     distance: float | None  #: of it from the middle, in standard deviations
+    distance_interval: tuple[float, float] | None  #: 95 %
 
 
 def index_of(probability: float) -> float:
@@ -66,14 +68,18 @@ def failure_of(
     some = drawn_coefficients(surrogate, noise, DRAWS, np.random.default_rng(SEED))
     terms, weights = terms[:SOME], weights[:SOME]
     shares = [_share(terms @ column < limit, weights) for column in some.T]
-    moved = np.quantile(shares, [0.5 * (1 - CONFIDENCE), 0.5 * (1 + CONFIDENCE)])
-    low, high = moved + (probability - _share(terms @ surrogate.coefficients < limit, weights))
+    low, high = np.quantile(shares, ENDS) + (probability - _share(terms @ surrogate.coefficients < limit, weights))
+    interval = (min(max(float(low), 0.0), probability), max(min(float(high), 1.0), probability))
+    if point is None:
+        return Failure(probability, interval, None, None, None)
+    distance = float(np.linalg.norm(point))
+    along = np.outer([1 - NEAR, 1, 1 + NEAR], point)  # where other surfaces fail on the way to the most likely failure
+    before, here, behind = surrogate.terms(values_at(along, inputs, correlation)) @ some - limit
+    low, high = np.quantile(distance * (1 - 2 * NEAR * here / (behind - before)), ENDS)
     return Failure(
-        probability,
-        (min(max(float(low), 0.0), probability), max(min(float(high), 1.0), probability)),
-        None if point is None else values_at(point[None, :], inputs, correlation)[0],
-        None if point is None else float(np.linalg.norm(point)),
-    )
+        probability, interval, values_at(point[None, :], inputs, correlation)[0], distance,
+        (min(max(float(low), 0.0), distance), max(float(high), distance)),
+    )  # fmt: skip
 
 
 def _share(fails: BoolArray, weights: FloatArray) -> float:
@@ -132,15 +138,34 @@ def shares_of_variance(
     surrogate: Surrogate, inputs: Sequence[RandomInput], correlation: FloatArray
 ) -> dict[str, float]:
     """By how much the variance of the factor falls when one input is known, as shares that add up to 1."""
+    shares = _shares(surrogate, inputs, correlation, surrogate.coefficients[:, None])[:, 0]
+    return {one.name: float(share) for one, share in zip(inputs, shares, strict=True)}
+
+
+def intervals_of_shares(
+    surrogate: Surrogate, inputs: Sequence[RandomInput], correlation: FloatArray, noise: float
+) -> dict[str, tuple[float, float]]:
+    """95 % intervals of these shares, by the surfaces as they might be."""
+    some = drawn_coefficients(surrogate, noise, DRAWS, np.random.default_rng(SEED))
+    shares = _shares(surrogate, inputs, correlation, np.column_stack([surrogate.coefficients, some]))
+    low, high = np.quantile(shares[:, 1:], ENDS, axis=1)
+    ends = zip(inputs, np.minimum(low, shares[:, 0]), np.maximum(high, shares[:, 0]), strict=True)
+    return {one.name: (float(first), float(last)) for one, first, last in ends}
+
+
+def _shares(
+    surrogate: Surrogate, inputs: Sequence[RandomInput], correlation: FloatArray, coefficients: FloatArray
+) -> FloatArray:
+    """Shares (inputs, n) for the surfaces with these coefficients (k, n)."""
     values = points_of(inputs, correlation)
-    factors = surrogate(values)
+    terms = surrogate.terms(values)
     fallen = []
     for column in values.T:
         order = np.argsort(column, kind="stable")
-        means = [float(part.mean()) for part in np.array_split(factors[order], BINS)]
-        fallen.append(float(np.var(means)))
-    total = math.fsum(fallen)
-    return {one.name: part / total if total > 0 else 0.0 for one, part in zip(inputs, fallen, strict=True)}
+        means = np.array([terms[part].mean(axis=0) for part in np.array_split(order, BINS)])
+        fallen.append(np.var(means @ coefficients, axis=0))
+    total = np.sum(fallen, axis=0)
+    return np.array(fallen) / np.where(total > 0, total, 1.0)
 
 
 PLACES = 41  # of the first input, from its smallest to its largest value in the runs

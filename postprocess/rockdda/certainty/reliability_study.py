@@ -22,7 +22,15 @@ from ..model import Model
 from ..namelist import parse_groups
 from ..study import Study, read_study
 from ..text import PathLike, decoded
-from .failure import BackAnalysis, back_analysis, failure_of, index_of, shares_of_variance, wilson
+from .failure import (
+    BackAnalysis,
+    back_analysis,
+    failure_of,
+    index_of,
+    intervals_of_shares,
+    shares_of_variance,
+    wilson,
+)
 from .pictures import draw_reliability
 from .random_inputs import RandomInput, check_values, correlation_of, lay_out, parse_inputs, sample
 from .running import (
@@ -84,7 +92,9 @@ class Reliability:
     surface: Surrogate | None
     design_point: dict[str, float]  #: the most likely values at which the model fails
     distance: float | None  #: of the design point from the middle, in standard deviations
+    distance_interval: tuple[float, float] | None  #: 95 %
     sensitivity: dict[str, float]  #: share of the variance of the factor that goes when the input is known
+    sensitivity_interval: dict[str, tuple[float, float]]  #: 95 %
     line: BackAnalysis | None
     digest: str  #: of the input
     folder: Path
@@ -152,17 +162,21 @@ class Reliability:
             yield f"reliability index: {self.beta:.3g}, between {_index(first)} and {_index(last)}"
         if self.stopped:
             yield f"stopped after {self.runs} networks: the interval is no wider than ± {self.plan.precision:g}"
-        if self.design_point:
+        if self.design_point and self.distance is not None and self.distance_interval is not None:
             values = ", ".join(f"{name} {value:.4g}" for name, value in self.design_point.items())
-            yield f"most likely failure: {values} ({self.distance:.2f} standard deviations from the middle)"
+            far = f"{self.distance:.2f} ± {rounded(_half(self.distance_interval))}"
+            yield f"most likely failure: {values} ({far} standard deviations from the middle)"
         if self.sensitivity:
             ranked = sorted(self.sensitivity.items(), key=lambda item: -item[1])
-            shares = ", ".join(f"{name} {100 * share:.0f} %" for name, share in ranked)
+            ends = self.sensitivity_interval
+            shares = ", ".join(f"{name} {100 * share:.0f} ± {100 * _half(ends[name]):.0f} %" for name, share in ranked)
             yield f"what makes the factor scatter: {shares}"
             if len(ranked) > 1:
+                rivals = [name for name, _ in ranked[1:] if ends[name][1] > ends[ranked[0][0]][0]]
+                others = f" (or {', '.join(rivals)}: the runs do not tell them apart)" if rivals else ""
                 yield (
-                    f"Spend money on {ranked[0][0]}: to know it would take {100 * ranked[0][1]:.0f} % of the variance "
-                    "of the factor away."
+                    f"Spend money on {ranked[0][0]}{others}: to know it would take {100 * ranked[0][1]:.0f} % of the "
+                    "variance of the factor away."
                 )
         if self.surface is not None:
             yield (
@@ -202,7 +216,9 @@ class Reliability:
         return {
             "title": self.title, "input": self.digest, "runs": self.runs, "failure_probability": self.probability,
             "interval": list(self.interval), "beta": self.beta, "beta_interval": list(self.beta_interval),
-            "design_point": self.design_point, "design_point_distance": self.distance, "sensitivity": self.sensitivity,
+            "design_point": self.design_point, "design_point_distance": self.distance,
+            "design_point_distance_interval": self.distance_interval, "sensitivity": self.sensitivity,
+            "sensitivity_interval": {name: list(ends) for name, ends in self.sensitivity_interval.items()},
             "factors": self.factors, "search": plan.search, "limit": plan.limit, "method": self.method,
             "refusal": self.refusal, "surface": of_surface, "inputs": laws, "correlation": plan.given_correlation,
             "values": plan.values[: self.runs].tolist(), "seeds": list(plan.seeds[: self.runs]),
@@ -210,6 +226,10 @@ class Reliability:
             "messages": [one.message for one in self.found], "stopped": self.stopped, "verdict": self.verdict,
             "back_analysis": None if self.line is None else self.line.as_json(),
         }  # fmt: skip
+
+
+def _half(interval: tuple[float, float]) -> float:
+    return 0.5 * (interval[1] - interval[0])
 
 
 def _index(value: float) -> str:
@@ -356,7 +376,7 @@ def judge_reliability(source: Source, plan: Plan, study: Study) -> Reliability:
         raise ConvergenceError(f"no run has a factor: {found[0].message}")
     answer: dict[str, Any] = {
         "probability": share, "interval": interval, "method": COUNTED, "design_point": {}, "distance": None,
-        "sensitivity": {}, "line": None,
+        "distance_interval": None, "sensitivity": {}, "sensitivity_interval": {}, "line": None,
     }  # fmt: skip
     if surface is not None:
         answer |= _by_surface(plan, found, surface)
@@ -402,12 +422,14 @@ def _by_surface(plan: Plan, found: Sequence[Found], surface: Surrogate) -> dict[
             low -= (value < plan.limit) / len(found)
     answer: dict[str, Any] = {"probability": failure.probability, "interval": (max(low, 0.0), min(high, 1.0))}
     answer |= {"method": SURFACE, "distance": failure.distance, "design_point": {}, "line": None}
+    answer["distance_interval"] = failure.distance_interval
     if failure.design_point is not None:
         answer["design_point"] = dict(
             zip((one.name for one in plan.inputs), failure.design_point.tolist(), strict=True)
         )
     if plan.back_analysis is not None:
         answer["line"] = back_analysis(surface, plan.inputs, plan.correlation, plan.values, plan.back_analysis)
+    answer["sensitivity_interval"] = intervals_of_shares(surface, plan.inputs, plan.correlation, noise)
     return answer | {"sensitivity": shares_of_variance(surface, plan.inputs, plan.correlation)}
 
 

@@ -22,6 +22,7 @@ ENDS = ("until", "until_step", "until_time", "duration")  # of a stage
 CORNER_RADIUS = 0.01  # where none is given
 MANY = 1_000_000_000  # steps: the time ends the run
 DIRECT = 300  # blocks up to which the automatic solver is a direct one
+STIFFER = 16.0  # times: joints whose stiffness the program has chosen, in a search of the load (searched.f90)
 
 
 @dataclass(frozen=True)
@@ -53,8 +54,9 @@ AS_IT_IS = Variant("as it is", "")
 HALF_STEP = Variant("step ÷ 2", "step", step=0.5)
 
 
-def variants_of(source: Source) -> list[Variant]:
-    """The model as it is and its variants, of those numbers that it has."""
+def variants_of(source: Source, stiffer: float = 1.0) -> list[Variant]:
+    """The model as it is and its variants, of those numbers that it has. stiffer: times that a search makes joints
+    whose stiffness the program has chosen."""
     found = [AS_IT_IS, HALF_STEP, Variant("step ÷ 4", "step", step=0.25)]
     if by_length(source):
         found.append(Variant("corner radius ÷ 2", "corners", corner=0.5))
@@ -65,6 +67,8 @@ def variants_of(source: Source) -> list[Variant]:
     other = other_solver(source)
     found.append(Variant(f"solver {other}", "solver", solver=f"&solver method = '{other}' /"))
     stiffness = stiffness_of(source)
+    if stiffness is not None and has_chosen_stiffness(source):
+        stiffness *= stiffer
     for factor, sign in ((2.0, "× 2"), (0.5, "÷ 2")):
         contact = "" if stiffness is None else f"&contact stiffness = {short_real(factor * stiffness)} /"
         found.append(Variant(f"joints {sign} as stiff", PROPERTY, stiffness=factor, contact=contact))

@@ -3,9 +3,15 @@
 
 from __future__ import annotations
 
+import subprocess
+
 import numpy as np
+import pandas as pd
 from rockdda.analysis.limit_analysis import RigidBlocks
 from rockdda.certainty import Reliability, reliability
+from rockdda.certainty.failure import wilson
+from rockdda.program import find_program
+from rockdda.writing import write_file
 
 from ..case import Case, Record
 from ..factor_models import PlaneFailure, arch_blocks, assemble, footing
@@ -15,7 +21,7 @@ __all__ = ["CASES"]
 
 PART = "Critical factors"
 WATER = "crack"  # the group of water of `PlaneFailure`
-PROGRAMME = "limit analysis (linear programme of rigid voussoirs)"
+PROGRAMME = "limit analysis (linear programme of rigid blocks)"
 
 
 def loaded_arch(record: Record) -> None:
@@ -101,7 +107,7 @@ def of_slope(record: Record, name: str, water: float, vary: str, **options: obje
 def probabilities(record: Record) -> None:
     """The slope of Sau Mau Ping whose strength and water scatter."""
     record.text(
-        "The plane failure of Sau Mau Ping (Hoek 2007) with cohesion 0.10 ± 0.02 MPa and tan φ 0.70021 ± 0.10, both "
+        "The plane failure of Sau Mau Ping with cohesion 0.10 ± 0.02 MPa and tan φ 0.70021 ± 0.10, both "
         "normal: the limit state is linear, and the reliability index has a closed form, for a dry and a full tension "
         "crack. With φ 35 ± 5° and any share of the crack filled the probability of failure comes from quadrature. "
         "Each of 30 runs of a Latin hypercube is a search; a quadratic surface through the factors does the rest. "
@@ -139,6 +145,63 @@ def probabilities(record: Record) -> None:
     )  # fmt: skip
 
 
+FACE = """\
+&boundary  vertices = 0,-1, 27,-1, 27,10, 5.7735,10, 0,0, joint_material = 2 /
+&joint_set inclination = 35, spacing = 5, distribution = 'exponential', randomness = 0.5 /
+&line      ends = 0,0, 26,0, joint_material = 2 /
+&line      ends = 26,0, 26,10, joint_material = 2 /
+"""
+FACE_MODEL = """\
+&model           geometry = 'face.dc', title = 'Face with planes at random' /
+&block_material  number = 1, name = 'rock', density = 2500, young = 20e9, poisson = 0.25 /
+&joint_material  number = 1, name = 'plane', friction = 20 /
+&joint_material  number = 2, name = 'firm', friction = 60, cohesion = 50e6, tension = 50e6 /
+&load            gravity = 9.81 /
+&boundary        along = 0,0, 0,-1, 27,-1, kind = 'fixed' /
+&boundary        along = 27,-1, 27,10, kind = 'fixed' /
+&stage           name = 'weight', until = 'equilibrium' /
+"""
+REPETITIONS, NETWORKS = 20, 30  # networks of each repetition
+
+
+def random_networks(record: Record) -> None:
+    """Planes at random behind a face: how often does one daylight, and how often does the interval hold the truth?"""
+    dip, crest = np.radians(35), np.array([5.7735, 10.0])
+    truth = 1 - np.exp(-(crest[1] * np.cos(dip) - crest[0] * np.sin(dip)) / 5)
+    record.text(
+        "Planes that dip 35° out of a face of 60°, 10 m high, lie at distances that are exponential with the mean 5 m. "
+        "Their friction is 20°, so the face fails where any plane daylights in it: a process of Poisson's, whose "
+        f"chance has a closed form. {REPETITIONS} repetitions of {NETWORKS} networks each (`--seeds`), every one with "
+        f"the interval of Wilson, which holds the truth in 95 of 100. {LENGTH}"
+    )
+    write_file(record.folder / "face.dl", FACE)
+    write_file(record.folder / "face.nml", FACE_MODEL)
+    subprocess.run([find_program(), "lines", "face.dl", "--quiet"], cwd=record.folder, check=True)
+    rows = []
+    for i in range(REPETITIONS):
+        found = reliability(
+            record.folder / "face.nml", seeds=NETWORKS, seed=1 + NETWORKS * i, precision=0, joints="plane", to=2.0,
+            tolerance=0.1, output=record.folder / f"runs_{i}", jobs=record.workers,
+        )  # fmt: skip
+        record.runs += found.runs
+        low, high = found.interval
+        rows.append((1 + NETWORKS * i, found.failed, found.probability, low, high, low <= truth <= high))
+    frame = pd.DataFrame(rows, columns=["first seed", "fail", "share", "from", "to", "holds the truth"])
+    record.table(frame, "networks", f"Networks that fail, of {NETWORKS} each; the truth is {truth:.4f}")
+    networks, fail = REPETITIONS * NETWORKS, int(frame["fail"].sum())
+    low, high = wilson(fail, networks)
+    record.compare(
+        f"chance of failure, {networks} networks", fail / networks, truth=float(truth), truth_source="closed form",
+        scale=1, allowed=2.5 * float(np.sqrt(truth * (1 - truth) / networks)),
+        explanation=f"95 % interval {low:.3f} to {high:.3f}",
+    )  # fmt: skip
+    expected, spread = 0.95 * REPETITIONS, np.sqrt(0.95 * 0.05 * REPETITIONS)
+    record.compare(
+        "intervals that hold the truth", int(frame["holds the truth"].sum()), truth=expected,
+        truth_source=f"95 of 100, of {REPETITIONS}", scale=1, allowed=3 * float(spread),
+    )  # fmt: skip
+
+
 def design_values(record: Record) -> None:
     """The slope of Sau Mau Ping with cohesion and tan φ divided by 1.25."""
     record.text(
@@ -165,5 +228,6 @@ CASES = [
     Case("factor-load", "Arch under a point load", PART, loaded_arch),
     Case("factor-footing", "Strip footing on two joint sets", PART, loaded_rock),
     Case("factor-probability", "A slope whose strength and water scatter", PART, probabilities),
+    Case("factor-networks", "A face with planes at random", PART, random_networks, quick=False),
     Case("factor-design-values", "A slope with design values", PART, design_values),
 ]
