@@ -2,7 +2,7 @@
 !> A field with values at points, linear in triangles, and its values along segments.
 !>
 !> Points on a regular grid (all pairs of some x and some y) make four triangles in each of its cells, with the mean of
-!> the corners in the middle. Other points are joined by Delaunay's triangulation. Beyond the outline the field goes on
+!> the corners in the middle. Other points are joined by Delaunay's triangulation. Beyond the outline the field extends
 !> as in the nearest triangle.
 module rockdda_geometry_triangle_field
    use rockdda_base_kinds, only : wp

@@ -161,7 +161,7 @@ class Reliability:
             yield f"what makes the factor scatter: {shares}"
             if len(ranked) > 1:
                 yield (
-                    f"Spend money on {ranked[0][0]}: to know it would take {100 * ranked[0][1]:.0f} % of the variance "
+                    f"Spend money on {ranked[0][0]}: its value would take {100 * ranked[0][1]:.0f} % of the variance "
                     "of the factor away."
                 )
         if self.surface is not None:
@@ -412,7 +412,7 @@ def _by_surface(plan: Plan, found: Sequence[Found], surface: Surrogate) -> dict[
 
 
 def _notes(plan: Plan, found: Sequence[Found], surface: Surrogate | None) -> Iterator[str]:
-    """What a reader must know of the runs."""
+    """What a reader must learn of the runs."""
     without = [one for one in found if one.factor is None]
     if without:
         sides = {side: sum(one.side == side for one in without) for side in (STANDS, FAILS, UNKNOWN)}

@@ -2,7 +2,7 @@
 !> Contacts as they are written: intervals by what acts at their two ends, others as they are.
 !>
 !> What acts at the two points of an interval is moved to its ends, so that forces and moments are the same: of a joint
-!> that is closed at one end the forces at both ends press. Each end stands for half of the length that is closed, so
+!> that is closed at one end the forces at both ends press. Each end represents half of the length that is closed, so
 !> that length times the stresses at the ends adds up to the force. Both rows have one state: that of the row that is
 !> pressed more.
 module rockdda_contact_view
@@ -22,7 +22,7 @@ module rockdda_contact_view
       real(wp), allocatable :: force(:, :)     !! (2, n) on the first block, zero when open
       real(wp), allocatable :: opening(:)      !! (n) distance of the blocks [length]
       real(wp), allocatable :: slip(:)         !! (n) summed up [length]
-      real(wp), allocatable :: length(:)       !! (n) of joint that each stands for [length]
+      real(wp), allocatable :: length(:)       !! (n) of joint that each represents [length]
    end type contact_view_type
 
 contains

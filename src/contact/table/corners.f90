@@ -20,11 +20,11 @@ module rockdda_contact_corners
    private
    public :: corner_type, meet_corners, corner_station, vertex_weight
 
-   ! Length of joint that a vertex on an edge stands for, with contact by length.
+   ! Length of joint that a vertex on an edge represents, with contact by length.
 
-   !> Share of an interval that its end stands for.
+   !> Share of an interval that its end represents.
    real(wp), parameter :: end_share = 1.0_wp/6
-   !> A vertex stands for at least this share of the end of the shortest of the three edges.
+   !> A vertex represents at least this share of the end of the shortest of the three edges.
    real(wp), parameter :: least_share = 0.25_wp
 
    !> Station of rows of this kind.

@@ -19,7 +19,7 @@ module rockdda_interaction_point_springs
    private
    public :: add_point_spring, add_line_spring, measure_point, spring_step_energy, support_stiffness
 
-   ! Stiffness of the springs that hold a block: so many times that of the stiffest contact that it can have.
+   ! Stiffness of the springs that hold a block, a multiple of that of the stiffest contact that it can have.
 
 contains
 

@@ -296,7 +296,7 @@ contains
       end do
    end subroutine map_steady
 
-   !> Does `map_steady` know the law?
+   !> Does `map_steady` cover the law?
    elemental logical function may_be_steady(law)
       type(joint_law_type), intent(in) :: law
       may_be_steady = law%law == strength_law%coulomb .and. law%friction > 0 .and. .not. law%normal%is_curved()

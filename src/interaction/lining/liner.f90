@@ -2,7 +2,7 @@
 !> A lining: its segments, beams and ties, and how they move (docs/theory.md, "Linings").
 !>
 !> A segment is a block behind those of the model (`n_segments` of rockdda_model_blocks) that the search for contacts
-!> does not find. It moves as a rigid body; its strains, which carry next to nothing, stand for curvature, strain and
+!> does not find. It moves as a rigid body; its strains, which carry next to nothing, represent curvature, strain and
 !> slope of its back between its node and where the rock holds it: with them a rigid back does not stiffen rock that is
 !> finer than the segments. Neighbours are joined by a beam
 !> (rockdda_interaction_liner_beam), and the back of each is held to the rock, or to the lining below, at points

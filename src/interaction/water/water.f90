@@ -365,7 +365,7 @@ contains
          if (n > 0) call messages%add(severity%warning, title_of(parameters%water(g), g)//': '//counted(n, 'piece')// &
             ' of edges begin beyond the points of pressure_file, the first at ('// &
             to_string(blocks%vertices(1, first), 6)//', '//to_string(blocks%vertices(2, first), 6)// &
-            '); the pressure there goes on as in the nearest triangle', parameters%water(g)%origin)
+            '); the pressure there continues as in the nearest triangle', parameters%water(g)%origin)
       end subroutine report_beyond
 
       !> Which stretches does a group wet?
