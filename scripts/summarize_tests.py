@@ -13,7 +13,8 @@ is reported only. A Fortran test that returns because something it needs is miss
 
     SKIPPED | reason
 
-and counts once more, as skipped; of what unittest skips below ctest, its last line states the number. The exit code is 1 when a test failed, when an error exceeds its limit, or when no test ran.
+and counts once more, as skipped; of what unittest skips below ctest, its last line states the number. The exit code is
+1 when a test failed, when an error exceeds its limit, or when no test ran.
 """
 
 import re
