@@ -24,8 +24,6 @@ module rockdda_contact_search
    private
    public :: contact_search_type
 
-   ! Contacts of blocks that have just been placed.
-
    !> Scratch of the search; one per run, nothing in it is part of the state.
    type :: contact_search_type
       type(close_pairs_type) :: pairs

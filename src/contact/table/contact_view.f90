@@ -39,8 +39,8 @@ contains
       integer :: c, d, k, n
       n = max(0, last - first + 1)
       if (allocated(view%state)) then
-      if (size(view%state) /= n) deallocate (view%blocks, view%state, view%point, view%force, view%opening, view%slip, &
-                                                view%length)
+         if (size(view%state) /= n) deallocate (view%blocks, view%state, view%point, view%force, view%opening, &
+                                                view%slip, view%length)
       end if
       if (.not. allocated(view%state)) allocate (view%blocks(2, n), view%state(n), view%point(2, n), view%force(2, n), &
                                                  view%opening(n), view%slip(n), view%length(n))

@@ -12,6 +12,8 @@
 !>                     |                    c lies one radius inside both sides
 !>                     |---> normal 2
 !>              side 2 |
+!>
+!> A vertex on an edge represents a length of joint too, with contact by length (`vertex_weight`).
 module rockdda_contact_corners
    use rockdda_base_kinds, only : wp
    use rockdda_contact_topology, only : contact_topology_type
@@ -19,8 +21,6 @@ module rockdda_contact_corners
    implicit none
    private
    public :: corner_type, meet_corners, corner_station, vertex_weight
-
-   ! Length of joint that a vertex on an edge represents, with contact by length.
 
    !> Share of an interval that its end represents.
    real(wp), parameter :: end_share = 1.0_wp/6

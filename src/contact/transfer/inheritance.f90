@@ -25,9 +25,6 @@ module rockdda_contact_inheritance
    private
    public :: hand_on_history, inheritance_work_type
 
-   ! Intervals and corners that take each other's place from one step to the next, with contact by length: an edge that
-   ! comes down on its corner, or leaves on it, carries on the force and the energy of the springs before.
-
    !> Blocks further apart than this share of the smaller inradius do not touch at the start.
    real(wp), parameter :: touching_share = 1.0e-3_wp
 
@@ -179,8 +176,8 @@ contains
 
    !> `keep_energy` for intervals that go on with themselves, and their gaps. Many arguments: arrays of constant shape
    !> spare the place of each number.
-pure subroutine follow_intervals(first, last, n, station, source, state, tied, bonded, total_slip, length_before, gap, &
-                                    offset, length, distance)
+   pure subroutine follow_intervals(first, last, n, station, source, state, tied, bonded, total_slip, length_before, &
+                                    gap, offset, length, distance)
       integer, intent(in) :: first, last, n   !! no interval is cut
       integer(i1), intent(in) :: station(n), state(n)
       integer, intent(in), optional :: source(n)   !! row of the last step that continues; absent: each with itself

@@ -19,10 +19,6 @@ module rockdda_interaction_open_close
    private
    public :: open_close_type, count_unsettled, largest_normal, closing_gap
 
-   ! Whether a contact is open or closed at the end of a motion, by its gap and that of its partner.
-
-   ! Contacts whose forces miss their laws by more than is accepted, after a round of the open-close iteration.
-
    !> A contact that closes after this number of changes in an attempt has opened twice: its shear spring is free.
    integer, parameter :: worn_changes = 3
    !> The closed part of an interval has changed when its stiffness has by more than this share; loads follow smaller

@@ -117,7 +117,8 @@ contains
          e = minloc(gaps, dim=1)
          gap = gaps(e)
          associate (near => merge(c, c + 1, e == 1), far => merge(c + 1, c, e == 1))
-         moves = at_end(expected_opening(context, attempt, table, near), expected_opening(context, attempt, table, far))
+            moves = at_end(expected_opening(context, attempt, table, near), &
+                           expected_opening(context, attempt, table, far))
          end associate
       end if
       least = attempt%dt**2*max(fall(context, attempt, table%block_a(c)), fall(context, attempt, table%block_b(c)))

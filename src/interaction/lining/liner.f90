@@ -20,9 +20,9 @@ module rockdda_interaction_liner
    use rockdda_interaction_liner_ties, only : tie_type, tie_response_type, respond_tie
    implicit none
    private
-public :: node_state, liner_joint_type, liner_type, beam_links, links_of, set_young, set_modulus, installed_centroids, &
-      on_segment, turned, along, moved_beam, moved_tie, first_point, by_shape, acts, respond, energy_of, &
-      largest_pressure
+   public :: node_state, liner_joint_type, liner_type, beam_links, links_of, set_young, set_modulus, &
+      installed_centroids, on_segment, turned, along, moved_beam, moved_tie, first_point, by_shape, acts, &
+      respond, energy_of, largest_pressure
 
    !> Links of a beam: along both axes, of the rotation, and along the first axis again for what couples it with the
    !> rotation. A tie has one.

@@ -35,8 +35,6 @@ module rockdda_linear_preconditioner
    private
    public :: preconditioner_type, eliminate_couplings, scale_diagonal, scale_couplings
 
-   ! Kernels of the preconditioner's pivots and scaled couplings, in pivot_kernels_shim.c.
-
    interface
       !> Fetch the diagonal block of a row and its couplings, which are needed soon: rows of the preconditioner are
       !> far from each other in the matrix.

@@ -207,8 +207,8 @@ contains
          character(len=*), intent(in) :: name
          real(wp), intent(inout) :: value
          if (is_set(value)) return
-      if (.not. messages%has_error_about(name, material%origin)) call messages%add(severity%error, 'block material '// &
-            to_string(material%number)//": '"//name//"' is missing", material%origin)
+         if (.not. messages%has_error_about(name, material%origin)) call messages%add(severity%error, &
+            'block material '//to_string(material%number)//": '"//name//"' is missing", material%origin)
          value = 1
       end subroutine demand
 

@@ -243,9 +243,9 @@ contains
          return
       end if
       call self%warn(observer, 'joints take their stiffness from their blocks; as springs of that stiffness they '// &
-                     'let the model fail at '//to_string(value, 4)//': blocks hold each other by friction that only '// &
-                     'their own thrust presses on, and a gap or a softer joint takes it from them; give joints '// &
-                     'their stiffness (normal_stiffness)')
+                     'let the model fail at '//to_string(value, 4)//': blocks hold each other by friction that '// &
+                     'only their own thrust presses on, and a gap or a softer joint takes it from them; give '// &
+                     'joints their stiffness (normal_stiffness)')
    end subroutine compare_springs
 
    !> Report what the factor depends on, and keep it; nothing when the text is empty.
