@@ -4,13 +4,16 @@
 
     format_fortran.py [--check] FILE...
 
-With --check nothing is written; files that would change are listed and the exit code is 1. fprettify's own alignment
-of continuation lines pushes text to the right margin where it does not fit, which helps nobody.
+With --check nothing is written; files that would change are listed and the exit code is 1. So it is for a comment with
+a blank line behind it, which belongs into the head of the module or to what it explains, and for a second `use` of a
+module. fprettify's own alignment of continuation lines pushes text to the right margin where it does not fit, which
+helps nobody.
 """
 
 import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
+from itertools import pairwise
 from os import cpu_count
 from pathlib import Path
 
@@ -33,10 +36,6 @@ def continued(line):
     return code.rstrip().endswith("&")
 
 
-def indentation(line):
-    return len(line) - len(line.lstrip(" "))
-
-
 def keep_continuations(old, new):
     """The new lines, with continuation lines as they were."""
     result = []
@@ -49,25 +48,39 @@ def keep_continuations(old, new):
     return result
 
 
+def find_faults(lines):
+    """Line and description of comments that belong to nothing, and of a second `use` of a module."""
+    used = set()
+    for n, (line, after) in enumerate(pairwise([*lines, "end"]), 1):
+        text = line.strip()
+        if text.startswith("!") and not text.startswith("!$") and not after.strip():
+            yield n, "the comment belongs to nothing: a blank line follows"
+        if line.startswith(" " * INDENT + "use "):
+            name = text.split()[1].rstrip(",")
+            if name in used:
+                yield n, f"a second use of {name}"
+            used.add(name)
+
+
 def format_file(path):
     """(path, text before, text after)"""
     old = path.read_text()
-    run = subprocess.run(["fprettify", "--stdout", "--silent", str(path)], capture_output=True, text=True, check=True)
+    # fprettify moves a line that is too long, or nearly, to the left until it fits: fortitude complains of such lines
+    command = ["fprettify", "--stdout", "--silent", "--line-length", "1000", str(path)]
+    run = subprocess.run(command, capture_output=True, text=True, check=True)
     before, after = old.split("\n"), run.stdout.split("\n")
     if len(before) != len(after):
         raise ValueError(f"{path}: fprettify changes the number of lines")
-    kept = keep_continuations(before, after)
-    # fprettify moves a line that is too long, or nearly, to the left until it fits: leave it where it is
-    lines = [line if indentation(line) % INDENT == 0 else same for same, line in zip(before, kept, strict=True)]
-    return path, old, "\n".join(line.rstrip() for line in lines)
+    return path, old, "\n".join(line.rstrip() for line in keep_continuations(before, after))
 
 
 def main(arguments):
     check = "--check" in arguments
     paths = [Path(argument) for argument in arguments if argument != "--check"]
-    changed = []
+    changed, faults = [], []
     with ThreadPoolExecutor(cpu_count()) as pool:
         for path, old, new in pool.map(format_file, paths):
+            faults += [f"{path}:{n}: {fault}" for n, fault in find_faults(new.split("\n"))]
             if old == new:
                 continue
             changed.append(path)
@@ -75,7 +88,9 @@ def main(arguments):
                 path.write_text(new)
     for path in changed:
         print(f"{path}: {'layout differs: run scripts/lint --fix' if check else 'laid out'}")
-    return 1 if check and changed else 0
+    for fault in faults:
+        print(fault)
+    return 1 if faults or (check and changed) else 0
 
 
 if __name__ == "__main__":

@@ -167,7 +167,7 @@ def factor_of_safety(
     `joints`, by default of all); 'tilt' turns gravity by degrees, counter-clockwise positive; 'push' is a horizontal
     acceleration α·g; 'gravity' multiplies it; 'load' multiplies the loads of these names (`loads`, by default all that
     have one), which are 0 before the search. factors: those of a design, 'ec7' or {'friction': 1.25, 'load.NAME': 1.3}
-    (friction, cohesion, tension, water, load.NAME): `stands` tells whether the model stands with them, `value` is the
+    (friction, cohesion, tension, water, load.NAME): `stands` states whether the model stands with them, `value` is the
     reserve of strength on top. The search begins with the settled state after `stage` (default: the
     last), between `from_` and `to`, until stable and failing value are not farther apart than `tolerance`. jobs: trials
     side by side; the answer does not depend on it. output: results file of the failing trial nearest to the factor.

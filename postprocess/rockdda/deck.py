@@ -34,7 +34,7 @@ COUNTS_IN_A_ROW = 20  # numbers of table rows in one line of an analysis file
 class BlockMaterial:
     """The 13 numbers of a block material, and its name. Weight acts in -y; stress is positive in tension.
 
-    A weight of NaN stands for density times the gravity of the options: labelled files only."""
+    A weight of NaN means density times the gravity of the options: labelled files only."""
 
     density: float  # mass per area
     weight: float  # per area: density times g

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Stresses, opening and slip along the joints of a frame, point by point and joint by joint.
 
-A joint is where two blocks face each other. The solver gives its points with the lengths that they stand for:
+A joint is where two blocks face each other. The solver gives its points with the lengths that they represent:
 
     first block      ----------- edge ---------->       points of an interval of length L with the weights
     joint               x1 l x2 |   l   | l             L/6, 2L/3, L/6: drawn as three pieces end to end

@@ -277,7 +277,7 @@ def response_spectrum(
 ) -> Spectrum:
     """Largest displacement of damped oscillators on the ground (default: 100 periods from 0.05 to 5).
 
-    `damping` is the share of critical damping, below 1. The motion goes on freely for `rest` periods after the record.
+    `damping` is the share of critical damping, below 1. The motion is free for `rest` periods after the record.
     Each step is the exact solution for a straight line of acceleration (Nigam and Jennings 1969), between the samples
     and parts of these of at most 1/40 of the period, so that peaks between them are missed by less than 0.3 %."""
     period = np.geomspace(0.05, 5.0, 100) if periods is None else np.atleast_1d(np.asarray(periods, dtype=float))

@@ -161,12 +161,12 @@ class Results(StageTables):
 
     @property
     def title(self) -> str:
-        """The title of the run, readable whatever its encoding."""
+        """The title of the run, readable in any encoding."""
         return readable(str(self._attributes.get("title", "")))
 
     @property
     def name(self) -> str:
-        """The file name without folder and ending, readable whatever its encoding."""
+        """The file name without folder and ending, readable in any encoding."""
         return readable(self.path.stem)
 
     @property
@@ -337,7 +337,7 @@ class Results(StageTables):
 
         A joint is where two blocks face each other: `first` < `second`, from 0. Columns: joint (from 0), first, second,
         edge (vertex of the first block where its edge starts), material, x, y, x1, y1, x2, y2 (the part of the joint
-        that the point stands for), length, state, opening, slip, normal_stress (tension positive), shear_stress,
+        that the point represents), length, state, opening, slip, normal_stress (tension positive), shear_stress,
         mobilised (share of the shear strength, as the program has it; 0 where open or without strength; NaN in a file
         that does not hold it), force_x, force_y (on the first block).
         Raises InputError for a file without these values."""

@@ -26,7 +26,7 @@ __all__ = ["Progress", "Simulation", "run"]
 #: Called now and then with the share that is done (0 … 1), the steps done, and the time reached.
 Progress = Callable[[float, int, float], object]
 
-# Steps are done in chunks of about so many seconds; between them Python checks for Ctrl-C and shows progress.
+# Steps are done in chunks of about this number of seconds; between them Python checks for Ctrl-C and shows progress.
 CHUNK = 0.1
 ALL = 2**31 - 1
 

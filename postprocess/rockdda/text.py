@@ -81,7 +81,7 @@ def short(text: str, longest: int = LONGEST_SHOWN) -> str:
 
 
 def did_you_mean(word: str, known: Iterable[str]) -> str:
-    """'; did you mean …?' with the nearest of some words, whatever their case; '' where none is near."""
+    """'; did you mean …?' with the nearest of some words, in any case; '' where none is near."""
     words = {one.strip().lower(): one for one in known}
     near = get_close_matches(word.strip().lower(), words, n=1)
     return f"; did you mean {words[near[0]]!r}?" if near else ""

@@ -263,7 +263,7 @@ def test_an_interval_of_what_was_counted():
 @pytest.mark.parametrize(
     ("message", "side"),
     [
-        ("stable at 64, the upper end of the search of the strength: look further", STANDS),
+        ("stable at 64, the upper end of the search of the strength: search further", STANDS),
         ("rockdda: error: stable at 0.8, the upper end of the search of the strength: look", UNKNOWN),
         ("not stable at 0.5, the lower end of the search of the strength: begin lower", FAILS),
         ("not stable at 2, the lower end of the search of the strength: begin lower", UNKNOWN),

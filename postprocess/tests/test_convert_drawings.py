@@ -283,7 +283,7 @@ def test_layers_keep_their_materials_in_a_second_drawing(tmp_path):
 
 def test_degrees_are_refused(tmp_path):
     write_map(tmp_path / "a.geojson", feature("LineString", [[24.1, 60.1], [24.2, 60.2]]))
-    with pytest.raises(rockdda.InputError, match="look like degrees of longitude and latitude: --geographic"):
+    with pytest.raises(rockdda.InputError, match="seem to be degrees of longitude and latitude: --geographic"):
         convert(tmp_path / "a.geojson", tmp_path / "a")
     convert(tmp_path / "a.geojson", tmp_path / "a", scale=1)
 

@@ -282,7 +282,7 @@ def test_the_crs_of_geojson_says_what_coordinates_are(tmp_path, name):
 def test_a_crs_in_lengths_keeps_numbers_that_look_like_degrees(tmp_path):
     line = feature("LineString", [[10.1, 20.2], [10.5, 20.9]])
     write_map(tmp_path / "a.geojson", line)
-    with pytest.raises(rockdda.InputError, match="look like degrees"):
+    with pytest.raises(rockdda.InputError, match="seem to be degrees"):
         convert(tmp_path / "a.geojson", tmp_path / "a")
     data = {
         "type": "FeatureCollection",

@@ -23,7 +23,7 @@ module rockdda_app_command_help
 
 contains
 
-   !> Print the help or the script; ok is false when printing fails, the exit code tells of an unknown topic.
+   !> Print the help or the script; ok is false when printing fails, the exit code shows an unknown topic.
    subroutine run_help(line, ok, exit_code)
       type(command_line_type), intent(in) :: line    !! topic: a command is not one of them
       logical, intent(out) :: ok
@@ -56,7 +56,7 @@ contains
       call report_failure(line, messages, error, exit_code)
    end subroutine run_help
 
-   !> Tell that there is no command, after the help of the program.
+   !> Report that there is no command, after the help of the program.
    subroutine refuse_nothing(line, exit_code)
       type(command_line_type), intent(in) :: line
       integer, intent(out) :: exit_code

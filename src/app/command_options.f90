@@ -13,7 +13,7 @@ module rockdda_app_command_options
    !> What 'rockdda new' makes.
    character(len=*), parameter :: model_kinds(9) = [character(len=8) :: 'slope', 'tunnel', 'arch', 'bridge', 'wall', &
                                                                  'dam', 'rocking', 'rockfall', 'shear']
-   !> What 'rockdda completion' knows.
+   !> The words that 'rockdda completion' offers.
    character(len=*), parameter :: shells(3) = [character(len=4) :: 'bash', 'zsh', 'fish']
 
    type :: option_kinds

@@ -196,7 +196,7 @@ contains
    end function end_of
 
    !> Compute the steps of a run, with the viewer of its results file beside it where the user wants that. Without a
-   !> viewer the run goes on, with a warning; it ends when the user has ended the viewer.
+   !> viewer the run continues, with a warning; it ends when the user has ended the viewer.
    subroutine compute(line, run, messages, exit_code)
       type(command_line_type), intent(in) :: line
       type(run_type), intent(inout) :: run
@@ -209,14 +209,14 @@ contains
       if (line%watch) then
          viewer = c_start('rockdda-post'//c_null_char, run%output//c_null_char)
          if (viewer < 0) call print_error('rockdda: warning: --watch: rockdda-post lies neither beside rockdda '// &
-                                          'nor on the PATH; the run goes on without a viewer')
+                                          'nor on the PATH; the run continues without a viewer')
       end if
       call progress%begin(line%quiet)
       call step_until_done(run, line%quiet, progress, error)
       call progress%finish()
       call end_run(line, run, messages, error, exit_code)
       if (viewer < 0) return
-      call print_error('rockdda: the viewer goes on until Ctrl-C')
+      call print_error('rockdda: the viewer runs until Ctrl-C')
       call c_wait(viewer)
    end subroutine compute
 

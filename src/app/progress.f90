@@ -18,7 +18,7 @@ module rockdda_app_progress
    real(wp), parameter :: terminal_interval = 0.2_wp, line_interval = 10
    !> Longer times that are left are not shown [s].
    real(wp), parameter :: longest_left = 1.0e8_wp
-   !> Before so many seconds an estimate of the time left is none.
+   !> Seconds before which an estimate of the time left is none.
    real(wp), parameter :: first_estimate = 2
 
    type :: progress_type
@@ -142,7 +142,7 @@ contains
       end do
    end function curve
 
-   !> The beginning of a text in UTF-8 that fits into so many columns; with fewer than one, all of it.
+   !> The beginning of a text in UTF-8 that fits into a number of columns; with fewer than one, all of it.
    pure function first_columns(text, n) result(cut)
       character(len=*), intent(in) :: text
       integer, intent(in) :: n

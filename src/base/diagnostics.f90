@@ -38,14 +38,14 @@ module rockdda_base_diagnostics
       integer :: severity = 3                  !! one of severity%...
       type(origin_type) :: origin
       character(len=:), allocatable :: message
-      integer :: summary = 0                   !! the summary that may stand for it, 0: none
+      integer :: summary = 0                   !! the summary that may replace it, 0: none
    contains
       procedure :: format => format_diagnostic
    end type diagnostic_type
 
-   !> One message that stands for many of one kind, where not all are shown.
+   !> One message that replaces many of one kind, where not all are shown.
    type :: summary_type
-      integer :: n = 0                         !! messages it stands for
+      integer :: n = 0                         !! messages it replaces
       type(diagnostic_type) :: item
    end type summary_type
 
@@ -118,7 +118,7 @@ contains
       if (present(summary)) self%items(self%n)%summary = summary
    end subroutine add_diagnostic
 
-   !> Add a message that stands for n others, which are then added with its number `summary`.
+   !> Add a message that replaces n others, which are then added with its number `summary`.
    subroutine add_summary(self, level, n, message, origin, summary)
       class(diagnostics_type), intent(inout) :: self
       integer, intent(in) :: level                       !! that of the others, too
@@ -136,7 +136,7 @@ contains
       summary = size(self%summaries)
    end subroutine add_summary
 
-   !> The list with each summary in the place of the messages that it stands for.
+   !> The list with each summary in the place of the messages that it replaces.
    function summarised(self) result(short)
       class(diagnostics_type), intent(in) :: self
       type(diagnostics_type) :: short

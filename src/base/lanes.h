@@ -12,7 +12,7 @@
 #define FOR_EACH_PROCESSOR
 #endif
 
-/* Ask for the line of memory so many bytes behind p, which may be anywhere, before it is needed. It costs least where
+/* Fetch the line of memory some bytes behind p, which may be anywhere, before it is needed. It costs least where
  * the processor does not guess what is read next: blocks far from each other, and those of falling addresses. */
 #if defined(__GNUC__)
 #define SOON(p, bytes) __builtin_prefetch((const void *)((uintptr_t)(p) + (uintptr_t)(bytes)))

@@ -43,7 +43,7 @@ contains
       ends(2) = int(p*int(n, int64)/ranges)
    end function range_of
 
-   !> Of `n_ranges` places that belong to threads, that of the thread which asks.
+   !> Of `n_ranges` places that belong to threads, that of the calling thread.
    integer function own_range()
       own_range = 1
 !$    own_range = omp_get_thread_num() + 1

@@ -13,7 +13,7 @@ module rockdda_base_room
       module procedure resize_real64
    end interface resize
 
-   !> Room for at least so many numbers, or columns, in a list that grows; what is in it is kept.
+   !> Room for at least a given number of values, or columns, in a list that grows; what is in it is kept.
    interface grow
       module procedure grow_reals
       module procedure grow_integers

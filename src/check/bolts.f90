@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> What is wrong with the bolts of a model, and what looks wrong: bolts that cross no joint, lie outside the rock, or
+!> What is wrong with the bolts of a model, and what seems wrong: bolts that cross no joint, lie outside the rock, or
 !> whose head does not lie on a free face.
 module rockdda_check_bolts
    use rockdda_base_kinds, only : wp
@@ -35,7 +35,7 @@ contains
       logical :: ok
       ok = .true.
       do g = 1, size(options%bolts)
-         ok = ok .and. len(bolt_problem(options%bolts(g))) == 0   ! else it was told
+         ok = ok .and. len(bolt_problem(options%bolts(g))) == 0   ! else it was reported
          if (.not. is_given(options%bolts(g)%outline)) cycle
          if (has_region(options%regions, options%bolts(g)%outline)) cycle
          ok = .false.
@@ -319,7 +319,7 @@ contains
          character(len=*), intent(in) :: what, name
          type(origin_type), intent(in) :: origin
          if (stage_with(options%stages, name, installs=.true.) > 0) return
-         if (stage_with(options%stages, name, installs=.false.) > 0) return   ! who removes it knows that it is there
+         if (stage_with(options%stages, name, installs=.false.) > 0) return   ! a stage removes it: on purpose
          call messages%add(level, what//name//"' is named in install of no stage: it is there from the start"//why// &
                            '. Where that is meant, let the first stage install it', origin)
       end subroutine report

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> Groups of &boundary that say too little, too much or the impossible, whatever the model is.
+!> Groups of &boundary that say too little, too much or the impossible, in any model.
 module rockdda_check_boundaries
    use rockdda_base_diagnostics, only : diagnostics_type, severity
    use rockdda_base_strings, only : to_string
@@ -56,7 +56,7 @@ contains
 
    contains
 
-      !> Demand so many numbers.
+      !> Demand that number of values.
       subroutine demand_one(name, found, expected)
          character(len=*), intent(in) :: name
          integer, intent(in) :: found, expected

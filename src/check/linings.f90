@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> What is wrong with the linings of a model, and what looks wrong: linings beside the wall, without rock behind them,
+!> What is wrong with the linings of a model, and what seems wrong: linings beside the wall, without rock behind them,
 !> or where there is no free face.
 module rockdda_check_linings
    use rockdda_base_kinds, only : wp
@@ -62,7 +62,7 @@ contains
       do k = 1, size(options%liners)
          allocate (lines(k)%xy(0))
          associate (liner => options%liners(k))
-            sound(k) = len(liner_problem(liner)) == 0   ! else it was told
+            sound(k) = len(liner_problem(liner)) == 0   ! else it was reported
             do i = 1, k - 1
                if (same_name(title_of_liner(liner, k), title_of_liner(options%liners(i), i))) &
                   call fail("there are two linings of the name '"//title_of_liner(liner, k)//"'", &

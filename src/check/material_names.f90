@@ -38,7 +38,7 @@ contains
              counted(n, kind//' material')
    end function unknown_number
 
-   !> Check that a word stands for a joint material.
+   !> Check that a word is a number or name of a joint material.
    subroutine check_joint_material(group, word, n_joints, materials, origin, messages)
       character(len=*), intent(in) :: group                   !! of the options
       character(len=*), intent(in) :: word                    !! number or name

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> Options that do not fit the model: told before a run begins, each where it was read.
+!> Options that do not fit the model: reported before a run begins, each where it was read.
 !> Also how many blocks stages excavate and place, and what goes and comes with them (points, loads, bolts, boundaries).
 !> And parameters with which no run can start, wherever they come from: an analysis file, options or Python.
 module rockdda_check_options

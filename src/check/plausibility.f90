@@ -38,8 +38,8 @@ module rockdda_check_plausibility
    real(wp), parameter :: largest_closure = 0.2_wp
    !> Contact springs may be softer than the rock by this factor without a warning.
    real(wp), parameter :: smallest_stiffness_ratio = 5.0e-7_wp
-   !> Fewer steps of g1 in a period of the base's motion than this do not follow it, nor do steps over more than so many
-   !> rows of a record.
+   !> Steps of g1 in a period of the base's motion below which they do not follow it, and rows of a record above which a
+   !> step does not follow it either.
    real(wp), parameter :: least_of_period = 10, most_of_record = 5
    !> Largest share of the forces that blocks asleep may lack without a warning.
    real(wp), parameter :: largest_sleep = 0.05_wp

@@ -21,10 +21,10 @@ module rockdda_check_support_numbers
 
    !> Line of a lining.
    type :: line_type
-      real(wp), allocatable :: xy(:)        !! of its points; empty: it is wrong, which was told [length]
+      real(wp), allocatable :: xy(:)        !! of its points; empty: it is wrong, which was reported [length]
    end type line_type
 
-   !> A ratio, what it usually is, and bounds beyond which it is told.
+   !> A ratio, what it usually is, and bounds beyond which it is reported.
    type :: ratio_type
       character(len=64) :: name = ''
       real(wp) :: least = 0, most = huge(1.0_wp)
@@ -130,7 +130,7 @@ contains
 
    end subroutine check_numbers_of_bolt
 
-   !> Tell a ratio beyond its bounds, where both numbers are given and not 0.
+   !> Report a ratio beyond its bounds, where both numbers are given and not 0.
    subroutine judge_ratio(ratio, a, b, who, origin, messages)
       type(ratio_type), intent(in) :: ratio
       real(wp), intent(in) :: a, b
@@ -168,7 +168,7 @@ contains
                place = to_string(100*share, 2)//' % of its line'
             end if
             call messages%add(severity%warning, "liner '"//title_of_liner(liners(k), k)//"' lies where lining '"// &
-               title_of_liner(liners(j), j)//"' lies at the same time ("//place//'): both carry, and neither knows '// &
+               title_of_liner(liners(j), j)//"' lies at the same time ("//place//'): both carry, and neither feels '// &
                "of the other; a layer on it is given by on = '"//title_of_liner(liners(j), j)//"', "// &
                'and `remove` of a stage takes one out', liners(k)%origin)
          end do

@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: MIT
 !> The contact table of a step: search, geometry, and the history handed on from the last step's table.
 !>
-!> Rows come out sorted by (vertex, edge), hence by (block_a, vertex, block_b, edge), whatever the order in which
+!> Rows come out sorted by (vertex, edge), hence by (block_a, vertex, block_b, edge), regardless of the order in which
 !> they were found. The pairs of blocks are searched in a few parts, one after the other or side by side; what is found
 !> in a pair depends on nothing but the pair.
 module rockdda_contact_search
@@ -23,8 +23,6 @@ module rockdda_contact_search
    implicit none
    private
    public :: contact_search_type
-
-   ! Contacts of blocks that have just been placed.
 
    !> Scratch of the search; one per run, nothing in it is part of the state.
    type :: contact_search_type

@@ -12,7 +12,7 @@
 !>     | /   |   \ |
 !>     +-----+-----+
 !>
-!> A block that is a rectangle, in whatever direction, has a lattice of its own with nx times ny cells, their sides as
+!> A block that is a rectangle, in any direction, has a lattice of its own with nx times ny cells, their sides as
 !> near to the wanted size as whole numbers allow. Other blocks share one lattice along the axes, which fits a box.
 module rockdda_cutting_cell_lattice
    use rockdda_base_kinds, only : wp

@@ -127,7 +127,7 @@ contains
    end subroutine split
 
    !> A new edge from the origin of half-edge a to that of b, inside their loop (which it divides) or between two loops
-   !> (which it joins). `chord` runs from a to b; its loop goes on with b, that of its twin with a.
+   !> (which it joins). `chord` runs from a to b; its loop continues with b, that of its twin with a.
    pure subroutine join(self, a, b, joint, chord)
       class(cell_map_type), intent(inout) :: self
       integer, intent(in) :: a, b, joint

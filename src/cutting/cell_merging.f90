@@ -237,7 +237,7 @@ contains
          end if
          a = map%position(:, map%origin(h)) - map%position(:, map%origin(before))
          b = map%position(:, map%target(h)) - map%position(:, map%origin(h))
-         ! on the outline such a node lies on a straight edge, whatever rounding says of a short part
+         ! on the outline such a node lies on a straight edge, even where rounding bends a short part
          if (other > 0 .and. abs(cross_product(a, b)) > straight*norm2(a)*norm2(b)) cycle
          call map%drop_node(h)
       end do

@@ -1,5 +1,13 @@
 ! SPDX-License-Identifier: MIT
 !> The net of lines: nodes where they meet, pieces between nodes that do not cross, distinct edges.
+!>
+!> Repeats until the pieces form a plane net: no piece passes a node closer than e0, no two pieces cross.
+!>
+!> Merging nodes moves the ends of pieces by up to e0, which can move a piece onto a node or across another piece.
+!> 1. A piece that passes a node closer than e0 is led through it.
+!> 2. Two pieces that cross get a common node: a node closer than e0 to the crossing, else a new one.
+!> A piece is only ever replaced by shorter ones (otherwise rule 1 is not applied: it could cycle between the corners
+!> of a triangle that is about e0 wide) and nodes stay apart, so that the repetition ends.
 module rockdda_cutting_net
    use rockdda_base_kinds, only : wp
    use rockdda_base_room, only : grow
@@ -15,14 +23,6 @@ module rockdda_cutting_net
    implicit none
    private
    public :: make_net, clean_pieces
-
-   ! Repeats until the pieces form a plane net: no piece passes a node closer than e0, no two pieces cross.
-   !
-   ! Merging nodes moves the ends of pieces by up to e0, which can move a piece onto a node or across another piece.
-   ! 1. A piece that passes a node closer than e0 is led through it.
-   ! 2. Two pieces that cross get a common node: a node closer than e0 to the crossing, else a new one.
-   ! A piece is only ever replaced by shorter ones (otherwise rule 1 is not applied: it could cycle between the corners
-   ! of a triangle that is about e0 wide) and nodes stay apart, so that the repetition ends.
 
    !> Largest number of rounds (random line sets need up to about 10).
    integer, parameter :: max_rounds = 60

@@ -1,11 +1,11 @@
 ! SPDX-License-Identifier: MIT
 !> The lines meant as the outer boundary of a model (the first n_boundary): whether they close.
 !>
-!> A boundary line that bounds blocks along all its length is right, whatever closes them. Of the others those are at
+!> A boundary line that bounds blocks along all its length is right, however they are closed. Of the others those are at
 !> fault that bound no block at all, and those that belong to no closed loop of boundary lines: there the outline has a
 !> gap. What is left are lines of closed loops that go on beyond the corner where they meet, which harms nothing, unless
 !> two of them end outside all blocks, far from the corners and close to each other, and go on from corners of the
-!> outside: walls and joints that cross the outline leave it where it goes on to both sides. Where no line is counted as
+!> outside: walls and joints that cross the outline leave it where it runs to both sides. Where no line is counted as
 !> one of the boundary this is asked of those drawn end to end with another one.
 module rockdda_cutting_open_outline
    use rockdda_base_kinds, only : wp

@@ -271,7 +271,7 @@ contains
    end subroutine split
 
    !> Give each interval the first of the lines that cover it, and the second. Intervals that have them are skipped:
-   !> each line goes on from the next one that has not.
+   !> each line continues from the next one that has not.
    pure subroutine paint(order, low, high, color, second)
       integer, intent(in) :: order(:)                !! lines, the first one first
       integer, intent(in) :: low(:), high(:)         !! of each line: intervals low ... high - 1

@@ -3,7 +3,7 @@
 !>
 !> The plane is cut into vertical strips at all ends and crossings of the outlines, so that nothing crosses within a
 !> strip: there the outlines are curves one above the other, and the area between two of them that bound a piece inside
-!> both is an integral in closed form. Outlines that lie on one another give strips or pieces of no area, in whatever
+!> both is an integral in closed form. Outlines that lie on one another give strips or pieces of no area, in any
 !> order rounding puts them, so that no tolerance is needed. Polygons may touch themselves (bridges).
 module rockdda_geometry_common_area
    use rockdda_base_kinds, only : wp

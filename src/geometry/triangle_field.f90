@@ -2,8 +2,18 @@
 !> A field with values at points, linear in triangles, and its values along segments.
 !>
 !> Points on a regular grid (all pairs of some x and some y) make four triangles in each of its cells, with the mean of
-!> the corners in the middle. Other points are joined by Delaunay's triangulation. Beyond the outline the field goes on
+!> the corners in the middle. Other points are joined by Delaunay's triangulation. Beyond the outline the field extends
 !> as in the nearest triangle.
+!>
+!> For the triangulation points are added from left to right. A new point lies outside of the triangles so far; it makes
+!> a triangle with each edge of their outline that it sees:
+!>
+!>        +---+
+!>       /|   |\          then edges whose opposite corner lies within the circle of the triangle are exchanged
+!>      / |   | * new     for the other diagonal, until there is none
+!>     +--+---+/
+!>
+!> Four points on a circle have either diagonal.
 module rockdda_geometry_triangle_field
    use rockdda_base_kinds, only : wp
    use rockdda_base_room, only : grow
@@ -13,18 +23,6 @@ module rockdda_geometry_triangle_field
    implicit none
    private
    public :: triangle_field_type, triangulate
-
-   ! Delaunay triangulation of points.
-   !
-   ! Points are added from left to right. A new point lies outside of the triangles so far; it makes a triangle with
-   ! each edge of their outline that it sees:
-   !
-   ! +---+
-   ! /|   |\         then edges whose opposite corner lies within the circle of the triangle are exchanged for the
-   ! / |   | * new    other diagonal, until there is none
-   ! +--+---+/
-   !
-   ! Four points on a circle have either diagonal.
 
    !> Sine of the angle below which three points are on a line, and rounding of the test of a circle.
    real(wp), parameter :: straight = 1.0e-12_wp, on_circle = 1.0e-12_wp

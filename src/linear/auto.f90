@@ -85,7 +85,7 @@ module rockdda_linear_auto
    real(wp), parameter :: analysis_cost = 300, analysis_of_small = 150
    !> Iterations for a condition of one and a reduction by e.
    real(wp), parameter :: iterations_per_digit = 0.36_wp
-   !> A coarse space pays from so many iterations for all digits on, in models of so many blocks, and when with it they
+   !> A coarse space pays from these numbers of iterations for all digits and of blocks on, and when with it they
    !> cost less than this share.
    real(wp), parameter :: many_expected = 150, clearly_less = 0.7_wp
    integer, parameter :: many_blocks = 3000

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> Names of blocks in messages: segments of linings are blocks behind those of the model, whose numbers nobody knows.
+!> Names of blocks in messages: segments of linings are blocks behind those of the model, whose numbers are internal.
 module rockdda_model_block_names
    use rockdda_base_strings, only : to_string
    use rockdda_model_blocks, only : block_system_type

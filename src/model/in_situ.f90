@@ -326,7 +326,7 @@ contains
       column_of = 1 + int(max(0.0_wp, min(size(columns%start) - 2.0_wp, (x - columns%left)/columns%width)))
    end function column_of
 
-   !> Groups of &in_situ that say too little, too much or the impossible, whatever the model is.
+   !> Groups of &in_situ that say too little, too much or the impossible, in any model.
    subroutine check_in_situ(in_situ, messages)
       type(in_situ_type), intent(in) :: in_situ(:)
       type(diagnostics_type), intent(inout) :: messages

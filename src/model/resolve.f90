@@ -227,7 +227,7 @@ contains
       end subroutine resolve_stiffness
 
       !> Does the run end with its last stage? Then the number of steps of the analysis file does not count. It does in
-      !> a labelled file; after stages as older files have them it goes on.
+      !> a labelled file; after stages as older files have them it continues.
       subroutine note_stages()
          integer :: i, n
          n = size(parameters%stages)
@@ -302,7 +302,7 @@ contains
    !> Options whose default is another one in a labelled file: plane strain, and dynamic steps of second order.
    pure subroutine take_labelled_defaults(settings, second_order)
       type(run_options_type), intent(inout) :: settings
-      logical, intent(in) :: second_order          !! neither an analysis file nor a preset asks for Shi's scheme
+      logical, intent(in) :: second_order          !! neither an analysis file nor a preset wants Shi's scheme
       if (.not. allocated(settings%plane)) settings%plane = ''
       if (len_trim(settings%plane) == 0) settings%plane = 'strain'
       if (.not. allocated(settings%integrator)) settings%integrator = ''
@@ -317,7 +317,7 @@ contains
       type(diagnostics_type), intent(inout) :: messages
       character(len=:), allocatable :: text
       real(wp) :: time      !! the stages up to i take at least so long,
-      integer :: i, steps   !! and so many steps
+      integer :: i, steps   !! and number of steps
       time = 0
       steps = 0
       do i = 1, size(parameters%stages) - 1

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> Groups of &water that say too little, too much or the impossible, whatever the model is; and which of them act.
+!> Groups of &water that say too little, too much or the impossible, in any model; and which of them act.
 module rockdda_model_water_check
    use rockdda_base_diagnostics, only : diagnostics_type, severity
    use rockdda_base_strings, only : to_string

@@ -2,8 +2,8 @@
 !> The flat layer under the Python extension `_rockdda` (f2py): operations of a session. rockdda_python_values returns
 !> its data.
 !>
-!> A handle stands for a session (session.f90); Python owns it and passes nothing else. `status` is 0 or an error
-!> code of rockdda_base_error; the messages are then fetched as text (`text_size`, `get_text`). -1 stands for a whole
+!> A handle is the number of a session (session.f90); Python owns it and passes nothing else. `status` is 0 or an error
+!> code of rockdda_base_error; the messages are then fetched as text (`text_size`, `get_text`). -1 means a whole
 !> number that was not given, a negative number for a real one. The lines `!f2py threadsafe` mark procedures that run
 !> without the lock of the interpreter. This file is plain ASCII, which f2py needs.
 module rockdda_python_api

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> The files of a run: results, log and checkpoint, and what of them is due.
+!> The files of a run: results, log and checkpoint, and which of them are due.
 !>
 !> The log has files, model, messages, every number of the run with the value that it has, steps, and the end.
 !>
@@ -63,7 +63,7 @@ module rockdda_run_files
       procedure :: write_outcome
    end type run_log_type
 
-   !> Longest time between flushes of the results, whatever the options [s].
+   !> Longest time between flushes of the results, at any options [s].
    real(wp), parameter :: longest_flush_interval = 2
    !> Default time between checkpoints [s].
    real(wp), parameter :: usual_checkpoint_interval = 60
@@ -256,7 +256,7 @@ contains
       call describe_run(sim, facts%checkpoint_every, facts%header)
    end subroutine start_facts
 
-   !> What of the header follows from the run, and is not kept in checkpoints.
+   !> The part of the header that follows from the run, and is not kept in checkpoints.
    subroutine describe_run(sim, checkpoint_every, header)
       type(simulation_type), intent(in) :: sim
       real(wp), intent(in) :: checkpoint_every             !! [s]
@@ -334,7 +334,7 @@ contains
       end do
    end function lines_of
 
-   !> Is a line due for the last step? For the first one, for steps with several attempts or a frame, and for so many
+   !> Is a line due for the last step? For the first one, for steps with several attempts or a frame, and so often
    !> that the log has about `log_lines`.
    pure logical function is_line_due(sim, has_frame)
       type(simulation_type), intent(in) :: sim

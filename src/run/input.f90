@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: MIT
 !> What a run is read from: its files, their texts, and what they say.
 !>
-!> What the command line or the Python call asks of a run.
+!> What the command line or the Python call requests of a run.
 module rockdda_run_input
    use rockdda_model_analysis_input, only : analysis_input_type
    use rockdda_model_blocks, only : block_system_type

@@ -91,7 +91,7 @@ contains
          if (.not. is_given(options%length_scale)) options%length_scale = 'largest'
       end if
       if (.not. allocated(options%stages)) return
-      ! after the last of its stages this run goes on, that of a labelled file does not
+      ! after the last of its stages this run continues, that of a labelled file does not
       if (size(options%stages) > 0 .and. .not. parameters%ends_with_stages) then
          if (has_end(options%stages(size(options%stages)))) options%stages = [options%stages, stage_type()]
       end if
@@ -280,7 +280,7 @@ contains
       associate (given => row%given)
          select case (row%kind)
          case (option_kind%number)
-            ! a value on an excluded bound stands for none, as 0 does for a stiffness of joints
+            ! a value on an excluded bound means none, as 0 does for a stiffness of joints
             if (is_set(given%number) .and. .not. (row%above .and. given%number <= row%least)) &
                text = exact_text(given%number)
          case (option_kind%whole)

@@ -41,7 +41,7 @@ module rockdda_run_model_run
    private
    public :: run_type
 
-   !> Up to so many blocks the first checkpoint waits (checkpoint_timer_type): it takes longer than a step.
+   !> Number of blocks up to which the first checkpoint waits (checkpoint_timer_type): it takes longer than a step.
    integer, parameter :: few_blocks = 200
    !> Bytes that take longer to write than a thread takes to start.
    integer(i8), parameter :: much = 1048576_i8
@@ -137,7 +137,7 @@ contains
       self%is_open = .false.
    end subroutine close_run
 
-   !> End the log: reason, steps, time, and what of it is in the results after a failure.
+   !> End the log: reason, steps, time, and how far the results reach after a failure.
    subroutine end_log(self, error)
       class(run_type), intent(inout) :: self
       type(error_type), allocatable, intent(inout) :: error
@@ -304,7 +304,7 @@ contains
                      '; the run continues, and the older checkpoint is unchanged', error)
    end subroutine write_rows
 
-   !> Are there so many rows to flush that a thread of its own is worth while?
+   !> Are there enough rows to flush that a thread of its own is worth while?
    logical function has_much_to_flush(self)
       class(run_type), intent(in) :: self
       has_much_to_flush = .false.

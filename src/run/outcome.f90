@@ -175,7 +175,7 @@ contains
       end if
    end function unreached_stages_warning
 
-   !> Warning about a static stage that ends without equilibrium, whatever ends it, after its last step; '' otherwise,
+   !> Warning about a static stage that ends without equilibrium, however it ends, after its last step; '' otherwise,
    !> and where the next step is an error.
    function unrested_warning(sim) result(text)
       type(simulation_type), intent(in) :: sim
@@ -326,7 +326,7 @@ contains
    end function strikes_text
 
    !> Warning about motion after strikes, which depends on each step; '' otherwise, and where another warning about
-   !> the error in time tells it.
+   !> the error in time shows it.
    pure function strikes_warning(sim) result(text)
       type(simulation_type), intent(in) :: sim
       character(len=:), allocatable :: text
@@ -390,7 +390,7 @@ contains
          text = 'blocks stand inside each other after step '//to_string(sim%state%step)//', time '// &
                 sim%parameters%shown(sim%state%time, 'time', 6)//': '//text// &
                 '. What follows is not to be trusted: take shorter steps '// &
-                '(dt_max, displacement_ratio) or stiffer joints, and look at blocks that are placed or struck'
+                '(dt_max, displacement_ratio) or stiffer joints, and examine blocks that are placed or struck'
       end associate
    end function lodged_warning
 

@@ -111,8 +111,12 @@ class Texts(ProgramTest):
     def test_decimal_commas_of_lists_are_refused(self):
         """Also where their count fits."""
         for old, new, message in (
-            ("polygon = 0,0, 1,0, 1,1", "polygon = 0,0, 1,05, 1,1", "5:40: error: polygon: '1,05' looks like a number"),
-            ("polygon = 0,0, 1,0, 1,1", "polygon = 0,5,0, 1,5,0", "5:35: error: polygon: '0,5' looks like a number"),
+            (
+                "polygon = 0,0, 1,0, 1,1",
+                "polygon = 0,0, 1,05, 1,1",
+                "5:40: error: polygon: '1,05' seems to be a number",
+            ),
+            ("polygon = 0,0, 1,0, 1,1", "polygon = 0,5,0, 1,5,0", "5:35: error: polygon: '0,5' seems to be a number"),
             (
                 "gravity = 9.81",
                 "gravity = 9,81",
@@ -146,7 +150,7 @@ class Texts(ProgramTest):
                 self.files(lambda text, given=given: text.replace("0,0, 1,0, 1,1", given))
                 outcome = self.run_program("check", "two.nml")
                 self.assertEqual(outcome.code, 2)
-                self.assertIn(f"polygon: {place} looks like a number with a decimal comma", outcome.err)
+                self.assertIn(f"polygon: {place} seems to be a number with a decimal comma", outcome.err)
 
     def test_decimal_commas_of_tables(self):
         """Read between semicolons and tabs, refused elsewhere."""

@@ -32,34 +32,39 @@ def closing_line(result):
 
 def test_counts_of_both_runners_are_added(summarize):
     result = summarize(PASSED * 3, pytest_cases=PASSED * 2)
-    assert closing_line(result) == "5 passed, 0 failed"
+    assert closing_line(result) == "5 passed, 0 failed, 0 skipped"
     assert result.returncode == 0
 
 
 def test_a_failure_fails_the_run(summarize):
     result = summarize(PASSED, pytest_cases=PASSED + FAILED)
-    assert closing_line(result) == "2 passed, 1 failed"
+    assert closing_line(result) == "2 passed, 1 failed, 0 skipped"
     assert result.returncode == 1
 
 
 def test_skipped_tests_are_named_apart(summarize):
     result = summarize(PASSED + SKIPPED)
-    assert closing_line(result) == "1 passed, 0 failed"
-    assert "1 skipped" in result.stdout
+    assert closing_line(result) == "1 passed, 0 failed, 1 skipped"
     assert result.returncode == 0
+
+
+def test_tests_skipped_inside_one_that_passed_are_counted(summarize):
+    log = "\n.\nSKIPPED | built without CHOLMOD\n\nRan 3 tests in 0.1s\n\nOK (skipped=2)\n"
+    result = summarize(PASSED * 2, log)
+    assert closing_line(result) == "2 passed, 0 failed, 3 skipped"
 
 
 @pytest.mark.parametrize("cases", ["", SKIPPED])
 def test_a_run_without_tests_fails(summarize, cases):
     result = summarize(cases)
-    assert closing_line(result) == "0 passed, 0 failed"
+    assert closing_line(result) == f"0 passed, 0 failed, {cases.count('<skipped')} skipped"
     assert "no test ran" in result.stdout
     assert result.returncode == 1
 
 
 def test_results_that_cannot_be_read_are_a_failure(summarize, tmp_path):
     result = summarize(PASSED, pytest_cases="<broken")
-    assert closing_line(result) == "1 passed, 1 failed"
+    assert closing_line(result) == "1 passed, 1 failed, 0 skipped"
     assert result.returncode == 1
 
 
@@ -75,12 +80,12 @@ def test_validation_results_are_collected_in_one_table(summarize):
 @pytest.mark.parametrize("error", ["0.0031", "-0.0031", "NaN", "********"])
 def test_an_error_beyond_its_limit_fails_the_run(summarize, error):
     result = summarize(PASSED, f"VALIDATION | slide | 3.2 | 3.21 | {error} | 0.003\n")
-    assert closing_line(result) == "1 passed, 1 failed"
+    assert closing_line(result) == "1 passed, 1 failed, 0 skipped"
     assert "FAILED" in result.stdout
     assert result.returncode == 1
 
 
 def test_results_without_a_limit_are_only_shown(summarize):
     result = summarize(PASSED, "VALIDATION | test 1 | 0.21 | 0.093 | 1.26 | -\n")
-    assert closing_line(result) == "1 passed, 0 failed"
+    assert closing_line(result) == "1 passed, 0 failed, 0 skipped"
     assert "0.093" in result.stdout

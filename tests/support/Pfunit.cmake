@@ -70,9 +70,15 @@ else()
   endfunction()
 endif()
 
+# The mark of a skipped test, for every test.
+add_library(rockdda_skipped_tests STATIC ${CMAKE_CURRENT_LIST_DIR}/skipped_tests.f90)
+set_target_properties(rockdda_skipped_tests PROPERTIES Fortran_MODULE_DIRECTORY ${PROJECT_BINARY_DIR}/skipped_tests)
+target_include_directories(rockdda_skipped_tests PUBLIC ${PROJECT_BINARY_DIR}/skipped_tests)
+
 # CMake keeps a function that is defined again under its name with an underscore in front.
 function(add_pfunit_ctest name)
   _add_pfunit_ctest(${name} ${ARGN})
+  target_link_libraries(${name} rockdda_skipped_tests)
   set_property(TEST ${name} APPEND PROPERTY ENVIRONMENT "ROCKDDA_SHARED=${rockdda_shared_dir}" OMP_NUM_THREADS=2
     OPENBLAS_NUM_THREADS=1)
 endfunction()

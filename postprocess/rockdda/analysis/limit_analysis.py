@@ -14,7 +14,7 @@ friction without dilation can fail at a lower α, never at a higher one (Drucker
 Without dilation the load is found by a row of linear programmes (Gilbert, Casapulla & Ahmed 2006): the limit of each
 joint becomes one that does not depend on its normal force, |T| ≤ tan φ N', so that sliding does not dilate, with the
 N' of the programmes before; it is found when N' no longer changes the load. Forces of blocks that do not move are not
-unique, and such loads need not be: the statics of the mechanism tells whether it is one.
+unique, and such loads need not be: the statics of the mechanism shows whether it is one.
 
 For a known mechanism the load without dilation follows from equilibrium alone: where a joint slides its shear force is
 the friction, against the motion; at an end that opens there is no force. The forces of the other joints obey the limits

@@ -7,7 +7,7 @@ Two criteria of stable arching are looked at (section 7.1.3 of the thesis named 
 last part of the run (`window`, two thirds) a straight line is fitted to the displacement in time. Its rise or fall over
 the window is the *drift*; the range of the remainder is the *oscillation*. A point is in equilibrium when the drift is
 not larger than the oscillation. There is nothing to be chosen but the window, which must hold at least one period of
-the oscillation: for a sine this ratio is at most 1 at one period, whatever its phase, and below with more. In a shorter
+the oscillation: for a sine this ratio is at most 1 at one period, at any phase, and below with more. In a shorter
 window an oscillation resembles a trend; run longer then.
 
 *Homogeneous profile.* Rock that arches moves together. The *gradient* of two neighbouring points is the change of the

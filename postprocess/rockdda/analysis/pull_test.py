@@ -51,7 +51,7 @@ POSSIBLE = {
 }
 #: No head moves by this share of the bolt.
 MOST_MOVED = 0.3
-#: Grout has such numbers; others are told.
+#: Grout has such numbers; others are reported.
 USUAL = {"grout_stiffness": (1e7, 1e11, "N/m²"), "grout_strength": (1e4, 1e7, "N/m")}
 _FRONTS = 2000  # lengths of slip at which the curve is computed; linear between them
 
@@ -287,7 +287,7 @@ def _refuse_undetermined(
     if not errors[1] <= DETERMINED:
         least = f"at least {largest * stiffness / elastic:.3g} N/m" if errors[0] <= DETERMINED else "it"
         open_ones.append(
-            f"grout_strength: the curve has no plateau, nor does it bend enough to tell ({least}; pull further)"
+            f"grout_strength: the curve has no plateau, nor does it bend enough to show one ({least}; pull further)"
         )
     known = []
     if errors[0] <= DETERMINED:

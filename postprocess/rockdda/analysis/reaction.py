@@ -97,7 +97,7 @@ def support_reaction(
 
     `liner` is the name of the lining (by default the first that a stage installs), `point` the number of the measured
     point whose convergence counts, `releases` the number of parts in which the forces are released without support.
-    `work` keeps the two runs (bare.h5, supported.h5). `progress` is told what runs; `options` go to `rockdda.run`."""
+    `work` keeps the two runs (bare.h5, supported.h5). `progress` is given what runs; `options` go to `rockdda.run`."""
     if releases < 2:
         raise InputError(f"releases: expected 2 or more, found {releases}")
     given = model if isinstance(model, Model) else Model.read(model)

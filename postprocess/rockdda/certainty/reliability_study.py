@@ -173,10 +173,10 @@ class Reliability:
             yield f"what makes the factor scatter: {shares}"
             if len(ranked) > 1:
                 rivals = [name for name, _ in ranked[1:] if ends[name][1] > ends[ranked[0][0]][0]]
-                others = f" (or {', '.join(rivals)}: the runs do not tell them apart)" if rivals else ""
+                others = f" (or {', '.join(rivals)}: the runs do not separate them)" if rivals else ""
                 yield (
-                    f"Spend money on {ranked[0][0]}{others}: to know it would take {100 * ranked[0][1]:.0f} % of the "
-                    "variance of the factor away."
+                    f"Spend money on {ranked[0][0]}{others}: measured exactly it would take {100 * ranked[0][1]:.0f} % of "
+                    "the variance of the factor away."
                 )
         if self.surface is not None:
             yield (
@@ -434,7 +434,7 @@ def _by_surface(plan: Plan, found: Sequence[Found], surface: Surrogate) -> dict[
 
 
 def _notes(plan: Plan, found: Sequence[Found], surface: Surrogate | None) -> Iterator[str]:
-    """What a reader must know of the runs."""
+    """What a reader must learn of the runs."""
     without = [one for one in found if one.factor is None]
     if without:
         sides = {side: sum(one.side == side for one in without) for side in (STANDS, FAILS, UNKNOWN)}

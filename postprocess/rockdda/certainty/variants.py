@@ -40,7 +40,7 @@ class Variant:
     solver: str = ""
 
     def values(self, steps: int) -> dict[str, Any]:
-        """Parameters of the study. steps: of a run that ends after so many; a variant goes on to the same time."""
+        """Parameters of the study. steps: of a run that ends after this number; a variant runs to the same time."""
         names = ("name", "step", "corner", "cells", "elements", "stiffness", "contact", "solver")
         return {**{name: getattr(self, name) for name in names}, "steps": MANY if self.kind else steps}
 
@@ -116,7 +116,7 @@ def other_solver(source: Source) -> str:
 def stiffness_of(source: Source) -> float | None:
     """The contact stiffness (g0) to be multiplied; None where all joints have a stiffness of their own.
 
-    Automatic stiffness goes by the blocks that meet; what stands for all is its geometric mean over the model."""
+    Automatic stiffness goes by the blocks that meet; what represents all is its geometric mean over the model."""
     if by_length(source) and all("normal_stiffness" in joint or joint.get("tie") for joint in _joints(source)):
         return None
     given = chosen(source.groups, "contact", "stiffness")

@@ -30,7 +30,7 @@ class Conversion:
     files: list[Path]
     messages: list[str] = field(default_factory=list)  # warnings and notes, as text with the source line
     problems: list[Problem] = field(default_factory=list)  # the same as data
-    taken: list[str] = field(default_factory=list)  # what of the files is in the model
+    taken: list[str] = field(default_factory=list)  # the parts of the files in the model
     left: list[str] = field(default_factory=list)  # and what is not
 
 
@@ -194,7 +194,7 @@ class _Reading:
             self._project(found, report)
         elif self.scale is None and system is None and geojson.looks_like_degrees(found):
             report.fail(
-                "the coordinates look like degrees of longitude and latitude: --geographic projects them to metres "
+                "the coordinates seem to be degrees of longitude and latitude: --geographic projects them to metres "
                 "(--scale 1 keeps the numbers)"
             )
         elif kind in ("gis", "geojson") and unit != 1.0 and self.scale is None:

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """DDAML: the XML geometry (.geo) and analysis (.ana) files of DDA for Windows.
 
-Which keys its reader knows and what it does with them was taken from its behaviour: materials count in the order of
+Which keys its reader accepts and what it does with them was taken from its behaviour: materials count in the order of
 their elements (`type` is for the human reader), the first `Boltproperties` hold for all bolts, unknown keys are passed
 over in silence. Here they are named in warnings, and keys that are almost right are taken for what was meant.
 """

@@ -49,7 +49,7 @@ def parse_xml(text: str, report: Report) -> Element | None:
     """The root element; None, with errors in the report, when the text is not well-formed.
 
     Nothing outside the text is read, and entities are refused: no file of DDA for Windows has any."""
-    parser = expat.ParserCreate("utf-8")  # the text is decoded already: whatever encoding its first line names
+    parser = expat.ParserCreate("utf-8")  # the text is decoded already: regardless of the encoding its first line names
     parser.buffer_text = False
     stack: list[Element] = []
     roots: list[Element] = []
@@ -137,7 +137,7 @@ class Reader:
         self.report.warning(message, at.line, at.column)
 
     def known(self, element: Element, keys: list[str]) -> str | None:
-        """The key that an element stands for; None after a warning when there is none like it."""
+        """The key of an element; None after a warning when there is none like it."""
         if element.name in keys:
             return element.name
         meant = ALIASES.get(element.name)

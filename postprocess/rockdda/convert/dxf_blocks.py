@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """The visible content of a drawing: its entities, and those of the blocks that it inserts.
 
-Blocks may hold insertions of other blocks, so that a small file can stand for any number of entities. They are counted
+Blocks may hold insertions of other blocks, so that a small file can represent any number of entities. They are counted
 before the first one is made. What is on layer 0 of a block is on the layer of its insertion; names of layers that
 differ in upper and lower case are one. Layers that are off or frozen, and invisible entities, are left out.
 """

@@ -66,7 +66,7 @@ class _Reader:
 
     def _take(self, count: int) -> bytes:
         if count > len(self.data) - self.at:
-            raise ValueError(f"it asks for {count} bytes at byte {self.at}, where {len(self.data) - self.at} are left")
+            raise ValueError(f"it requests {count} bytes at byte {self.at}, where {len(self.data) - self.at} are left")
         self.at += count
         return self.data[self.at - count : self.at]
 
@@ -201,7 +201,7 @@ def _properties_of(layer: str, asked: dict[str, str]) -> dict[str, Any]:
 
 
 def _geopackage(path: Path, report: Report) -> list[Source]:
-    """All layers of features of a GeoPackage; what its tables ask SQLite to do is bounded."""
+    """All layers of features of a GeoPackage; what its tables make SQLite do is bounded."""
     work = iter(range(MOST_WORK))
     address = f"{path.resolve().as_uri()}?mode=ro&immutable=1"
     try:

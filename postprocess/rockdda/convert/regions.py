@@ -2,7 +2,7 @@
 """Areas and openings: lines are clipped to the areas, and nothing stays in an opening.
 
 The rock is the union of the areas without the openings (without areas: everything outside the openings). Its outline
-becomes boundary lines with the joint materials of the areas and openings; edges between two areas stay. Whatever the
+becomes boundary lines with the joint materials of the areas and openings; edges between two areas stay. What the
 outline encloses that is no rock gets a hole point.
 """
 

@@ -31,7 +31,7 @@ class Report:
         self.errors: list[Problem] = []
         self._text = text
         self.taken: Counter[tuple[str, str]] = Counter()  # what the file has, in the singular and plural
-        self.left: Counter[tuple[str, str]] = Counter()  # what of it is not taken
+        self.left: Counter[tuple[str, str]] = Counter()  # the parts that are not taken
         self._warnings = 0
 
     def error(self, message: str, line: int | None = None, column: int | None = None) -> None:

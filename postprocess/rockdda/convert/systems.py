@@ -115,7 +115,7 @@ def of_name(name: str) -> System:
             pyproj = importlib.import_module("pyproj")
             found = of_text(pyproj.CRS.from_epsg(code).to_wkt())
         except ImportError:
-            return System(problem="pip install pyproj, which knows it")
+            return System(problem="pip install pyproj, which has it")
         except Exception as error:  # of any kind in pyproj
             return System(problem=str(error))
         if found is not None:

@@ -34,7 +34,7 @@ def template_text(geometry: Geometry, name: str, ending: str, title: str) -> str
     rows = [
         f"! A model to begin with, {title}. Units: m, kg, s, N. The values are typical of rock: change them to yours.",
         "!",
-        f"!   rockdda check {name}.nml       what the model holds, and everything that looks wrong",
+        f"!   rockdda check {name}.nml       what the model holds, and everything that seems wrong",
         f"!   rockdda run {name}.nml         the results: {name}.h5",
         f"!   rockdda-post view {name}.h5    the results in a browser",
         "!",

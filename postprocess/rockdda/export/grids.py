@@ -93,7 +93,7 @@ def _blocks(frame: Frame) -> Grid:
 
 
 def _support(frame: Frame, what: str) -> tuple[Columns, AnyArray, dict[str, Any]]:
-    """What of the bolts or linings is there, where that stands among all pieces, and what a grid of lines takes."""
+    """Which bolts or linings are there, where that stands among all pieces, and what a grid of lines takes."""
     all_now, at_start = (getattr(one, f"{what}_pieces") for one in (frame, frame.results.frames[0]))
     there = all_now["there"]
     ends, start = (one.stack("x1", "y1", "x2", "y2")[there].reshape(-1, 2) for one in (all_now, at_start))

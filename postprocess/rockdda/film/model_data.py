@@ -85,7 +85,7 @@ def read_model(path: Path, before: ModelData | None = None) -> ModelData:
     told = _check(path)
     messages = problems
     if told is not None:
-        # notes without a line tell the numbers that the program has chosen
+        # notes without a line state the numbers that the program has chosen
         messages = [e for e in told.get("messages", []) if e.get("severity") != "note" or e.get("line")]
     system = (told or {}).get("model", {}).get("units", "").partition(" ")[0]
     length = SYSTEMS[system][0] if system in SYSTEMS else ""

@@ -293,6 +293,6 @@ def _writer(path: Path, fps: Any) -> Any:
                 f"an .mp4 needs ffmpeg: {how_to_install('films')}, or make a .gif or .html", path
             ) from error
     mpl.rcParams["animation.ffmpeg_path"] = program
-    # colours that every player knows
+    # colours that every player shows
     arguments = ["-pix_fmt", "yuv420p", "-crf", "20"]
     return FFMpegWriter(fps=fps, codec="libx264", extra_args=arguments)

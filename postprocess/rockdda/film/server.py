@@ -37,7 +37,7 @@ MOST_SECONDS_OF_ANSWER = 600.0  # a large page through a slow tunnel
 
 
 class Answers(Protocol):
-    """What a server asks: results or a model."""
+    """What a server requests: results or a model."""
 
     token: str
 

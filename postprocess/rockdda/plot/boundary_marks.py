@@ -50,7 +50,7 @@ def _table(group: dict[str, Any]) -> list[float]:
 
 
 def _groups(results: Results) -> list[dict[str, Any]]:
-    """The groups &boundary of the input, one for each boundary; empty ones where the text does not tell."""
+    """The groups &boundary of the input, one for each boundary; empty ones where the text does not show them."""
     given = results.input_groups.get("boundary", [])
     return given if len(given) == len(results.boundary_kinds) else [{} for _ in results.boundary_kinds]
 

@@ -121,7 +121,7 @@ def history(
 ) -> Axes:  # fmt: skip
     """Columns of `results.history()` over time; by default what the measured points did.
 
-    Columns must be of one kind, since they share an axis; `measured_displacement` stands for all columns that begin so.
+    Columns must be of one kind, since they share an axis; `measured_displacement` means all columns that begin so.
     `stage`: of this stage only, from its beginning."""
     units = Units.parse(units, results)
     table = _rows(results, stage)

@@ -48,7 +48,7 @@ def joints(
 ) -> Axes:  # fmt: skip
     """A field of JOINT_FIELDS as colours along the joints of a frame.
 
-    Each point of a joint colours the length that it stands for; points without length are dots. Where a joint is open,
+    Each point of a joint colours the length that it represents; points without length are dots. Where a joint is open,
     or has no strength to be mobilised, it is a thin grey line, but for the field 'opening'. `limits` are the ends of
     the colour scale, `size` is a factor on widths."""
     from matplotlib.colors import Normalize

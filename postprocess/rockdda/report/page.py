@@ -41,7 +41,7 @@ FILL = "\0"  # a cell to be filled in by hand, on the screen or on paper
 
 @dataclass(frozen=True)
 class Cover:
-    """What the engineer adds to what the program knows; what is left out is a field to be filled in."""
+    """What the engineer adds to what the program has; what is left out is a field to be filled in."""
 
     project: str = ""
     author: str = ""
@@ -61,8 +61,8 @@ def report(
     In the order of an engineer: question, model, parameters with their sources, stages, result with its ±, checks, and
     as appendix the input with which the run can be repeated. `units` are those of the file, for the labels; `cover`
     has project, author, date, question and sources. A .pdf is laid out by WeasyPrint where it is installed, else by
-    Chromium. With `check_step` the model runs again at half the time step, and the report tells how far the ends
-    differ; `beside` is such a run that is there. Without either it tells that this was not checked. `progress` is
+    Chromium. With `check_step` the model runs again at half the time step, and the report states how far the ends
+    differ; `beside` is such a run that is there. Without either it states that this was not checked. `progress` is
     called with the number of pictures done and their number. An existing file is replaced."""
     path = Path(output)
     if path.suffix.lower() not in (".html", ".pdf"):
@@ -128,7 +128,7 @@ def _page(
 
 
 def _warning(results: Results, checked: list[tuple[str, str, str, str]]) -> str:
-    """What a reader must know before all else; '' where nothing."""
+    """What a reader must learn before all else; '' where nothing."""
     words = []
     if not results.complete:
         reached = f"step {results.steps[-1]}, time {results.times[-1]:.4g}"
@@ -427,7 +427,7 @@ def _lead(text: str) -> str:
 
 
 def _table(columns: Sequence[str], rows: Iterable[Sequence[str]], kind: str = "") -> str:
-    """A table; without rows nothing. A long one goes on on the next sheet, under its head."""
+    """A table; without rows nothing. A long one continues on the next sheet, under its head."""
     rows = list(rows)
     if not rows:
         return ""

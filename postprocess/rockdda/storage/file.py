@@ -20,7 +20,7 @@ from ..text import readable
 from .structure import heap_problem, structure_problem
 
 FORMAT_VERSIONS = (1, 2)
-# A file that is just being written to can be unreadable for a moment: try again for so many seconds.
+# A file that is just being written to can be unreadable for a moment: try again for this number of seconds.
 PATIENCE = 5.0
 # File systems note the time of a change in steps of 1 to 10 ms.
 CLOCK_STEP = 0.012
@@ -163,7 +163,7 @@ class GrowingFile:
         return self._state is not None and self._state != _state_of(self.path)
 
     def forget(self) -> None:
-        """Look at the file afresh."""
+        """Read the file afresh."""
         self._drop()
         self._state = None
         self._checked = None

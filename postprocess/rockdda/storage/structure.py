@@ -25,7 +25,7 @@ MOST_ATTRIBUTES = 1000
 MOST_VALUES = 1_000_000  # of an attribute
 LARGEST_CHUNK = 1 << 26  # bytes
 # Deflate packs at most 1032 bytes into one. What is stored is added up, which takes time in large files, only for a
-# dataset of more bytes than SMALL, and than so many times the file.
+# dataset of more bytes than SMALL, and than this multiple of the file.
 BEST_COMPRESSION = 1032
 SMALL = 1 << 26
 USUAL_COMPRESSION = 16

@@ -28,7 +28,7 @@ _OPTIONS = (
 #: Seconds that a case has to write its checkpoint where its worker has died.
 _PATIENCE = 60.0
 
-#: Seconds between two looks at the jobs of the workers.
+#: Seconds between two checks of the jobs of the workers.
 _BETWEEN = 5.0
 
 

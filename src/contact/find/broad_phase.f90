@@ -69,7 +69,7 @@ contains
       if (allocated(self%asleep)) call find_resting(self, blocks, vertices)
    end subroutine update
 
-   !> Mark the blocks asleep that are close to none that is awake: pairs of them need no search. Boxes do not tell: that
+   !> Mark the blocks asleep that are close to none awake: pairs of them need no search. Boxes do not suffice: that
    !> of a long base of a slope holds most of the rock.
    pure subroutine find_resting(self, blocks, vertices)
       class(close_pairs_type), intent(inout) :: self

@@ -7,7 +7,7 @@
 !> (the edges of two blocks face to face) are one: the corner whose foot lies on the other's edge is the vertex of the
 !> row. Two lines become two rows, partners, of which the one with the larger gap decides. With that choice a pair of
 !> blocks face to face has one row at each end of the shared length, however the blocks are numbered. When one corner
-!> slides past the other the roles change, and the new row goes on with the history of the old one (its alias).
+!> slides past the other the roles change, and the new row continues the history of the old one (its alias).
 !> Edges that run away from the two corners in opposite directions overlap beyond both corners, or not at all. When they
 !> do, each corner has a row of its own, as it has outside of the corner region: else the second spring would come into
 !> being at depth where the blocks leave it. A row that would begin at depth beside a closed one is not made; the deeper
@@ -185,7 +185,7 @@ contains
    end subroutine append_rows
 
    !> Of a group the line with the foot furthest inside is taken, unless a contact closed in the last step is in it and
-   !> its foot has not left the edge: else the row goes on with that one as its alias.
+   !> its foot has not left the edge: else the row continues with that one as its alias.
    pure subroutine choose_line(g, lines, previous, chosen, alias)
       integer, intent(in) :: g               !! group
       type(corner_lines_type), intent(in) :: lines
@@ -299,7 +299,7 @@ contains
 
    contains
 
-      !> Do an edge at corner a and one at corner b face each other, as far as their directions tell?
+      !> Do an edge at corner a and one at corner b face each other, as far as their directions show?
       pure logical function may_face(f, e)
          integer, intent(in) :: f, e
          real(wp) :: opposite

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> What of two close blocks may meet, with contact by length: edges that may face each other, corners that may meet
+!> Parts of two close blocks that may meet, with contact by length: edges that may face each other, corners that meet
 !> corners, and vertices that may strike edges.
 !>
 !> The lists are made for blocks that move: they hold all that can be in contact while no vertex moves further than
@@ -329,7 +329,7 @@ contains
    end subroutine list_corners
 
    !> Vertices that may strike edges: not those at the end of an edge that faces the other one, nor of a corner that
-   !> points away from it, whatever their blocks do.
+   !> points away from it, for any motion of their blocks.
    pure subroutine list_vertices(near, n_near, edges, n_edges, vertices, topology, outlines, limits, allowance, &
                                  list, n)
       integer, intent(in) :: n_near, n_edges

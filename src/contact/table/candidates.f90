@@ -92,7 +92,7 @@ contains
       self%room = size(self%rows)
    end subroutine make_room
 
-   !> Make room for so many intervals, where there are none yet. What is not used takes no memory.
+   !> Make room for a number of intervals, where there are none yet. What is not used takes no memory.
    pure subroutine reserve_intervals(self, n)
       class(candidate_list_type), intent(inout) :: self
       integer, intent(in) :: n

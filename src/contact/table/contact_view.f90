@@ -2,7 +2,7 @@
 !> Contacts as they are written: intervals by what acts at their two ends, others as they are.
 !>
 !> What acts at the two points of an interval is moved to its ends, so that forces and moments are the same: of a joint
-!> that is closed at one end the forces at both ends press. Each end stands for half of the length that is closed, so
+!> that is closed at one end the forces at both ends press. Each end represents half of the length that is closed, so
 !> that length times the stresses at the ends adds up to the force. Both rows have one state: that of the row that is
 !> pressed more.
 module rockdda_contact_view
@@ -22,7 +22,7 @@ module rockdda_contact_view
       real(wp), allocatable :: force(:, :)     !! (2, n) on the first block, zero when open
       real(wp), allocatable :: opening(:)      !! (n) distance of the blocks [length]
       real(wp), allocatable :: slip(:)         !! (n) summed up [length]
-      real(wp), allocatable :: length(:)       !! (n) of joint that each stands for [length]
+      real(wp), allocatable :: length(:)       !! (n) of joint that each represents [length]
    end type contact_view_type
 
 contains
@@ -39,8 +39,8 @@ contains
       integer :: c, d, k, n
       n = max(0, last - first + 1)
       if (allocated(view%state)) then
-      if (size(view%state) /= n) deallocate (view%blocks, view%state, view%point, view%force, view%opening, view%slip, &
-                                                view%length)
+         if (size(view%state) /= n) deallocate (view%blocks, view%state, view%point, view%force, view%opening, &
+                                                view%slip, view%length)
       end if
       if (.not. allocated(view%state)) allocate (view%blocks(2, n), view%state(n), view%point(2, n), view%force(2, n), &
                                                  view%opening(n), view%slip(n), view%length(n))

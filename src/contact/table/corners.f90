@@ -12,6 +12,8 @@
 !>                     |                    c lies one radius inside both sides
 !>                     |---> normal 2
 !>              side 2 |
+!>
+!> A vertex on an edge represents a length of joint too, with contact by length (`vertex_weight`).
 module rockdda_contact_corners
    use rockdda_base_kinds, only : wp
    use rockdda_contact_topology, only : contact_topology_type
@@ -20,11 +22,9 @@ module rockdda_contact_corners
    private
    public :: corner_type, meet_corners, corner_station, vertex_weight
 
-   ! Length of joint that a vertex on an edge stands for, with contact by length.
-
-   !> Share of an interval that its end stands for.
+   !> Share of an interval that its end represents.
    real(wp), parameter :: end_share = 1.0_wp/6
-   !> A vertex stands for at least this share of the end of the shortest of the three edges.
+   !> A vertex represents at least this share of the end of the shortest of the three edges.
    real(wp), parameter :: least_share = 0.25_wp
 
    !> Station of rows of this kind.

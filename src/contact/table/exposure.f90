@@ -21,7 +21,7 @@ module rockdda_contact_exposure
    private
    public :: exposure_type, search_input_type
 
-   !> Edges bear on each other when they overlap by this share of the shorter one, whatever the tolerance.
+   !> Edges bear on each other when they overlap by this share of the shorter one, at any tolerance.
    real(wp), parameter :: bearing_share = 0.25_wp
 
    !> A block that stands deeper in its surface than this share of its inradius has been struck, or is pressed beyond

@@ -1,5 +1,11 @@
 ! SPDX-License-Identifier: MIT
 !> Finding the rows of the last step's contact table by identity (vertex, edge, station).
+!>
+!> Closed joints that are turned further than the angle tolerance.
+!>
+!> Edges begin to face each other within the angle tolerance. What carries force stays an interval beyond that: of
+!> soft joints up to a larger angle, where corners take its place with its force and its energy; held by a bond that
+!> bears tension up to a right angle.
 module rockdda_contact_history
    use rockdda_contact_table, only : contact_table_type, contact_state
    use rockdda_base_kinds, only : wp
@@ -8,12 +14,6 @@ module rockdda_contact_history
    implicit none
    private
    public :: contact_history_type, new_contact_history, faces, held_cosine, pressed_cosine
-
-   ! Closed joints that are turned further than the angle tolerance.
-   !
-   ! Edges begin to face each other within the angle tolerance. What carries force stays an interval beyond that: of
-   ! soft joints up to a larger angle, where corners take its place with its force and its energy; held by a bond that
-   ! bears tension up to a right angle.
 
    !> Cosine of the angle up to which a joint that is pressed together stays an interval: 0.2.
    real(wp), parameter :: pressed_cosine = 0.980066577841241630_wp

@@ -13,7 +13,7 @@
 !>     F = - k L H g,   H_ij = integral over A of N_i N_j ds      forces at the two points, compression positive
 !>
 !> The tangent is k L H as well: the gap vanishes where A ends, so that what moves there adds nothing. With both ends
-!> closed H is one half of the unit matrix: two springs that know nothing of each other. The forces of a part at one end
+!> closed H is one half of the unit matrix: two springs that do not act on each other. The forces of a part at one end
 !> are those of its resultant, a third of its length from the end, moved to the two points: one of them may be negative.
 !>
 !> Source: Winkler foundation without tension, in closed form.

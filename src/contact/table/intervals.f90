@@ -161,7 +161,7 @@ contains
       real(wp), intent(out) :: share(n_points)       !! of the gap between the point and block a
       real(wp), intent(out) :: normal(2, n_points)   !! unit vector from block b to block a
       real(wp), intent(out) :: gap(n_points)         !! [length]
-      real(wp), intent(out) :: length(n_points)      !! of joint that each stands for [length]
+      real(wp), intent(out) :: length(n_points)      !! of joint that each represents [length]
       real(wp) :: t(2), foot(2), head(2), low(2), high(2), overlap, along, along_e, along_f, place
       integer :: k
       overlap = interval%high - interval%low

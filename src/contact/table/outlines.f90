@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> Directions and lengths of all edges, and which corners are concave: what the narrow phase asks for many times.
+!> Directions and lengths of all edges, and which corners are concave: what the narrow phase reads many times.
 module rockdda_contact_outlines
    use rockdda_base_kinds, only : wp, l1
    use rockdda_base_parallel, only : parallel_blocks

@@ -2,7 +2,7 @@
 !> Who is whose neighbour on a block outline, as contacts see it.
 !>
 !> Bridge edges (joint material 0, from an island to the outline around it, walked twice) take no part in
-!> contacts: each bridge end exists twice, and the outline goes on across the bridge. Here every vertex gets its
+!> contacts: each bridge end exists twice, and the outline continues across the bridge. Here every vertex gets its
 !> real incoming and outgoing edge, and the second copy of a bridge end is switched off.
 !>
 !>     ... p -> v1 =bridge=> w1 -> ...island... -> w2 =bridge=> v2 -> q ...

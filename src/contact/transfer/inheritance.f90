@@ -1,13 +1,13 @@
 ! SPDX-License-Identifier: MIT
 !> What the contacts of a step take over from those of the last one.
 !>
-!> A contact goes on with the row of the same identity. With contact by length a row without one may stand where another
+!> A contact continues with the row of the same identity. By length a row without one may stand where another
 !> stood: an edge that comes down on its corner turns a vertex into the end of an interval, and back; an edge that
 !> slides from one block to the next begins a new interval with the pressure of the one it leaves.
 !>
 !> A row that is found at depth begins with a gap that is free of force, its offset, so that it gives no energy; the
 !> offset goes back to zero as the blocks leave each other. The same holds for vertices on edges, but for presets, which
-!> keep the ways of the programs that they stand for: there a row begins with the force of its depth.
+!> keep the ways of the programs that they reproduce: there a row begins with the force of its depth.
 module rockdda_contact_inheritance
    use rockdda_base_kinds, only : wp, i1, l1
    use rockdda_base_parallel, only : parallel_contacts, piece
@@ -25,9 +25,6 @@ module rockdda_contact_inheritance
    private
    public :: hand_on_history, inheritance_work_type
 
-   ! Intervals and corners that take each other's place from one step to the next, with contact by length: an edge that
-   ! comes down on its corner, or leaves on it, carries on the force and the energy of the springs before.
-
    !> Blocks further apart than this share of the smaller inradius do not touch at the start.
    real(wp), parameter :: touching_share = 1.0e-3_wp
 
@@ -35,12 +32,12 @@ module rockdda_contact_inheritance
    !> by too little in a step.
    real(wp), parameter :: most_deeper = 2.0_wp
 
-   !> Pieces of rows that are copied at once where each row goes on with itself: the longer a copy, the faster.
+   !> Pieces of rows that are copied at once where each row continues itself: the longer a copy, the faster.
    integer, parameter :: copied = 8
 
    !> Scratch, kept from step to step.
    type :: inheritance_work_type
-      integer, allocatable :: source(:)            !! (>= rows) row of the last step that goes on
+      integer, allocatable :: source(:)            !! (>= rows) row of the last step that continues
       logical, allocatable :: is_taken(:)          !! (0:>= rows of the last step)
       logical :: same_rows = .false.               !! by length: rows are those of the last step, in the same order
       !> (nv) Row of the last step that is compressed most, of each edge on which a row begins; 0 none, < 0 not sought.
@@ -133,7 +130,7 @@ contains
             table%bonded(k) = touches .and. table%length(k) > 0
             if (first_step) table%tied(k) = table%tied(k) .and. table%bonded(k)
             table%bond_end(k) = merge(1, 0, table%bonded(k) .and. table%station(k) == n_points)
-            ! what touches at the start is in contact; the first solve tells what stays so
+            ! what touches at the start is in contact; the first solve shows what stays so
             if (touches .and. table%partner(k) == 0) table%state(k) = contact_state%locked
             if ((given%limits%by_length .or. given%limits%corrected) .and. .not. is_of_interval(table, k)) &
                call begin_row(given, work%pressed, facing_edge(table, k, given), k, table)
@@ -146,7 +143,7 @@ contains
          table%distance)
    end subroutine begin_rows
 
-   !> `begin_rows` where each row goes on with itself, by length: whole runs of rows are copied.
+   !> `begin_rows` where each row continues itself, by length: whole runs of rows are copied.
    pure subroutine go_on(first, last, given, table)
       integer, intent(in) :: first, last
       type(search_input_type), intent(in) :: given
@@ -179,11 +176,11 @@ contains
 
    !> `keep_energy` for intervals that go on with themselves, and their gaps. Many arguments: arrays of constant shape
    !> spare the place of each number.
-pure subroutine follow_intervals(first, last, n, station, source, state, tied, bonded, total_slip, length_before, gap, &
-                                    offset, length, distance)
+   pure subroutine follow_intervals(first, last, n, station, source, state, tied, bonded, total_slip, length_before, &
+                                    gap, offset, length, distance)
       integer, intent(in) :: first, last, n   !! no interval is cut
       integer(i1), intent(in) :: station(n), state(n)
-      integer, intent(in), optional :: source(n)   !! row of the last step that goes on; absent: each with itself
+      integer, intent(in), optional :: source(n)   !! row of the last step that continues; absent: each with itself
       logical(l1), intent(in) :: tied(n), bonded(n)
       real(wp), intent(in) :: total_slip(n)
       real(wp), intent(in) :: length_before(*)     !! of the last step
@@ -240,8 +237,8 @@ pure subroutine follow_intervals(first, last, n, station, source, state, tied, b
       allocate (work%pressed(n_vertices))
    end subroutine make_room
 
-   !> For each row the one of the last step that it goes on with, 0 none; negative where that had another identity. No
-   !> row goes on twice.
+   !> For each row the one of the last step that it continues, 0 none; negative where that had another identity. No
+   !> row continues twice.
    subroutine find_sources(given, others, table, source, is_taken)
       type(search_input_type), intent(in) :: given
       type(other_rows_type), intent(in) :: others(:)
@@ -308,7 +305,7 @@ pure subroutine follow_intervals(first, last, n, station, source, state, tied, b
       table%total_slip(k) = previous%total_slip(row)
    end subroutine take_over
 
-   !> A row goes on without a gift of energy: a closed contact of a corner keeps its stiffness, one that takes another's
+   !> A row continues without a gift of energy: a closed contact of a corner keeps its stiffness, one in another's
    !> place is compressed no more than that was, and what is free of force at depth follows the blocks as they part.
    pure subroutine keep_energy(given, row, is_own, k, table)
       type(search_input_type), intent(in) :: given
@@ -364,7 +361,7 @@ pure subroutine follow_intervals(first, last, n, station, source, state, tied, b
    pure subroutine find_pressed(given, table, source, pressed)
       type(search_input_type), intent(in) :: given
       type(contact_table_type), intent(in) :: table
-      integer, intent(in) :: source(:)       !! (>= rows) row of the last step that goes on, 0 none
+      integer, intent(in) :: source(:)       !! (>= rows) row of the last step that continues, 0 none
       integer, intent(inout) :: pressed(:)   !! (nv)
       integer :: c, f, k
       pressed = -1

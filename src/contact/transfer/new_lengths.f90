@@ -32,9 +32,9 @@ contains
    !> have lost. Where a block slides from one to the next its edge bears as much as before, and nothing changes.
    subroutine free_new_lengths(previous, source, same_rows, is_taken, pressed, limits, work, table)
       type(contact_table_type), intent(in) :: previous
-      integer, intent(in) :: source(:)          !! (>= rows) row of the last step that goes on, 0 none
-      logical, intent(in) :: same_rows          !! each row goes on with itself, and there were no others
-      logical, intent(in) :: is_taken(0:)       !! (>= rows of the last step) it goes on; not set with `same_rows`
+      integer, intent(in) :: source(:)          !! (>= rows) row of the last step that continues, 0 none
+      logical, intent(in) :: same_rows          !! each row continues itself, and there were no others
+      logical, intent(in) :: is_taken(0:)       !! (>= rows of the last step) it continues; not set with `same_rows`
       integer, intent(in) :: pressed(:)         !! (nv) row of the last step that is compressed most, of each edge
       type(search_limits_type), intent(in) :: limits
       type(new_lengths_type), intent(inout) :: work
@@ -110,7 +110,7 @@ contains
       end do
    end subroutine find_energies
 
-   !> `find_energies` where each row goes on with itself. Many arguments: arrays of constant shape spare the place of
+   !> `find_energies` where each row continues itself. Many arguments: arrays of constant shape spare the place of
    !> each number.
    pure subroutine compare_energies(first, last, n, limits, joint, station, state, tied, bonded, gap, shear, &
                                     length, length_before, k_n, k_s, energy_before, energy)
@@ -183,7 +183,7 @@ contains
       end do
    end subroutine add_up
 
-   !> `add_up` where each row goes on with itself: a row that bears has borne, and none was lost. Many arguments: arrays
+   !> `add_up` where each row continues itself: a row that bears has borne, and none was lost. Many arguments: arrays
    !> of constant shape spare the place of each number.
    pure subroutine add_up_both(first, last, nv, n, vertex, edge, length, length_before, energy, sums)
       integer, intent(in) :: first, last        !! edges
@@ -270,7 +270,7 @@ contains
    !> the gaps that it has now.
    pure function energies(previous, source, first, second, limits, k, table) result(e)
       type(contact_table_type), intent(in) :: previous
-      integer, intent(in) :: source(:)       !! (>= rows) row of the last step that goes on, 0 none
+      integer, intent(in) :: source(:)       !! (>= rows) row of the last step that continues, 0 none
       integer, intent(in) :: first, second   !! rows of the last step on its edges, 0 none: for the stiffness
       type(search_limits_type), intent(in) :: limits
       integer, intent(in) :: k

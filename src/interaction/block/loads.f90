@@ -27,8 +27,6 @@ module rockdda_interaction_loads
    private
    public :: loads_type, body_force, base_motion, line_load, find_carriers
 
-   ! Loads along a segment on the outline of a block.
-
    !> Weight, base motion, point loads, line loads. Tables are read at the end of the step; the base acceleration in the
    !> middle of the step, where a constant acceleration over the step gives the velocity to second order.
    type, extends(interaction_type) :: loads_type

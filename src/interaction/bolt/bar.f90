@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> The steel of a bolt and the ties that hold it in the rock, along one line; nothing here knows of blocks.
+!> The steel of a bolt and the ties that hold it in the rock, along one line; nothing here refers to blocks.
 !>
 !> Nodes 1 to n lie along the bar, from the head to the toe; element e joins the nodes e and e + 1. A tie holds a node
 !> to the rock: grout that slips at its strength, or a plate or an anchor. The rock is given by points along the bar,

@@ -27,8 +27,6 @@ module rockdda_interaction_bars
    private
    public :: bars_type
 
-   ! What a bolt with nodes has done at the end of a step, what is shown of it, and what lasts of it in a checkpoint.
-
    !> What carries this share of its strength is shown as slipping or yielding, also at rest.
    real(wp), parameter :: at_limit = 1 - 1.0e-6_wp
 

@@ -2,6 +2,9 @@
 !> Boundaries: outer edges of blocks along polylines that are held by springs (rockdda_interaction_boundary_springs) or
 !> loaded (rockdda_interaction_boundaries). Those that take up waves are a family of their own
 !> (rockdda_interaction_quiet_boundaries).
+!>
+!> Tractions on edges of boundaries, uniform along an edge: they do the work of two forces at its ends. A traction
+!> moves with its edge, a stress or pressure also keeps to its normal.
 module rockdda_interaction_boundaries
    use rockdda_base_kinds, only : wp
    use rockdda_base_diagnostics, only : diagnostics_type, severity
@@ -25,9 +28,6 @@ module rockdda_interaction_boundaries
    implicit none
    private
    public :: boundaries_type
-
-   ! Tractions on edges of boundaries, uniform along an edge: they do the work of two forces at its ends. A traction
-   ! moves with its edge, a stress or pressure also keeps to its normal.
 
    !> One edge with a traction.
    type :: loaded_edge_type

@@ -187,7 +187,7 @@ contains
       end do
    end subroutine leave_to_water
 
-   !> Forces at both ends of an edge that stand for the traction of the stress in the block.
+   !> Forces at both ends of an edge that represent the traction of the stress in the block.
    pure function end_forces(blocks, field, b, vertices) result(forces)
       type(block_system_type), intent(in) :: blocks
       type(initial_stress_type), intent(in) :: field

@@ -19,8 +19,6 @@ module rockdda_interaction_point_springs
    private
    public :: add_point_spring, add_line_spring, measure_point, spring_step_energy, support_stiffness
 
-   ! Stiffness of the springs that hold a block: so many times that of the stiffest contact that it can have.
-
 contains
 
    !> Spring of a point to its target: p T^T T to the stiffness, p T^T (target - moved) to the load;

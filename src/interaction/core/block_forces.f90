@@ -13,7 +13,7 @@ module rockdda_interaction_block_forces
    private
    public :: block_forces_type
 
-   !> A block held at so many points cannot move as a rigid body.
+   !> A block held at this number of points cannot move as a rigid body.
    integer, parameter :: points_that_fix = 2
 
    type :: block_forces_type

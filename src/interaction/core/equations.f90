@@ -28,7 +28,7 @@ module rockdda_interaction_equations
    private
    public :: equations_type
 
-   !> What of a link has changed since the last assembly.
+   !> The parts of a link that have changed since the last assembly.
    type :: change_enum
       integer :: none = 0
       integer :: force = 1

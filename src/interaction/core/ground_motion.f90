@@ -66,7 +66,7 @@ contains
                   record%displacement(k) = record%displacement(k - 1) + dt*(v0 + dt*(2*a0 + a1)/6)
                end associate
             end do
-            ! the ground is where it is at t = 0, whatever the record had done before
+            ! the ground is where it is at t = 0, regardless of the record before
             at_start = motion_at(record, 0.0_wp)
             record%displacement = record%displacement - at_start(2)
          end associate

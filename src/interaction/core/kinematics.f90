@@ -9,6 +9,8 @@
 !> Unknowns per block: d = (u0, v0, r0, ex, ey, gxy) [length, length, rad, -, -, -], about the centroid
 !> (xc, yc) at the start of the step; gxy is the engineering shear strain. Unit thickness.
 !> Not here: polygons and their moments (rockdda_geometry), the springs (rockdda_interaction_contact_lengths).
+!>
+!> The affine motion of a block since it was drawn, by its vertices: by it points move that are fixed to the block.
 module rockdda_interaction_kinematics
    use rockdda_base_kinds, only : wp
    use rockdda_model_blocks, only : block_system_type
@@ -16,8 +18,6 @@ module rockdda_interaction_kinematics
    private
    public :: displacement_at, displacement_gradient, move_point, move_points, direction, mass_matrix, mass_times, &
       rotate_stress, rotate_strain_rate, logarithmic_strain, affine_motion
-
-   ! The affine motion of a block since it was drawn, by its vertices: by it points move that are fixed to the block.
 
 contains
 

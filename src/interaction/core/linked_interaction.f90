@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: MIT
 !> An interaction that couples blocks by links of the equations: contacts, bolts, linings.
 !>
-!> A family owns some links, those from first_link + 1 on, and nothing outside of it knows more. Forces of links are
+!> A family owns some links, those from first_link + 1 on, and nothing outside of it uses more. Forces of links are
 !> positive along the vectors of the link (rockdda_interaction_equations). The order of the calls is that of
 !> rockdda_interaction_interaction.
 module rockdda_interaction_linked_interaction
@@ -97,7 +97,7 @@ contains
    subroutine judge(self, n_changes, n_unsettled)
       class(linked_interaction_type), intent(inout) :: self
       integer, intent(out) :: n_changes     !! changes of state: K is new
-      integer, intent(out) :: n_unsettled   !! changes that another solve must follow whatever the forces are
+      integer, intent(out) :: n_unsettled   !! changes that another solve must follow for any forces
       n_changes = 0
       n_unsettled = 0
    end subroutine judge

@@ -26,7 +26,7 @@ module rockdda_interaction_contact_lengths
    private
    public :: place_contacts, measure_lengths, place_rows, find_lengths, move_contacts
 
-   !> Lengths that differ by so many roundings of the coordinates that they are found from are not wrong: a stiff tie on
+   !> Lengths that differ by this number of roundings of their coordinates are not wrong: a stiff tie on
    !> which little acts would never be right.
    real(wp), parameter :: roundings = 16.0_wp
 

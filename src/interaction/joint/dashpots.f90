@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: MIT
 !> Dashpots of closed contacts, a share of critical damping of the blocks on their joints.
 !>
-!> All contacts of a block are springs side by side, whatever length of joint each stands for. With K the sum of their
+!> All contacts of a block are springs side by side, for any length that each represents. With K the sum of their
 !> stiffness on a block of mass m, two blocks a and b vibrate against each other with
 !>
 !>     omega**2 = K_a/m_a + K_b/m_b         c = 2 zeta k/omega for each contact, of stiffness k

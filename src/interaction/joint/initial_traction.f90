@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: MIT
-!> Contacts at time 0 begin with the traction that the initial stress of their blocks asks for.
+!> Contacts at time 0 begin with the traction that the initial stress of their blocks demands.
 !>
 !> The traction on the surface of block a, whose outward normal is -n, is -s n, s the mean stress of both blocks at
-!> the contact; where one is fixed or has no initial stress, that of the other. A contact that stands for the length l
+!> the contact; where one is fixed or has no initial stress, that of the other. A contact that represents the length l
 !> of the joint carries the compression -n.s n l and, along the edge, -t.s n l, no more than its strength. The contacts
 !> of an interval do the work of a stress that is linear along it exactly, by Lobatto's rule: blocks whose stress
 !> balances their weight stay.

@@ -93,7 +93,7 @@ contains
    !> that a stiff joint bonds bend by 3 to 80 % of a beam of the same cells.
    !>
    !> Its springs have in the step the stiffness of what is closed and the elongation of that. Between steps the
-   !> elongation is the mean of the interval: force = k_s of the whole length times elongation, whatever is closed. Half
+   !> elongation is the mean of the interval: force = k_s of the whole length times elongation, at any closure. Half
    !> of what the elongations of both rows differ by, of a stress that varies along a joint, is kept (`twist`): a couple
    !> that stretches the blocks along each other, until the joint slides.
    subroutine share_slips(laws, table, lean, twist)

@@ -45,11 +45,6 @@ module rockdda_interaction_joint_response
       strength, spring_force, spring_energy, joint_end_type, end_joint, end_joints, linearise_joint, &
       linearise_joints
 
-   ! Stiffness and loads of contacts in their trial states, as the equations of a step have them.
-
-   ! Closed contacts at the end of an accepted step: forces, memory and energy by the law of their joints
-   ! (rockdda_interaction_joint_response).
-
    !> A closed contact at the end of an accepted step.
    type :: joint_end_type
       real(wp) :: shear                !! elongation of the shear spring [length]
@@ -298,7 +293,7 @@ contains
       end do
    end subroutine map_steady
 
-   !> Does `map_steady` know the law?
+   !> Does `map_steady` cover the law?
    elemental logical function may_be_steady(law)
       type(joint_law_type), intent(in) :: law
       may_be_steady = law%law == strength_law%coulomb .and. law%friction > 0 .and. .not. law%normal%is_curved()

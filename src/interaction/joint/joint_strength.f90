@@ -215,7 +215,7 @@ contains
       law%law = strength_law%residual
       law%brittle = .false.
       law%final_friction = law%friction
-      ! equal angles make equal tangents, whatever procedures the compiler takes
+      ! equal angles make equal tangents, with any procedures of the compiler
       if (material%residual_friction < material%friction_angle .and. is_set(material%residual_friction)) &
          law%final_friction = tan(material%residual_friction*pi/180)
       law%residual_cohesion = 0
@@ -311,7 +311,7 @@ contains
       if (law%law == strength_law%residual .and. is_set(material%residual_friction)) lowest = material%residual_friction
       if (.not. (material%dilation >= 0 .and. material%dilation < 90)) then
          fault = 'the dilation angle must be in [0, 90)'
-      else if (material%dilation > max(lowest, 0.0_wp)) then   ! an angle below 0 is told by itself
+      else if (material%dilation > max(lowest, 0.0_wp)) then   ! an angle below 0 is reported by itself
          fault = 'the dilation angle must not be larger than the friction angle, nor than the residual one'
       else if (law%dilation_slip < 0) then
          fault = 'dilation_slip must not be negative'

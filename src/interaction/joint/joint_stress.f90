@@ -14,7 +14,8 @@ module rockdda_interaction_joint_stress
    use rockdda_contact_table, only : contact_table_type, contact_state, is_of_interval
    use rockdda_interaction_joint_strength, only : joint_law_type
    use rockdda_interaction_intervals, only : interval_response_type, respond
-use rockdda_interaction_joint_response, only : joint_settings_type, joint_type, joint_extra_type, recall_joint, strength
+   use rockdda_interaction_joint_response, only : joint_settings_type, joint_type, joint_extra_type, recall_joint, &
+      strength
    use rockdda_interaction_ties, only : tie_stresses
    implicit none
    private

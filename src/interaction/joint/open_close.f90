@@ -19,11 +19,7 @@ module rockdda_interaction_open_close
    private
    public :: open_close_type, count_unsettled, largest_normal, closing_gap
 
-   ! Whether a contact is open or closed at the end of a motion, by its gap and that of its partner.
-
-   ! Contacts whose forces miss their laws by more than is accepted, after a round of the open-close iteration.
-
-   !> A contact that closes after so many changes of state in an attempt has opened twice: its shear spring is free.
+   !> A contact that closes after this number of changes in an attempt has opened twice: its shear spring is free.
    integer, parameter :: worn_changes = 3
    !> The closed part of an interval has changed when its stiffness has by more than this share; loads follow smaller
    !> changes with the matrix of the last solve.
@@ -39,7 +35,7 @@ module rockdda_interaction_open_close
 
 contains
 
-   !> Judge every contact by the predicted gap and slip of the last solve. A contact with a partner looks at the
+   !> Judge every contact by the predicted gap and slip of the last solve. A contact with a partner uses the
    !> partner's state, which may be new already: these come after all others, in their order.
    subroutine judge(self, table, laws, settings, n_changes)
       class(open_close_type), intent(inout) :: self
@@ -380,7 +376,7 @@ contains
    end subroutine judge_contact
 
    !> Forces that all contacts, or runs of them, would have at the fraction a of the way from a motion to the present
-   !> one if they followed their laws there, whatever their trial states.
+   !> one if they followed their laws there, for any trial states.
    subroutine forces_between(self, table, laws, settings, a, gap, slip, force, runs)
       class(open_close_type), intent(in) :: self
       type(contact_table_type), intent(in) :: table
@@ -522,7 +518,7 @@ contains
 
    !> Contacts that the rounds have not settled: the force that the last solve gave them misses their law at its motion
    !> by more than `tolerance` times the largest force on the less loaded of their two blocks, and, if it is only the
-   !> friction force of a contact that goes on sliding, by more than `small`. Forces on a block are the normal forces of
+   !> friction force of a contact that keeps sliding, by more than `small`. Forces on a block are the normal forces of
    !> its contacts and the one given, its weight: in blocks that fall together normal forces are rounding.
    subroutine count_unsettled(trial, table, tolerance, small, largest, n)
       type(open_close_type), intent(in) :: trial

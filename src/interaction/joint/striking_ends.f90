@@ -10,7 +10,7 @@
 !> would be pressed beyond its largest closure.
 !>
 !> And blows: contacts of a block that touches one other block only, closed at the start of the step, that the step
-!> does not resolve either. A force within the step leaves an acceleration, which goes on to move the block after it
+!> does not resolve either. A force within the step leaves an acceleration, which continues to move the block after it
 !> has left: a mass that strikes a wall by one spring leaves with up to 1.3 times its energy. As an impulse at the end
 !> of the step, as the force with which it closed, a convex potential gives none, and what leaves is free. Blocks that
 !> are pressed from several sides keep forces within the step, which damp their vibration.
@@ -117,7 +117,8 @@ contains
          e = minloc(gaps, dim=1)
          gap = gaps(e)
          associate (near => merge(c, c + 1, e == 1), far => merge(c + 1, c, e == 1))
-         moves = at_end(expected_opening(context, attempt, table, near), expected_opening(context, attempt, table, far))
+            moves = at_end(expected_opening(context, attempt, table, near), &
+                           expected_opening(context, attempt, table, far))
          end associate
       end if
       least = attempt%dt**2*max(fall(context, attempt, table%block_a(c)), fall(context, attempt, table%block_b(c)))

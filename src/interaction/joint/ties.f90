@@ -36,7 +36,7 @@ contains
 
    !> Stiffness of one of the two springs [force/length], along the normal and the edge.
    pure real(wp) function tie_stiffness(length, compliance)
-      real(wp), intent(in) :: length           !! that the row stands for [length]
+      real(wp), intent(in) :: length           !! that the row represents [length]
       real(wp), intent(in) :: compliance       !! of the rock between both centroids [length^3/force]
       tie_stiffness = stiff*length/compliance
    end function tie_stiffness

@@ -90,7 +90,7 @@ contains
       integer :: first, last, n, p
       n = table%n
       self%doubt = 0
-      ! one that is open at the start and closes does not know when: its force at the end is an impulse
+      ! one that is open at the start and closes does so at an unknown time: its force at the end is an impulse
       self%level = [settings%level, 1.0_wp, settings%level, 1.0_wp, 1.0_wp]
       self%factor = [1.0_wp, settings%impact, 1.0_wp, 1.0_wp, settings%impact]
       call make_room(self, n)

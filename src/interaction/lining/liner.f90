@@ -2,7 +2,7 @@
 !> A lining: its segments, beams and ties, and how they move (docs/theory.md, "Linings").
 !>
 !> A segment is a block behind those of the model (`n_segments` of rockdda_model_blocks) that the search for contacts
-!> does not find. It moves as a rigid body; its strains, which carry next to nothing, stand for curvature, strain and
+!> does not find. It moves as a rigid body; its strains, which carry next to nothing, represent curvature, strain and
 !> slope of its back between its node and where the rock holds it: with them a rigid back does not stiffen rock that is
 !> finer than the segments. Neighbours are joined by a beam
 !> (rockdda_interaction_liner_beam), and the back of each is held to the rock, or to the lining below, at points
@@ -20,9 +20,9 @@ module rockdda_interaction_liner
    use rockdda_interaction_liner_ties, only : tie_type, tie_response_type, respond_tie
    implicit none
    private
-public :: node_state, liner_joint_type, liner_type, beam_links, links_of, set_young, set_modulus, installed_centroids, &
-      on_segment, turned, along, moved_beam, moved_tie, first_point, by_shape, acts, respond, energy_of, &
-      largest_pressure
+   public :: node_state, liner_joint_type, liner_type, beam_links, links_of, set_young, set_modulus, &
+      installed_centroids, on_segment, turned, along, moved_beam, moved_tie, first_point, by_shape, acts, &
+      respond, energy_of, largest_pressure
 
    !> Links of a beam: along both axes, of the rotation, and along the first axis again for what couples it with the
    !> rotation. A tie has one.

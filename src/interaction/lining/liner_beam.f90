@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> A piece of a lining between two nodes: beam along a path, with the law of its section; nothing here knows of blocks.
+!> A piece of a lining between two nodes: beam along a path, with the law of its section; nothing here refers to blocks.
 !>
 !> The two ends are bodies, a and b, which reach rigidly to the centre c of the path. Deformations d are the motion of b
 !> against a there, along two axes, and its rotation; forces f belong to them. About c, and along the principal axes,
@@ -325,7 +325,7 @@ contains
       end do
    end function deformation_of
 
-   !> Length of the path that a section stands for.
+   !> Length of the path that a section represents.
    pure real(wp) function weight_of(beam, k)
       type(beam_type), intent(in) :: beam
       integer, intent(in) :: k

@@ -162,7 +162,7 @@ contains
          opening = merge(0.0_wp, max(0.0_wp, tie%motion(1)), any(response%state == [tie_state%held, tie_state%slides]))
       end function opening_of
 
-      !> The traction at a tie. Two ties that stand for halves of a stretch lie at the places of Gauss, further apart
+      !> The traction at a tie. Two ties that represent halves of a stretch lie at the places of Gauss, further apart
       !> than the middles of these.
       pure subroutine add_tie(owner, ties, i, from_above, loads)
          type(liner_type), intent(in) :: owner
@@ -270,7 +270,7 @@ contains
       end do
    end function shares_of_nodes
 
-   !> The tie that stands for the other half of a stretch; 0: there is none.
+   !> The tie that represents the other half of a stretch; 0: there is none.
    pure integer function pair_of(ties, i) result(other)
       type(tie_type), intent(in) :: ties(:)
       integer, intent(in) :: i
@@ -306,7 +306,7 @@ contains
       end do
       along = spread(sides(1)%along + sides(2)%along, 2, 2)
       if (all(sides%is_there)) then
-         ! beside the end of the rock what lies between nodes is no pressure: the free side knows better
+         ! beside the end of the rock what lies between nodes is no pressure: the free side is taken
          lengths = sum(sides%bent**2)
          if (lengths > 0) moments = sum(moments*sides([2, 1])%bent**2)/lengths
          if (dot_product(sides(1)%along, sides(2)%along) < corner) &

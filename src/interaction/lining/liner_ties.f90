@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: MIT
 !> Points at which the back of a lining is held to the rock, or to the lining on which it lies: their law.
 !>
-!> A point stands for a length of the back. Its gap, positive open, and its shear displacement count from its
+!> A point represents a length of the back. Its gap, positive open, and its shear displacement count from its
 !> installation, when it is closed and free of stress. A bond is elastic in both directions. With a joint material it
 !> opens at the tensile strength of the joint, none unless given, and slides at its shear strength
 !> (rockdda_interaction_joint_strength). Forces are continuous where it opens and closes: within a step a point that
@@ -26,7 +26,7 @@ module rockdda_interaction_liner_ties
    end type tie_state_enum
    type(tie_state_enum), parameter :: tie_state = tie_state_enum()
 
-   !> What of a tie changes at the end of a step.
+   !> The state of a tie that changes at the end of a step.
    type :: tie_after_type
       real(wp) :: free(2) = 0
       real(wp) :: slip = 0

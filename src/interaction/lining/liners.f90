@@ -754,8 +754,8 @@ contains
       end do
    end subroutine exchange_state
 
-   !> Begin an attempt: no motion, and where in the step ties act. One that is open at the start and closes does not
-   !> know when: its force at the end is an impulse (rockdda_interaction_time_scheme), or it would give energy.
+   !> Begin an attempt: no motion, and where in the step ties act. One that is open at the start closes at an unknown
+   !> time: its force at the end is an impulse (rockdda_interaction_time_scheme), or it would give energy.
    subroutine begin_liner(liner, laws, level, scheme)
       type(liner_type), intent(inout) :: liner
       type(joint_law_type), allocatable, intent(in) :: laws(:)   !! of the joint materials

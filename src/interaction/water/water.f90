@@ -2,12 +2,21 @@
 !> Water in joints and on free edges: its pressure on the edges of blocks.
 !>
 !> A stretch of an edge is wetted by a group when one of its joint materials is named, or, where it faces no other
-!> block, when the group wets surfaces . Both sides of a joint are stretches of two
+!> block, when the group wets surfaces. Both sides of a joint are stretches of two
 !> edges, each of which moves with its block. A stretch is wetted by the last group
 !> that acts.
 !>
 !> The pressure is that of the place of the edge in the middle of the step, by the motion that is expected of the block
 !> (an oscillation in water gains no energy by that), and of the level of the table at the end of the step.
+!>
+!> Stretches of the edges of blocks at the start: which of them lie on an edge of another block, and which are free.
+!>
+!>           +-----+             the upper edge of the lower block has three stretches: free, a joint, free
+!>           |     |
+!>     +-----+-----+------+
+!>     | free joint  free |
+!>
+!> Stretches belong to the material of an edge: they move with it, and do not change.
 module rockdda_interaction_water
    use rockdda_base_kinds, only : wp
    use rockdda_base_diagnostics, only : diagnostics_type, severity
@@ -34,15 +43,6 @@ module rockdda_interaction_water
    implicit none
    private
    public :: water_family_type, edge_stretch_type, find_stretches
-
-   ! Stretches of the edges of blocks at the start: which of them lie on an edge of another block, and which are free.
-   !
-   ! +-----+                 the upper edge of the lower block has three stretches: free, a joint, free
-   ! |     |
-   ! +-----+-----+------+
-   ! | free  joint free |
-   !
-   ! Stretches belong to the material of an edge: they move with it, and do not change.
 
    type :: edge_stretch_type
       integer :: block = 0
@@ -365,7 +365,7 @@ contains
          if (n > 0) call messages%add(severity%warning, title_of(parameters%water(g), g)//': '//counted(n, 'piece')// &
             ' of edges begin beyond the points of pressure_file, the first at ('// &
             to_string(blocks%vertices(1, first), 6)//', '//to_string(blocks%vertices(2, first), 6)// &
-            '); the pressure there goes on as in the nearest triangle', parameters%water(g)%origin)
+            '); the pressure there continues as in the nearest triangle', parameters%water(g)%origin)
       end subroutine report_beyond
 
       !> Which stretches does a group wet?

@@ -2,7 +2,7 @@
 !> Pressure of the water at time 0, as contacts and boundaries need it to begin in balance.
 !>
 !> The stress of the blocks at the start is the total one. What springs carry of it is the effective part, without
-!> the water that presses on both sides of the joint. Along an interval the springs of contacts can only stand for a
+!> the water that presses on both sides of the joint. Along an interval the springs of contacts can only represent a
 !> traction that is linear; the water takes the place of the linear one with the same force and moment. With
 !>
 !>     A = integral of (1 - t) p dt,     B = integral of t p dt,     t = 0 ... 1 along the interval,

@@ -130,7 +130,7 @@ contains
       character(len=:), allocatable :: text
       text = 'groups of a labelled file or an options file:'//lines_of(all_options())//nl//nl// &
              'groups of a file of joint statistics (.dl):'//lines_of(all_statistics())//nl//nl// &
-             "'rockdda help GROUP' tells the options of a group."
+             "'rockdda help GROUP' lists the options of a group."
    end function groups_help
 
    !> A line for each group.

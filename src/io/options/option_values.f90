@@ -214,7 +214,7 @@ contains
          character(len=:), allocatable :: a, b
          a = entry%values(k)%text
          b = entry%values(k + 1)%text
-         call namelist%fail(entry, k, "'"//a//','//b//"' looks like a number with a decimal comma: write "//a//'.'// &
+         call namelist%fail(entry, k, "'"//a//','//b//"' seems to be a number with a decimal comma: write "//a//'.'// &
                             b//', or '//a//', '//b//' for two numbers')
          ok = .false.
       end subroutine report

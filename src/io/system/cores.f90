@@ -9,7 +9,7 @@ module rockdda_io_cores
 
    !> State of the clocks at one moment [s].
    type :: core_times_type
-      logical :: is_known = .false.   !! false where the system does not tell
+      logical :: is_known = .false.   !! false where the system does not report them
       real(wp) :: idle = 0            !! sum over the allowed cores of the time without work
       real(wp) :: own = 0             !! processor time of this process
       real(wp) :: now = 0             !! wall clock

@@ -169,7 +169,7 @@ contains
       if (status /= 0) return
    end subroutine remove_file
 
-   !> Text of a finite number with so many significant digits, trailing zeros left out.
+   !> Text of a finite number with a given number of significant digits, trailing zeros left out.
    pure function format_real(value, digits) result(text)
       real(wp), intent(in) :: value
       integer, intent(in) :: digits               !! 1 to 17

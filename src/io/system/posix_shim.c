@@ -60,7 +60,7 @@ void rockdda_posix_close_directory(void *directory)
    closedir((DIR *)directory);
 }
 
-/* A number with so many significant digits ("%.*g"), always with a decimal point; its length. Ten
+/* A number with a given number of significant digits ("%.*g"), always with a decimal point; its length. Ten
    times faster than a formatted internal write, which counts for block files of millions of numbers. */
 void rockdda_posix_format_real(double value, int digits, char *text, int size, int *length)
 {
@@ -77,7 +77,7 @@ int rockdda_posix_rename(const char *from, const char *to)
    return rename(from, to) == 0 ? 0 : errno;
 }
 
-/* Is the path a regular file or a symbolic link, whatever its target? */
+/* Is the path a regular file or a symbolic link, to any target? */
 int rockdda_posix_is_removable(const char *path)
 {
    struct stat info;

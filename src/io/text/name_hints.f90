@@ -10,7 +10,7 @@ module rockdda_io_name_hints
    private
    public :: group_hint, name_hint, other_words, other_words_for
 
-   integer, parameter :: few_names = 6      !! groups of so many names are told with them
+   integer, parameter :: few_names = 6      !! groups of up to this number of names are listed with them
 
    !> The names of an option, and other words for it, a blank before and behind each.
    type :: synonym_type
@@ -135,7 +135,7 @@ contains
       text = text//'?'
    end function other_words
 
-   !> Names that another word may stand for, those in the table only.
+   !> Names that another word may mean, those in the table only.
    pure subroutine usual_names(word, table, names)
       character(len=*), intent(in) :: word, table(:)
       character(len=20), allocatable, intent(out) :: names(:)

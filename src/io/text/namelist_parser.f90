@@ -233,7 +233,7 @@ contains
       end associate
    end subroutine parse_values
 
-   !> Parse text in quotes; a doubled quote stands for itself.
+   !> Parse text in quotes; a doubled quote is the quote itself.
    subroutine parse_text(namelist, name, at, value)
       type(namelist_type), intent(inout) :: namelist
       character(len=*), intent(in) :: name

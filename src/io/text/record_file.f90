@@ -36,7 +36,7 @@ module rockdda_io_record_file
       procedure :: unit_of
    end type header_type
 
-   !> NPTS and DT are in the first so many lines.
+   !> Number of first lines that hold NPTS and DT.
    integer, parameter :: head_lines = 10
    character(len=*), parameter :: letters = 'abcdefghijklmnopqrstuvwxyz'
 
@@ -343,7 +343,7 @@ contains
 
       !> Find the unit of the values: "ACCELERATION TIME SERIES IN UNITS OF CM/S/S"; g where no line names one.
       subroutine find_unit(head)
-         integer, intent(in) :: head              !! the lines before the values are so many
+         integer, intent(in) :: head              !! number of lines before the values
          character(len=:), allocatable :: text, word
          integer :: line, at
          unit = 0

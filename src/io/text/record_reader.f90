@@ -263,7 +263,7 @@ contains
       if (self%record%first_token > 0) origin = self%tokens%origin(self%record%first_token)
    end function record_origin
 
-   !> Are there so many errors that reading stops?
+   !> Has the number of errors reached that at which reading stops?
    pure logical function too_many_errors(self)
       class(record_reader_type), intent(in) :: self
       too_many_errors = self%messages%n_errors >= most_errors .or. self%n_bad >= most_errors

@@ -141,7 +141,7 @@ contains
       end associate
    end function begins_with
 
-   !> A hint at the first pair of numbers of a row that looks like one with a decimal comma; empty when there is none.
+   !> A hint at the first pair of numbers of a row that seems to be one with a decimal comma; empty when there is none.
    function decimal_comma(tokens, from, to, in_a_row) result(text)
       type(token_list_type), intent(in) :: tokens
       integer, intent(in) :: from, to                !! tokens

@@ -26,7 +26,7 @@ module rockdda_io_separators
       integer :: point = 0
       integer :: zero = 0              !! comma before digits that begin with 0, as in 0,05
       integer :: empty = 0             !! separator without a number before it
-      logical :: all_long = .true.     !! each row has so many numbers that some may be halves of others
+      logical :: all_long = .true.     !! each row has enough numbers that some may be halves of others
    end type found_type
 
 contains

@@ -184,7 +184,7 @@ contains
       text = text(:n)
    end function plain_text
 
-   !> Blanks for the other spaces of Unicode, which look like them: no-break (also of Latin-1), thin, ideographic ones.
+   !> Blanks for the other spaces of Unicode, which appear alike: no-break (also of Latin-1), thin, ideographic ones.
    pure subroutine blank_spaces(text)
       character(len=*), intent(inout) :: text
       integer :: i, a, b

@@ -174,7 +174,7 @@ contains
       end do
    end function numbers_left_on_line
 
-   !> Do tokens `i` and i + 1 look like one number with a decimal comma? Two runs of digits with only a comma
+   !> Do tokens `i` and i + 1 make one number with a decimal comma? Two runs of digits with only a comma
    !> between them, and no such comma before or after them.
    pure logical function has_decimal_comma(self, i, in_a_row)
       class(token_list_type), intent(in) :: self

@@ -6,9 +6,20 @@
 !>
 !>     C_ij = K_ij - sum_k L_ik L_jk^T,    L_jj = chol(C_jj),    L_ij = C_ij L_jj^-T,
 !>
-!> in the order of elimination of rockdda_linear_block_cholesky, which is kept while the pattern is the same. When few
+!> in the order of elimination described below, which is kept while the pattern is the same. When few
 !> rows of K have changed, only columns are computed again that have a changed row or follow from one that was; the
 !> others would become the same, bit by bit.
+!>
+!> Eliminating a block joins all its neighbours with each other. The next one is that which adds the fewest new pairs
+!> (the third scheme of Tinney and Walker 1967); of equals the one with fewer neighbours, then that with the lower
+!> number, so that the order depends on the graph alone. Places in the order are called columns:
+!>
+!>     column k       row(start(k) : start(k+1)-1)     ascending, the blocks of the factor below the diagonal
+!>     place(...)     of the block in the matrix, negative: transposed, 0: not in the matrix
+!>     column j       source(source_start(j) : source_start(j+1)-1)   blocks L_jk in row j, by their place in `row`
+!>
+!> Which blocks are joined is kept as a square array, so that the search takes memory that grows with the square of
+!> the number of blocks.
 module rockdda_linear_block_cholesky
    use, intrinsic :: iso_c_binding, only : c_int, c_double
    use rockdda_base_kinds, only : wp
@@ -21,19 +32,6 @@ module rockdda_linear_block_cholesky
    implicit none
    private
    public :: block_cholesky_type, new_block_cholesky, most_blocks, elimination_type
-
-   ! Order of elimination of the blocks of a small system, and the pattern of its Cholesky factor.
-   !
-   ! Eliminating a block joins all its neighbours with each other. The next one is that which adds the fewest new pairs
-   ! (the third scheme of Tinney and Walker 1967); of equals the one with fewer neighbours, then that with the lower
-   ! number, so that the order depends on the graph alone. Places in the order are called columns:
-   !
-   ! column k       row(start(k) : start(k+1)-1)     ascending, the blocks of the factor below the diagonal
-   ! place(...)     of the block in the matrix, negative: transposed, 0: not in the matrix
-   ! column j       source(source_start(j) : source_start(j+1)-1)   blocks L_jk in row j, by their place in `row`
-   !
-   ! Which blocks are joined is kept as a square array, so that the search takes memory that grows with the square of
-   ! the number of blocks.
 
    type :: elimination_type
       integer :: n = 0                          !! blocks
@@ -50,8 +48,6 @@ module rockdda_linear_block_cholesky
    contains
       procedure :: analyze => find_order
    end type elimination_type
-
-   ! Kernels of a Cholesky factor by blocks of 6x6, in block_kernels_shim.c. Blocks are counted from 1.
 
    interface
       !> Copies of n blocks of the matrix, from number `first` of c on: transposed when the place is negative, zero when

@@ -29,8 +29,8 @@ typedef struct {
    int levels;   /* of the calling thread */
 } threads_t;
 
-/* One thread inside CHOLMOD: sums in one order, and no team of four woken for a few small supernodes (CHOLMOD asks
- * OpenMP for a fixed number of threads whatever the program's own number is). */
+/* One thread inside CHOLMOD: sums in one order, and no team of four woken for a few small supernodes (CHOLMOD requests
+ * a fixed number of OpenMP threads for any number of the program's own). */
 static threads_t one_thread(const solver_t *s)
 {
    threads_t before = {-1};

@@ -11,6 +11,9 @@
 !>     sqrt(e^T K e / x^T K x) = sqrt(r^T K^-1 r / f^T x)
 !>
 !> is its share of x in the energy of the motion; up to `rounding_limit` the solution counts.
+!>
+!> Check of the memory for BLAS. OpenBLAS allocates 128 MB at the first call and repeats the request for ever when the
+!> system refuses.
 module rockdda_linear_direct
    use, intrinsic :: iso_c_binding, only : c_int, c_size_t
    use rockdda_base_kinds, only : wp
@@ -23,9 +26,6 @@ module rockdda_linear_direct
    implicit none
    private
    public :: direct_solver_type, least_pivot, check_workspace
-
-   ! Check of the memory for BLAS. OpenBLAS allocates 128 MB at the first call and repeats the request for ever when the
-   ! system refuses.
 
    !> Required address space [bytes]: that of OpenBLAS, its code and some for the factor.
    integer(c_size_t), parameter :: least_room = 210000000_c_size_t

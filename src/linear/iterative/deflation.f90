@@ -18,6 +18,13 @@
 !>
 !> Any division into groups makes a valid coarse space. It is made of the centroids, so that it is the same after a
 !> restart of the run, and for any number of threads; sums are taken group by group.
+!>
+!> The Cholesky factor of Z^T K Z, a small symmetric matrix of 6x6 blocks, is stored from the first block of each row to
+!> the diagonal.
+!>
+!>     row 4      .  K42  K43  K44        first(4) = 2; K43 may be zero, the factor fills it
+!>
+!> Nothing fills in before the first block of a row.
 module rockdda_linear_deflation
    use rockdda_base_kinds, only : wp, i8
    use rockdda_linear_matrix, only : block_matrix_type
@@ -31,12 +38,6 @@ module rockdda_linear_deflation
    private
    public :: deflation_type, divide_by_place, coarse_factor_type
 
-   ! Cholesky factor of a small symmetric matrix of 6x6 blocks, stored from the first block of each row to the diagonal.
-   !
-   ! row 4      .  K42  K43  K44        first(4) = 2; K43 may be zero, the factor fills it
-   !
-   ! Nothing fills in before the first block of a row.
-
    type :: coarse_factor_type
       integer :: n = 0                          !! rows of blocks
       integer, allocatable :: first(:)          !! (n) first column of each row
@@ -48,8 +49,6 @@ module rockdda_linear_deflation
       procedure :: factorize => factorize_coarse
       procedure :: solve => solve_with_factor
    end type coarse_factor_type
-
-   ! Groups of blocks that lie together, for the coarse space of rockdda_linear_deflation.
 
    !> Blocks in a group, about, and the largest number of groups.
    integer, parameter :: group_size = 48, max_groups = 1000

@@ -25,8 +25,8 @@
 !>
 !> so that the projection stands between the two sweeps.
 !>
-!> A solve may pause (`effort`) once it has taken many iterations and has as many to go: whoever asks then looks at the
-!> motion, and goes on only if it is worth it.
+!> A solve may pause (`effort`) once it has taken many iterations and has as many to go: the caller then judges the
+!> motion, and continues only if it is worth it.
 module rockdda_linear_pcg
    use rockdda_base_kinds, only : wp
    use rockdda_base_parallel, only : n_ranges, own_range
@@ -73,7 +73,7 @@ module rockdda_linear_pcg
    !> Smallest reduction of the residual in one pass: below it the rounding of single precision costs more iterations
    !> than a restart.
    real(wp), parameter :: smallest_reduction = 1.0e-5_wp
-   !> A pass goes on to the end of the solve where that takes no more than so many iterations, the work of another pass,
+   !> A pass continues to the end of the solve where that takes no more iterations than these, those of another pass,
    !> and no smaller reduction.
    real(wp), parameter :: iterations_of_pass = 2.0_wp, last_reduction = 5.0e-7_wp
    !> Rounding brings coarse motions back into a deflated iteration. A pass ends when r p, which is r r without them, is
@@ -86,7 +86,7 @@ module rockdda_linear_pcg
    !> New pivots in changed rows only make the preconditioner slightly weaker. When a solve takes more iterations than
    !> this, a complete set-up costs less.
    integer, parameter :: few_iterations = 20, few_deflated = 60
-   !> A solve may pause after so many iterations when at least as many are left.
+   !> Number of iterations after which a solve may pause when at least as many are left.
    integer, parameter :: many_iterations = 24
    !> Iterations between two checks for a request to stop.
    integer, parameter :: check_every = 16
@@ -192,7 +192,7 @@ contains
       self%back_sum = 0
    end subroutine make_room_for_sums
 
-   !> Where the room of the thread that asks begins in `back_sum`.
+   !> Where the room of the calling thread begins in `back_sum`.
    integer function own_sums(self)
       class(pcg_solver_type), intent(in) :: self
       own_sums = (own_range() - 1)*self%longest + 1

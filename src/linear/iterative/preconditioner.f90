@@ -35,10 +35,8 @@ module rockdda_linear_preconditioner
    private
    public :: preconditioner_type, eliminate_couplings, scale_diagonal, scale_couplings
 
-   ! Kernels of the preconditioner's pivots and scaled couplings, in pivot_kernels_shim.c.
-
    interface
-      !> Ask for the diagonal block of a row and its couplings, which are needed soon: rows of the preconditioner are
+      !> Fetch the diagonal block of a row and its couplings, which are needed soon: rows of the preconditioner are
       !> far from each other in the matrix.
       pure subroutine expect_row(diagonal, first, last, place, values) bind(c, name='rockdda_expect_row')
          import :: c_int, c_double

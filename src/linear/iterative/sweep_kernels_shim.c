@@ -9,7 +9,7 @@ typedef float loose_pair __attribute__((vector_size(8), aligned(4), may_alias));
 
 /* Rows of a chunk whose vectors are updated, and then swept, while they are in the first cache. */
 enum { batch = 32 };
-/* Bytes by which the backward sweep asks for couplings before it comes to them, and rows the other way. */
+/* Bytes by which the backward sweep fetches couplings before it comes to them, and rows the other way. */
 enum { ahead = 2304, rows_ahead = 8 };
 
 /* Numbers 1 and 2 of a vector, 3 and 4, 5 and 6, each twice in a row: x1 x1 x2 x2. Numbers 1 to 4 and 5 to 6 are read

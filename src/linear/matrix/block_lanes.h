@@ -11,7 +11,7 @@ typedef double two __attribute__((vector_size(16)));
 typedef double loose_four __attribute__((vector_size(32), aligned(8), may_alias));
 typedef float single_four __attribute__((vector_size(16)));
 
-/* Bytes of a block of the matrix; ask for one. */
+/* Bytes of a block of the matrix; fetch one. */
 #define BLOCK_BYTES ((long)(36 * sizeof(double)))
 #define SOON_BLOCK(p, bytes) \
    (SOON(p, bytes), SOON(p, (bytes) + 64), SOON(p, (bytes) + 128), SOON(p, (bytes) + 192), SOON(p, (bytes) + 256))

@@ -12,6 +12,9 @@
 !>
 !> For threads the blocks are cut into chunks; sums are taken chunk by chunk, in order. The factors of four blocks of a
 !> chunk that follow one another are computed, stored and used together (norm_kernels_shim.c).
+!>
+!> The norm of rockdda_linear_block_norm without factors that are kept: each sum factorises the blocks again, which
+!> takes no memory, and as long as to read factors from there. For norms of which few are taken with the same blocks.
 module rockdda_linear_block_norm
    use, intrinsic :: iso_c_binding, only : c_int, c_double
    use rockdda_base_kinds, only : wp
@@ -21,9 +24,6 @@ module rockdda_linear_block_norm
    implicit none
    private
    public :: block_norm_type, norm_anew_type
-
-   ! The norm of rockdda_linear_block_norm without factors that are kept: each sum factorises the blocks again, which
-   ! takes no memory, and as long as to read factors from there. For norms of which few are taken with the same blocks.
 
    type :: norm_anew_type
       real(wp), allocatable, private :: partial(:)   !! (>= pieces) sums

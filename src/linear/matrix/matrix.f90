@@ -18,8 +18,6 @@ module rockdda_linear_matrix
    private
    public :: block_matrix_type, rounding_level, n_stored_blocks, subtract_own, subtract_foreign
 
-   ! Products with the symmetric block matrix.
-
    ! in residual_kernels_shim.c
    interface
       !> r := f - K x as far as the rows first to last of the matrix hold it: all of their upper half, and its transpose

@@ -33,7 +33,7 @@
     (t)[1] = __builtin_convertvector(__builtin_shufflevector(u, v, 2, 3, 6, 7), single_four), \
     (t)[2] = __builtin_convertvector(w, single_four))
 
-/* Ask for the diagonal block of a row and its couplings q from first to last, in place[q] of the matrix (negative:
+/* Fetch the diagonal block of a row and its couplings q from first to last, in place[q] of the matrix (negative:
  * transposed), all counted from 1. */
 void rockdda_expect_row(int diagonal, int first, int last, const int *place, const double *values)
 {

@@ -18,7 +18,7 @@ module rockdda_linear_solver
       logical :: interrupted = .false.      !! a stop was requested: not converged, x is of no use
       integer :: iterations = 0             !! 0 for a direct solve
       real(wp) :: residual = 0              !! |K x - f| / |f|, see rockdda_linear_residual
-      real(wp) :: left = 0                  !! |K x - f| of a solve that has paused: solving again goes on; else 0
+      real(wp) :: left = 0                  !! |K x - f| of a solve that has paused: solving again continues it; else 0
       character(len=:), allocatable :: detail !! why it did not converge, or which block failed
    end type solve_report_type
 

@@ -50,7 +50,7 @@ module rockdda_model_blocks
       integer, allocatable :: file_line(:)      !! (n_blocks) line of a block file; unallocated after cutting
       integer, allocatable :: parent(:)         !! (n_blocks) block, 1-based, that a cell was cut from; unallocated
                                                 !! when no block was cut into cells
-      integer :: n_segments = 0                 !! of linings: so many of the last blocks, none as cut
+      integer :: n_segments = 0                 !! number of the last blocks that are of linings, none as cut
       type(point_set_type) :: fixed             !! fixed points
       type(point_set_type) :: loading           !! loading points
       type(point_set_type) :: measured          !! measured points

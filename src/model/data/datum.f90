@@ -12,7 +12,7 @@ module rockdda_model_datum
    private
    public :: find_datum, move_model
 
-   !> A model lies far away when its distance from 0 is so many times its extent.
+   !> Ratio of its distance from 0 to its extent at which a model lies far away.
    real(wp), parameter :: far = 16.0_wp
 
 contains

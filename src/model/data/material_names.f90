@@ -33,7 +33,7 @@ contains
       end do
    end function described_materials
 
-   !> Number of the material that a word stands for: a number, or a name that a group gives; 0 if there is none.
+   !> Number of the material that a word names: a number, or a name that a group gives; 0 if there is none.
    pure integer function number_of_material(word, groups) result(number)
       character(len=*), intent(in) :: word
       class(named_material_type), intent(in) :: groups(:)     !! of the options

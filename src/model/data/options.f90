@@ -47,7 +47,7 @@ module rockdda_model_options
       logical :: reset_displacement = .false.    !! measured displacements count from its start
       character(len=:), allocatable :: excavate  !! regions, commas between them
       real(wp) :: relax = unset_real             !! share of the forces of excavated blocks that is released
-      integer :: relax_steps = 10                !! in so many steps
+      integer :: relax_steps = 10                !! number of steps for it
       character(len=:), allocatable :: place     !! regions that are absent until the stage begins
       character(len=:), allocatable :: install, remove   !! names of bolts and linings
       character(len=:), allocatable :: water     !! groups of &water that act from the stage on
@@ -202,7 +202,7 @@ module rockdda_model_options
       integer :: steps = unset_integer
       real(wp) :: t_end = unset_real
       type(origin_type) :: t_end_origin, strict_origin   !! where they were read
-      integer :: save_every = unset_integer       !! a frame every so many steps
+      integer :: save_every = unset_integer       !! steps from one frame to the next
       real(wp) :: save_dt = unset_real            !! and/or a frame every so much time
       integer :: threads = unset_integer
       real(wp) :: max_wall = unset_real           !! [s]

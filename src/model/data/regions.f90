@@ -153,7 +153,7 @@ contains
       end do
    end function has_region
 
-   !> Number of the material that a word stands for, 0 if none. Names of materials are to be found here once
+   !> Number of the material that a word names, 0 if none. Names of materials are to be found here once
    !> block materials have names.
    pure integer function material_number(word)
       character(len=*), intent(in) :: word

@@ -114,7 +114,7 @@ contains
    end subroutine describe_point_tables
 
    !> Change and add block materials. The unit weight of a material that does not name it is its density times the
-   !> gravity of the options, where there is one. Numbers between those that are described stand for no material; they
+   !> gravity of the options, where there is one. Numbers between those that are described are no material; they
    !> get the values of one that is, which nothing uses.
    subroutine take_block_options(groups, labelled, gravity, materials, messages)
       type(block_material_type), intent(in) :: groups(:)
@@ -207,8 +207,8 @@ contains
          character(len=*), intent(in) :: name
          real(wp), intent(inout) :: value
          if (is_set(value)) return
-      if (.not. messages%has_error_about(name, material%origin)) call messages%add(severity%error, 'block material '// &
-            to_string(material%number)//": '"//name//"' is missing", material%origin)
+         if (.not. messages%has_error_about(name, material%origin)) call messages%add(severity%error, &
+            'block material '//to_string(material%number)//": '"//name//"' is missing", material%origin)
          value = 1
       end subroutine demand
 

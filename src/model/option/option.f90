@@ -83,7 +83,7 @@ module rockdda_model_option
       !> a text for which a whole number >= 1 may stand, with a unit any number
       logical :: or_number = .false.
       logical :: is_file = .false.                   !! a text that names a file, which becomes a path
-      integer :: n_in_unit = huge(1)                 !! so many numbers of a row are in the unit, not those behind
+      integer :: n_in_unit = huge(1)                 !! how many numbers of a row are in the unit, not those behind
       integer :: rule = 0                            !! one of list_rule%...
       ! what follows from the place of the row in the table
       integer :: kind = 0                            !! one of option_kind%...

@@ -38,7 +38,7 @@ module rockdda_model_option_rows
       integer, private :: group = 0, element = 0, row = 0   !! the present ones
       type(origin_type), private :: origin                  !! of the present element
       logical, private :: one_each = .false.                !! lists have one element
-      type(option_group_type), allocatable, private :: wanted(:)   !! lists that begin with so many elements
+      type(option_group_type), allocatable, private :: wanted(:)   !! lists that begin with a number of elements
    contains
       procedure :: want
       procedure :: want_one_each

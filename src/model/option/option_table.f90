@@ -151,7 +151,7 @@ contains
       end do
    end subroutine describe_joint_laws
 
-   !> So many joint materials of which nothing is given.
+   !> A number of joint materials of which nothing is given.
    pure subroutine create_joints(n, joints)
       integer, intent(in) :: n
       type(joint_material_type), allocatable, intent(out) :: joints(:)
@@ -175,7 +175,7 @@ contains
       call table%add(option('t_end', 'end time; the last step is shortened to end there', unit='time', &
                             quantity='end time', above=0.0_wp, default_text='none'), o%t_end, p%t_end)
       call table%locate(o%t_end_origin)
-      call table%add(option('save_every', 'a frame every so many steps', least=1.0_wp, &
+      call table%add(option('save_every', 'steps from one frame to the next', least=1.0_wp, &
                             default_text='about 100 frames in the run'), o%save_every)
       call table%add(option('save_dt', 'a frame every so much time; where save_every is given, too, both count', &
                             unit='time', above=0.0_wp, default_text='none'), o%save_dt)

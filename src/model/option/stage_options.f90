@@ -13,7 +13,7 @@ module rockdda_model_stage_options
       is_given, water_of_stage, water_of_stages, stage_k01, has_base_motion, first_dynamic_stage, stage_number, &
       least_extent
 
-   !> So many steps in a row must be in equilibrium.
+   !> Number of steps in a row that must be in equilibrium.
    integer, parameter, public :: confirming_steps = 2
 
    character(len=*), parameter :: guide = 'user-guide.md#stages'
@@ -144,7 +144,7 @@ contains
       if (is_given(stages(i)%name)) name = trim(adjustl(stages(i)%name))
    end function stage_name
 
-   !> Names of all stages, and of what follows the last one where the run goes on.
+   !> Names of all stages, and of what follows the last one where the run continues.
    pure function stage_names(stages, ends_with_stages) result(names)
       type(stage_type), intent(in) :: stages(:)
       logical, intent(in) :: ends_with_stages
@@ -225,7 +225,7 @@ contains
    end function has_end
 
    !> Is it a stage as older files have them, with until_step, until_time, k01, gravity and release alone? After the
-   !> last of such stages the run goes on.
+   !> last of such stages the run continues.
    pure logical function is_plain(stage)
       type(stage_type), intent(in) :: stage
       is_plain = .not. (is_given(stage%name) .or. is_given(stage%kind) .or. is_given(stage%until) .or. &

@@ -9,7 +9,7 @@ module rockdda_model_bolt_numbers
    private
    public :: bolt_numbers_type, numbers_of_bolt, bolt_problem
 
-   !> Elements in grout along a bolt where `element` is not given, and at most so many in stiff grout.
+   !> Elements in grout along a bolt where `element` is not given, and their largest number in stiff grout.
    integer, parameter :: usual_elements = 10, most_usual = 100
    !> More nodes are a slip of `element`.
    real(wp), parameter :: most_nodes = 10000

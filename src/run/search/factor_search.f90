@@ -51,7 +51,7 @@ module rockdda_run_factor_search
       type(search_state_type) :: state
       type(trial_type), allocatable :: trials(:)     !! those on the way, in order
       type(simulation_type) :: settled               !! the state from which all trials begin
-      type(searched_type) :: searched                !! what of the model changes
+      type(searched_type) :: searched                !! the part of the model that changes
       type(design_factors_type) :: factors           !! with which a design is judged
       type(diagnostics_type) :: warnings             !! what the factor depends on
       real(wp) :: strength = 1                       !! of them in the settled state, times their own
@@ -177,7 +177,7 @@ contains
       call make_error(error, error_code%computation, no_factor(self%options, self%state, self%trials))
    end subroutine run_search
 
-   !> The search fails where its answer rests on a trial without a solution; the nearest other one is told.
+   !> The search fails where its answer rests on a trial without a solution; the nearest other one is reported.
    subroutine check_solved(self, looked, observer, error)
       class(factor_search_type), intent(inout) :: self
       real(wp), intent(in) :: looked(:)          !! values that were tried below the factor
@@ -243,12 +243,12 @@ contains
          return
       end if
       call self%warn(observer, 'joints take their stiffness from their blocks; as springs of that stiffness they '// &
-                     'let the model fail at '//to_string(value, 4)//': blocks hold each other by friction that only '// &
-                     'their own thrust presses on, and a gap or a softer joint takes it from them; give joints '// &
-                     'their stiffness (normal_stiffness)')
+                     'let the model fail at '//to_string(value, 4)//': blocks hold each other by friction that '// &
+                     'only their own thrust presses on, and a gap or a softer joint takes it from them; give '// &
+                     'joints their stiffness (normal_stiffness)')
    end subroutine compare_springs
 
-   !> Tell what the factor depends on, and keep it; nothing when the text is empty.
+   !> Report what the factor depends on, and keep it; nothing when the text is empty.
    subroutine warn(self, observer, text)
       class(factor_search_type), intent(inout) :: self
       class(search_observer_type), intent(in) :: observer
@@ -470,7 +470,7 @@ contains
       text = 'the trial of '//to_string(trials(first)%value, 6)//' came to rest only after a motion of '// &
              system%shown(trials(first)%displacement, 'length', 3)// &
              ': something may have failed below the factor and stopped; '// &
-             'look at it with --to '//to_string(trials(first)%value, 6)//' and a model in which it cannot stop'
+             'examine it with --to '//to_string(trials(first)%value, 6)//' and a model in which it cannot stop'
    end function describe_motion
 
    !> A warning when the model fails at lower values than one at which it stands. Else empty.
@@ -539,7 +539,7 @@ contains
          text = text//' in the trial of '//to_string(failing%value, 6)//', which fails after a motion of '// &
                 settled%parameters%shown(failing%displacement, 'length', 2)// &
                 ': further motion may let it hold the blocks, and the factor does not count on that; give it its '// &
-                'pretension, or look at that motion in a run with reduced strength'
+                'pretension, or examine that motion in a run with reduced strength'
       end associate
    end function describe_unused
 
@@ -605,7 +605,7 @@ contains
       if (state%outcome == search_end%never_stable) then
          text = text//': begin lower with --from, or make the model stable there'
       else
-         text = text//': look further with --to, or check that something can fail (joints, cohesion, supports)'
+         text = text//': search further with --to, or check that something can fail (joints, cohesion, supports)'
       end if
    end function no_factor
 

@@ -43,7 +43,7 @@ contains
       where (.not. length > 0) share = 0
    end function open_shares
 
-   !> Does a row stand for a part of a joint?
+   !> Is a row a part of a joint?
    pure logical function counts(sim, c)
       type(simulation_type), intent(in) :: sim
       integer, intent(in) :: c

@@ -32,7 +32,7 @@ module rockdda_run_search_path
    real(wp), parameter :: far = 1.5_wp
    !> Limits by work are followed to their own value while they change by less than this share of the change of values.
    real(wp), parameter :: steepest = 0.9_wp
-   !> After so many trials in a row that leave more than this share of the interval the middle is tried.
+   !> After this number of trials in a row that leave more than this share of the interval the middle is tried.
    integer, parameter :: slow_trials = 2
    real(wp), parameter :: hardly_shorter = 0.75_wp
 
@@ -230,7 +230,7 @@ contains
       real(wp), intent(in) :: values(:)
       real(wp), intent(in) :: known(:)         !! 0: not known
       real(wp), intent(out) :: lowest(:), of_lowest(:)
-      integer, intent(out) :: n                !! so many of them
+      integer, intent(out) :: n                !! number of them
       integer :: i, k, last
       n = 0
       lowest = 0
@@ -248,7 +248,7 @@ contains
       end do
    end subroutine take_lowest
 
-   !> The upper end of the cell of a value: a pull that is left there tells more of the limit than rest. The lower one
+   !> The upper end of the cell of a value: a pull that is left there shows more of the limit than rest. The lower one
    !> when the upper one has been tried.
    pure real(wp) function end_of_cell(self, first, high, value) result(next)
       class(search_path_type), intent(in) :: self
@@ -343,7 +343,7 @@ contains
       real(wp), intent(in) :: values(:)
       logical, intent(in) :: stable(:)
       real(wp), intent(in) :: pulls(:), limits(:)
-      integer, intent(in) :: n                         !! at most so many
+      integer, intent(in) :: n                         !! their largest number
       real(wp), allocatable, intent(out) :: found(:)
       type(search_state_type) :: state
       integer :: way, depth, k, j

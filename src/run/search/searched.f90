@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> What of a model a search changes, and how a value of the searched quantity changes it.
+!> The part of a model that a search changes, and how a value of the searched quantity changes it.
 module rockdda_run_searched
    use rockdda_base_kinds, only : wp, pi
    use rockdda_model_parameters, only : parameters_type
@@ -35,7 +35,7 @@ contains
       type(parameters_type), intent(inout) :: parameters
       real(wp) :: angle
       integer :: i
-      ! the verdict of a trial cannot tell the slip of a joint that opens, step by step, from a failure
+      ! the verdict of a trial cannot distinguish the slip of a joint that opens, step by step, from a failure
       parameters%closed_part_slips = .false.
       if (self%springs) parameters%joint_materials%edge_bears = .false.
       select case (self%kind)

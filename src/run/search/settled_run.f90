@@ -36,7 +36,7 @@ module rockdda_run_settled_run
 
    !> Largest multiple of its strength with which a model may stand.
    real(wp), parameter :: most_strength = 64
-   character(len=*), parameter :: what_to_do = "  a search begins at rest: look at the model with 'rockdda run', "// &
+   character(len=*), parameter :: what_to_do = "  a search begins at rest: examine the model with 'rockdda run', "// &
                                                'or name an earlier stage with --stage'
 
 contains

@@ -17,7 +17,7 @@
 !>     the model slides       all that contacts do is friction, and the unbalanced force falls far less than the way
 !>                            grows
 !>
-!> and static steps follow, one of which shows whether a model that slides goes on alike. The verdict is reached in
+!> and static steps follow, one of which shows whether a model that slides continues alike. The verdict is reached in
 !> static steps alone: it compares pulls of blocks that begin at rest. A block that is slowed down loses its velocity,
 !> so that it goes past the place where it would rest by no more than one step, as in static steps.
 module rockdda_run_trial
@@ -54,7 +54,7 @@ module rockdda_run_trial
    !> Velocities are carried when the unbalanced force is still more than the first share, and the largest distance from
    !> the settled state has grown by less than the second factor in these steps.
    real(wp), parameter :: no_progress = 0.5_wp, farther = 1.5_wp
-   !> They are carried over so many steps, until the distance has grown by `farther`, as verdicts compare pulls at
+   !> They are carried over this number of steps, until the distance has grown by `farther`: verdicts compare pulls at
    !> distances that lie as far apart, or until blocks swing back.
    integer, parameter :: carried_steps = 100
    !> A model slides when `sliding_steps` steps in a row have a larger share of friction than this in the work of the
@@ -63,7 +63,7 @@ module rockdda_run_trial
    !> after the steps that carry is more than this share of that before.
    real(wp), parameter :: mostly = 0.9_wp, least_way = 0.25_wp, hardly_falls = 0.15_wp, alike = 0.98_wp
    integer, parameter :: sliding_steps = 3
-   !> After a step that had to be cut no longer one than this part of it is tried for so many steps.
+   !> After a step that had to be cut no longer one than this part of it is tried for this number of steps.
    real(wp), parameter :: shorter_step = 0.7_wp
    integer, parameter :: cautious_steps = 15
    !> Share of the velocity that is carried on. Below 1, so that blocks that ring about their place come to rest.
@@ -127,7 +127,7 @@ module rockdda_run_trial
    !> A trial whose steps cannot be solved is begun again with steps shorter by this factor, so often.
    real(wp), parameter :: shorter = 0.1_wp
    integer, parameter :: most_beginnings = 3
-   !> The limit of a failing trial is the nearest one of so many static steps, the last ones: what rattles works too.
+   !> The limit of a failing trial is the nearest one of this number of last static steps: what rattles works too.
    integer, parameter :: last_steps = 5
 
 contains

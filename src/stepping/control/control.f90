@@ -371,7 +371,7 @@ contains
             if (stage_number(parameters%stages, parameters%base%stage) == self%stage) self%motion_start = time
          end if
          self%balanced = 0
-         ! a static stage may have grown its steps; another one goes on with them
+         ! a static stage may have grown its steps; another one continues with them
          if (.not. self%is_static_search(parameters)) self%dt = min(self%dt, parameters%dt_max)
       end do
 
@@ -424,14 +424,14 @@ contains
       if (parameters%ends_with_stages) next_stage = self%following_stage(parameters, step, time)
    end function next_stage
 
-   !> The stage that `end_stages` goes on to.
+   !> The stage that `end_stages` continues with.
    pure integer function following_stage(self, parameters, step, time)
       class(step_control_type), intent(in) :: self
       type(parameters_type), intent(in) :: parameters
       integer, intent(in) :: step      !! accepted steps so far
       real(wp), intent(in) :: time
       type(step_control_type) :: next
-      ! only what tells when stages end: other parts hold numbers of all blocks
+      ! only what determines when stages end: other parts hold numbers of all blocks
       next%stage = self%stage
       next%first_step = self%first_step
       next%first_time = self%first_time

@@ -22,12 +22,12 @@ module rockdda_stepping_method
       !> what moves the lighter of the two blocks by this share of g2 w0, and |R| counts as zero below
       !> `coarse_tolerance` of the loads: a splinter whose states change in circles does not end the run.
       real(wp) :: last_miss = 1.0e-6_wp
-      !> The misfit of friction and normal forces is brought down in at most so many solves a round.
+      !> The misfit of friction and normal forces is brought down in at most this number of solves a round.
       integer :: friction_solves = 60
       !> A predicted motion is taken when its residual is below this share of that of the last motion; that of some
-      !> blocks suffices to reject it when it is so many times this share.
+      !> blocks suffices to reject it when it is this multiple of the share.
       real(wp) :: good_prediction = 0.1_wp, clearly_not = 5.0_wp
-      !> An attempt is given up when so large a share of the rounds allowed, and so many, were shortened in a row. Not
+      !> An attempt is given up when this share and this number of the rounds allowed were shortened in a row. Not
       !> in static steps whose forces may miss their laws: they search equilibrium, to which shorter steps come no
       !> nearer.
       real(wp) :: patience = 0.4_wp
@@ -55,7 +55,7 @@ module rockdda_stepping_method
       !> |R| where the last search has ended is that at the motion kept, but for arms that were turned since and
       !> weights by the new matrix. Where this share of it would be enough, it is not measured again.
       real(wp) :: by_far = 0.5_wp
-      !> Each shorter step is this fraction of the last one, at most so many.
+      !> Each shorter step is this fraction of the last one, at most this number.
       real(wp) :: shorter = 0.6_wp
       integer :: most_trials = 12
       ! length of steps (rockdda_stepping_control)

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> How far the contact search of a step has to look.
+!> The distance over which a step has to search for contacts.
 module rockdda_stepping_reach
    use rockdda_base_kinds, only : wp, pi
    use rockdda_base_parallel, only : parallel_blocks, parallel_contacts
@@ -20,7 +20,7 @@ module rockdda_stepping_reach
 
 contains
 
-   !> How far the search has to look: four times the displacement expected in the step, at least a little,
+   !> The distance of the search: four times the displacement expected in the step, at least a little,
    !> rounded up to a power of two (times w0) so that the graph of candidates changes seldom.
    real(wp) function predicted_reach(blocks, parameters, state, control, dt) result(reach)
       type(block_system_type), intent(in) :: blocks
@@ -55,8 +55,8 @@ contains
       if (4*expected < reach) reach = min(quantised(4*expected, parameters%w0), reach)
    end function predicted_reach
 
-   !> Distances and angles of a search for contacts that looks this far, and further where contacts of the last step ask
-   !> for it: a corner that lies deep behind a face must not count as one that has left the region of the other's
+   !> Distances and angles of a search for contacts over this distance, and further where contacts of the last step need
+   !> it: a corner that lies deep behind a face must not count as one that has left the region of the other's
    !> corner, and a bond that is stretched, or a joint that dilation has opened, further than blocks will move in this
    !> step must not be lost.
    subroutine set_search_limits(contacts, parameters, n_blocks, reach, limits, has_placed)

@@ -24,9 +24,9 @@ module rockdda_stepping_stage_watch
       type(progress_type) :: progress           !! since loads and supports have changed
       real(wp) :: grown_before = 0              !! grown at the end of the last tenth [length]
       real(wp) :: grown_from = 0                !! grown when loads and supports last changed [length]
-      real(wp) :: next_way = 0                  !! way from there at which to look again; 0: not yet known [length]
+      real(wp) :: next_way = 0                  !! way from there at which to compare again; 0: not yet known [length]
       real(wp) :: least = huge(1.0_wp)          !! unbalanced force since then
-      real(wp) :: least_at_mark = huge(1.0_wp)  !! the same at the last look; huge: there was none
+      real(wp) :: least_at_mark = huge(1.0_wp)  !! the same at the last comparison; huge: there was none
       logical :: runs_away = .false.            !! no progress, and blocks have moved on
       integer :: marks = 0                      !! doublings of the way while a load rises; 0: none has risen
       real(wp) :: way = 0                       !! grown at the last of them [length]

@@ -258,7 +258,7 @@ contains
 
    end subroutine keep_contacts
 
-   !> What of a length is beyond an amplitude.
+   !> The part of a length beyond an amplitude.
    pure real(wp) function beyond(length, amplitude)
       real(wp), intent(in) :: length, amplitude            !! [length]
       beyond = sign(max(abs(length) - amplitude, 0.0_wp), length)

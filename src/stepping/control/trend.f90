@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: MIT
 !> The motion with which a static step begins to solve, from the trend of the last ones.
 !>
-!> Steps of one length without velocity move blocks nearly alike, and what changes from one to the next goes on to
+!> Steps of one length without velocity move blocks nearly alike, and what changes from one to the next continues to
 !> change: with the motions d0, d1 and d2 of three steps
 !>
 !>     d2 - d1 = share (d1 - d0)

@@ -4,7 +4,7 @@
 !> How deep: of two convex blocks, the least way along the normal of an edge that takes them apart; of others, the
 !> largest distance of a vertex inside the other block from its outline, and their area in common over the diagonal of
 !> what their boxes have in common, if that is more. These change by no more than what the blocks move towards each
-!> other, so that after a look at all pairs none needs another until the blocks have moved by what the nearest of them
+!> other, so that after one search of all pairs none is needed until the blocks have moved by what the nearest of them
 !> is short of the limit. What is found, and in which step, hence does not depend on when was looked.
 module rockdda_stepping_lodging
    use rockdda_base_kinds, only : wp
@@ -18,9 +18,9 @@ module rockdda_stepping_lodging
    private
    public :: lodging_type, lodged_pair_type
 
-   !> Blocks that are deeper in each other than this share of the smaller inradius are told of.
+   !> Blocks that are deeper in each other than this share of the smaller inradius are reported.
    real(wp), parameter :: limit = 0.02_wp
-   !> Pairs are told of again when they are deeper by this factor.
+   !> Pairs are reported again when they are deeper by this factor.
    real(wp), parameter :: growth = 5.0_wp
    !> Pairs are listed when their boxes are closer than this share of the mean inradius.
    real(wp), parameter :: reach = 0.5_wp
@@ -37,7 +37,7 @@ module rockdda_stepping_lodging
 
    type :: lodging_type
       private
-      type(lodged_pair_type), allocatable, public :: found(:)   !! of the last step, told of now
+      type(lodged_pair_type), allocatable, public :: found(:)   !! of the last step, to be reported now
       type(lodged_pair_type), allocatable, public :: told(:)    !! all that have been: a part of the state of a run
       logical, public :: strain_was_reported = .false.          !! a large strain is reported once
       logical, allocatable :: convex(:)                         !! (nb)
@@ -57,7 +57,7 @@ module rockdda_stepping_lodging
 
 contains
 
-   !> Find the pairs to tell of at the end of a step.
+   !> Find the pairs to report at the end of a step.
    subroutine look(self, blocks, state)
       class(lodging_type), intent(inout) :: self
       type(block_system_type), intent(in) :: blocks

@@ -16,17 +16,17 @@ module rockdda_stepping_stage_rest
    private
    public :: watch_stage, moves_on
 
-   !> Ways beyond this share of a block's size and so many times what the model deforms by are no deformation.
+   !> Ways beyond this share of a block's size and this multiple of what the model deforms by are no deformation.
    real(wp), parameter :: most_moved = 0.01_wp, most_deformed = 4.0_wp
-   !> Pulls are compared at ways from this share of a block's size on. Steps between two looks.
+   !> Pulls are compared at ways from this share of a block's size on. Steps between two comparisons.
    real(wp), parameter :: falls = 0.25_wp
    integer, parameter :: steps_between = 5
    !> Inertia carries more than this share of what the load has risen by: the model does not follow.
    real(wp), parameter :: much = 0.5_wp
-   !> Motions below so many roundings of the largest coordinate are none.
+   !> Motions below this number of roundings of the largest coordinate are none.
    real(wp), parameter :: roundings = 10.0_wp
    !> Single loose blocks, up to this share of all, may go on by forces that are small enough. Others move with them, by
-   !> less than so many times what is no motion.
+   !> less than this multiple of what is no motion.
    real(wp), parameter :: few = 0.05_wp, little_motion = 10.0_wp
    !> Halvings of the time in which the load was lost.
    integer, parameter :: halvings = 40
@@ -94,7 +94,7 @@ contains
    !> A static step is Euler's implicit one of M y' = F. With the ratio r of the resultants at its end to those before,
    !> in the mean over the work on its motion, what is left of the way is r/(1 - r) times its motion, however long the
    !> step is. Where the resultants do not fall no place of rest is known: then a step may move a few loose blocks, one
-   !> that is no shorter than the last: shorter ones move blocks less, whatever the forces are.
+   !> that is no shorter than the last: shorter ones move blocks less, for any forces.
    logical function moves_on(step, unbalanced, displacement, before)
       class(step_type), intent(inout) :: step
       real(wp), intent(in) :: unbalanced

@@ -7,7 +7,7 @@
 !>
 !>     stable    unbalanced <= tolerance in two steps in a row
 !>     failing   a block has moved beyond a share of its size and the deformation of the model, and its pull does not
-!>               fall as it goes on
+!>               fall as it continues
 module rockdda_stepping_verdict
    use rockdda_base_kinds, only : wp
    use rockdda_base_sorting, only : sorted_order
@@ -44,11 +44,11 @@ module rockdda_stepping_verdict
    !> of two marks or more up to `apart`, and a pull stays when it would be gone no sooner than one that has fallen by
    !> half from one first length to `apart` of them.
    real(wp), parameter :: mostly = 0.95_wp
-   !> Pulls are kept at marks, each so many times as far as the last. The first one is a part of 1/apart of the way
+   !> Pulls are kept at marks, each this multiple as far as the last. The first one is a part of 1/apart of the way
    !> beyond which a block may fail: `apart` first lengths, in a trial that slides one.
    real(wp), parameter :: spacing = sqrt(2.0_wp)
    integer, parameter :: n_marks = 40
-   !> At least so many steps between the marks that are compared.
+   !> Least number of steps between the marks that are compared.
    integer, parameter :: steps_between = 2
 
    type :: verdict_type

@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: MIT
 !> The law of impact: the motion of a step in which contacts with a coefficient of restitution close.
 !>
-!> A contact that lasts less than a step rebounds with whatever the place of the impact within the step makes of it.
+!> A contact that lasts less than a step rebounds by what the place of the impact within the step makes of it.
 !> Contacts of joints with `restitution` e that close in a step with a speed of approach are therefore kept open while
 !> the step is solved (`mark`): that gives the smooth motion, with all other forces. At the instant at which a gap
 !> closes impulses act between blocks that are rigid for that instant (Newton's law):

@@ -33,7 +33,7 @@ module rockdda_stepping_newton
    private
    public :: newton_type, newton_report_type, conditions_type
 
-   !> What of the equations is new since the last solve.
+   !> The parts of the equations that are new since the last solve.
    type :: change_enum
       integer :: nothing = 0    !! a solve that has paused continues
       integer :: friction = 1   !! friction forces found within the round
@@ -128,7 +128,7 @@ contains
                call judge(is_end=.true., again=.false.)
             end if
             call times%lap(phase%judge)
-            ! so many shortened rounds in a row lead nowhere: a shorter step will
+            ! that number of shortened rounds in a row lead nowhere: a shorter step will
             if (n_shortened >= max(method%least_patience, &
                                    nint(method%patience*context%parameters%max_open_close)) .and. &
                 .not. (conditions%at_floor .or. conditions%slack > 0)) return

@@ -23,7 +23,7 @@ module rockdda_stepping_sleep
    private
    public :: fall_asleep, wake_disturbed
 
-   !> A block sleeps after so many calm steps in a row, or sooner when it can be expected to stay calm for the rest.
+   !> A block sleeps after this number of calm steps in a row, or sooner when it is likely to stay calm for the rest.
    integer, parameter :: calm_steps = 10
    !> Instead of this number: a block asleep that wakes with the next step.
    integer, parameter :: disturbed = -1

@@ -408,7 +408,7 @@ contains
       self%places = places
    end subroutine show_blocks
 
-   !> How far the first search of a step looks [length].
+   !> The distance of the first search of a step [length].
    real(wp) function first_reach(self, context, control, dt) result(reach)
       class(contact_finder_type), intent(in) :: self
       type(step_context_type), intent(in) :: context
@@ -419,7 +419,7 @@ contains
          context%blocks, self%search%newborn), context%parameters%w0))
    end function first_reach
 
-   !> How far to look when the motion found is too large for the contacts that were found [length].
+   !> The distance to search when the motion found is too large for the contacts that were found [length].
    pure real(wp) function longer_reach(reach, displacement, w0)
       real(wp), intent(in) :: reach          !! of the search before [length]
       real(wp), intent(in) :: displacement   !! largest of any vertex [length]

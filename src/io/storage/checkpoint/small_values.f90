@@ -137,7 +137,7 @@ contains
       n = m
    end subroutine append
 
-   !> Read the index, after all values are in place. .false. when it is no index of so many values.
+   !> Read the index, after all values are in place. .false. when it is no index of that number of values.
    logical function take_index(self) result(ok)
       class(small_values_type), intent(inout) :: self
       integer :: i, n, first, ends

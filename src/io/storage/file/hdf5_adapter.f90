@@ -291,7 +291,7 @@ contains
       if (is_valid(H5T_NATIVE_CHARACTER) <= 0) call h5open_f(status)
       if (status == 0) call h5eset_auto_f(0, status)
       if (status == 0) call h5pcreate_f(H5P_FILE_ACCESS_F, access, status)
-      ! the oldest layout that serves, by default in HDF5 1: the driver and the reader of the package know no other
+      ! the oldest layout that serves, by default in HDF5 1: the driver and the reader of the package read no other
       if (status == 0) call h5pset_libver_bounds_f(access, H5F_LIBVER_EARLIEST_F, H5F_LIBVER_LATEST_F, status)
       if (status == 0) call h5pset_fclose_degree_f(access, H5F_CLOSE_STRONG_F, status)
       if (status == 0) call h5pset_cache_f(access, 0, cached_chunks, cached_bytes, 0.75, status)

@@ -14,7 +14,7 @@
  * end of the last commit, to which nothing in the file refers yet, is written before the commit.
  *
  * The undo file holds the pages of the results that have changed since the last checkpoint, as they were then. It
- * reaches the disk before the results are changed, so that they can be restored exactly, whatever ended the run:
+ * reaches the disk before the results are changed, so that they can be restored exactly, however the run ended:
  *
  *   header  "RDDAUND2", length of the results then (8 bytes), digest of the checkpoint (32), checksum (8)
  *   count   number of the finished records (8), checksum (8)

@@ -27,7 +27,7 @@ typedef H5O_info_t object_info_t;
 enum { DEEPEST = 8, MOST_ATTRIBUTES = 1000, MOST_VALUES = 1000000, LARGEST_CHUNK = 1 << 26 };
 
 /* Deflate packs at most 1032 bytes into one. What is stored is added up, which takes time in large files, only for a
- * data set of more bytes than this, and than so many times the file. */
+ * data set of more bytes than this, and than this multiple of the file. */
 static const double best_compression = 1032, small = 1 << 26, usual_compression = 16;
 
 typedef struct {

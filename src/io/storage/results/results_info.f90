@@ -92,7 +92,7 @@ contains
 
    contains
 
-      !> Is it a file of results, of a format that this program knows?
+      !> Is it a file of results, of a format that this program reads?
       subroutine check_format(version)
          integer, intent(inout) :: version
          character(len=:), allocatable :: format

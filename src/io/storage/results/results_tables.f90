@@ -96,7 +96,7 @@ module rockdda_io_results_tables
       integer :: row(3) = 0                  !! shape of a row, Fortran order: numbers, per%..., 0 behind the last
       character(len=70) :: dimensions = ''   !! ', ' between those of several columns; '': a pure number
       integer :: since = always
-      logical :: is_double = .true.          !! whatever the precision
+      logical :: is_double = .true.          !! at any precision
       logical :: only_filled = .false.       !! no table in the file when rows have no entries
    end type table_type
 

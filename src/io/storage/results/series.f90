@@ -30,7 +30,7 @@ module rockdda_io_series
    integer, parameter :: least_chunks = 4
    !> Entries to read at a time.
    integer(i8), parameter :: most_read = 1048576
-   !> Room in memory beyond so many entries is taken as it is needed, and given back.
+   !> Room in memory beyond this number of entries is taken as it is needed, and given back.
    integer, parameter :: large_room = 131072
 
    type :: series_type
@@ -213,7 +213,7 @@ contains
       self%n_waiting = self%n_waiting + n_rows
    end subroutine store
 
-   !> Take memory for so many values, those there are kept.
+   !> Take memory for a number of values, those there are kept.
    pure subroutine make_room(self, needed)
       class(series_type), intent(inout) :: self
       integer, intent(in) :: needed
