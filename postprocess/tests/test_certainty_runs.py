@@ -105,7 +105,7 @@ def test_a_reliability_is_that_of_the_closed_form(folder, capsys):
     assert answer_of(folder / "full_reliability", "reliability") == first
     again = reliability(SLAB, VARY, back_analysis=1.0, jobs=1, output="again")
     assert answer_of(folder / "again", "reliability") == first
-    assert "Spend money on plane.cohesion: to know" in again.verdict
+    assert "Spend money on plane.cohesion: measured exactly" in again.verdict
     unsure = replace(again, sensitivity_interval=dict.fromkeys(again.sensitivity, (0.3, 0.7)))
     assert "plane.cohesion (or tan(plane.friction): the runs do not separate them): measured exactly" in unsure.verdict
     assert len(again.table) == 30
