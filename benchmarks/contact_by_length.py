@@ -49,9 +49,8 @@ invariant. The table is made by `benchmarks/contact_by_length.py`; what is not m
 - T20, T21 with steps: the block lies on its base at the start. One that is put 0.1 to 1 mm above it falls and bounces
   at its corners while it hardly slides; friction then lags once, by some 0.02 m/s, whatever g0 and the step: 0.7 to
   2.3 % of the distance where the base tilts it, and 0.04 % when it starts with 1 m/s.
-- T23: five piles at each step, not twenty. At 0.1 and 0.2 ms one of 2,000 pairs each gained energy with an earlier
-  program; these steps were not run again.
-- All rows were computed with the program of 23 November 2026.
+- T23: five piles at each step, not twenty.
+- All rows were computed with the program of 30 November 2026.
 - Slopes: the bound is that of equilibrium with friction on all edges (linear programming); strength is the tangent of
   the bound's friction angle over that of the angle at which the slope moves.
 """

@@ -93,7 +93,7 @@ def rows(quick: bool = False) -> list[Row]:
     """Pairs and piles."""
     found = []
     per_step = 5 if quick else 100
-    for dt in (0.0005, 0.001, 0.002, 0.005):
+    for dt in (0.0001, 0.0002, 0.0005, 0.001, 0.002, 0.005):
         ratios, failures = [], 0
         for seed in range(per_step):
             try:
