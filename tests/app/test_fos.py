@@ -116,6 +116,19 @@ class Values(FosTest):
         self.assertEqual(result["search"], "strength")
         self.assertEqual(result["mechanism"], {"blocks": [1], "kind": "sliding"})
 
+    def test_a_coarse_tolerance_of_the_stage_does_not_take_slides_for_rest(self):
+        """3.24 with a tolerance of 0.1 and 7.99 with 0.2, since a block that slid slowly was stable."""
+        rest = "&stage until = 'equilibrium', tolerance = {} /\n"
+        plain = self.without_time(self.search(self.block(slope(20), friction=35, more=rest.format(1e-5))))
+        for tolerance in (0.1, 0.5):
+            text = rest.format(tolerance)
+            found = self.without_time(self.search(self.block(slope(20), friction=35, more=text)))
+            self.assertEqual(found["factor"], plain["factor"])
+        # the stages before the last end as the model has them
+        first = "&stage until = 'equilibrium', tolerance = 0.2 /\n"
+        found = self.search(self.block(slope(20), friction=35, more=first + rest.format(1e-5)))
+        self.assert_between(found, math.tan(math.radians(35)) / math.tan(math.radians(20)))
+
     def test_base_does_not_move_before_its_stage(self):
         """Motion of the base begins with the stage 'shaken', behind that of the search."""
         self.write("record.csv", "t, a\n0, -2\n1, -2\n2, -2\n")
