@@ -42,6 +42,38 @@ class Messages(ProgramTest):
                 )
                 self.assertEqual(len(found), 1)
 
+    def test_an_option_in_two_groups_is_told_with_both_places(self):
+        run = "&run steps = 1 /\n"
+        again = "gravity: given again in another &load, the last one counts; before: a.nml:4:7"
+        self.assertEqual(self.problems((run, run + "&load gravity = 5 /\n"), level="warning"), [again])
+        more = "&contact formulation = 'length' /\n&contact stiffness = 1e10 /\n"
+        self.assertEqual(self.problems((run, run + more), level="warning"), [])
+
+    def test_a_change_that_is_given_again_in_its_stage_is_told(self):
+        stages = "&stage name = 'a', until = 'equilibrium' /\n&stage name = 'b', until = 'equilibrium' /\n"
+        region = "&region name = '{0}', box = 0,0, 4,2 /\n"
+        joint = "&change stage = '{}', joint_material = {}, {} /\n"
+        block = "&change stage = '{}', {}, {} /\n"
+        base = stages + region.format("p") + region.format("q")
+
+        def told(first, second):
+            text = first + base + second
+            return self.problems(("&run steps = 1 /\n", text), ("number = 1, friction", "number = 1, name = 'j', friction"),
+                                 level="warning")
+
+        for first, second, names in (
+            (joint.format("b", 1, "friction = 20"), joint.format("B", "'j'", "friction = 30"), "friction of the same material"),
+            (joint.format("b", 1, "friction = 20"), joint.format("a", 1, "friction = 30"), ""),
+            (joint.format("b", 1, "friction = 20"), joint.format("b", 1, "cohesion = 3e3"), ""),
+            (block.format("b", "region = 'p'", "young = 1e9"), block.format("b", "region = 'q, p'", "young = 2e9"),
+             "young of the same region"),
+            (block.format("b", "region = 'p'", "young = 1e9"), block.format("b", "region = 'q'", "young = 2e9"), ""),
+            (block.format("b", "region = 'p'", "young = 1e9"), block.format("b", "block_material = 1", "young = 2e9"), ""),
+        ):  # fmt: skip
+            with self.subTest(first=first, second=second):
+                text = f"&change: {names} is given again in the stage, the last one counts; before: a.nml:6:1"
+                self.assertEqual(told(first, second), [text] if names else [])
+
     def test_a_malformed_value_is_not_missing_too(self):
         self.assertEqual(
             self.problems(("friction = 38", "friction = 38x")), ["friction: expected a number, found '38x'"]
