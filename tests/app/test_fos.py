@@ -765,6 +765,26 @@ class Designs(FosTest):
             truth = Loads.slides / (20 * load * strength)
             self.assertAlmostEqual(found[1], truth, delta=0.003 * truth)
 
+    def test_factors_that_make_joints_stronger_are_refused(self):
+        self.block(slope(20), friction=35)
+        for name in ("friction", "cohesion", "tension"):
+            outcome = self.run_program("fos", "block.nml", "--factors", f"{name} = 0.5")
+            self.assertFails(
+                outcome,
+                2,
+                f"rockdda: error: option --factors: {name}: strengths are divided by their factor, which is at least "
+                "1; found 0.5, with which joints would be stronger",
+            )
+
+    def test_a_tolerance_beyond_the_beginning_is_refused(self):
+        self.block(slope(20), friction=35)
+        begin = ((), "2", "1"), (("--from", "1.5"), "1.5", "1.5"), (("--search", "gravity"), "1", "1")
+        for more, tolerance, start in begin:
+            outcome = self.run_program("fos", "block.nml", "--tolerance", tolerance, *more)
+            self.assertEqual(outcome.code, 2)
+            text = f"option --tolerance: {tolerance} must be less than the value where the search begins, {start}"
+            self.assertIn(text, outcome.err)
+
     def test_cohesion_and_friction_have_factors_of_their_own(self):
         weight, angle = 2 * 2400 * 9.81, math.radians(30)
         self.block(slope(30), friction=20, cohesion=10e3)
