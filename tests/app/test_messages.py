@@ -64,15 +64,16 @@ class Messages(ProgramTest):
                 level="warning",
             )
 
+        friction = "friction of the same material"
+        young = block.format("b", "region = 'p'", "young = 1e9")
         for first, second, names in (
-            (joint.format("b", 1, "friction = 20"), joint.format("B", "'j'", "friction = 30"), "friction of the same material"),
+            (joint.format("b", 1, "friction = 20"), joint.format("B", "'j'", "friction = 30"), friction),
             (joint.format("b", 1, "friction = 20"), joint.format("a", 1, "friction = 30"), ""),
             (joint.format("b", 1, "friction = 20"), joint.format("b", 1, "cohesion = 3e3"), ""),
-            (block.format("b", "region = 'p'", "young = 1e9"), block.format("b", "region = 'q, p'", "young = 2e9"),
-             "young of the same region"),
-            (block.format("b", "region = 'p'", "young = 1e9"), block.format("b", "region = 'q'", "young = 2e9"), ""),
-            (block.format("b", "region = 'p'", "young = 1e9"), block.format("b", "block_material = 1", "young = 2e9"), ""),
-        ):  # fmt: skip
+            (young, block.format("b", "region = 'q, p'", "young = 2e9"), "young of the same region"),
+            (young, block.format("b", "region = 'q'", "young = 2e9"), ""),
+            (young, block.format("b", "block_material = 1", "young = 2e9"), ""),
+        ):
             with self.subTest(first=first, second=second):
                 text = f"&change: {names} is given again in the stage, the last one counts; before: a.nml:6:1"
                 self.assertEqual(told(first, second), [text] if names else [])
