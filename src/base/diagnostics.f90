@@ -11,7 +11,7 @@ module rockdda_base_diagnostics
    use rockdda_base_error, only : error_type, error_code, make_error
    implicit none
    private
-   public :: origin_type, diagnostic_type, diagnostics_type, severity, severity_names, max_shown, at_word
+   public :: origin_type, diagnostic_type, diagnostics_type, severity, severity_names, max_shown, at_word, place_text
 
    !> Where a value came from. line = 0: the file as a whole; empty file: no file (made in memory).
    type :: origin_type
@@ -91,6 +91,13 @@ contains
       end do
       place%column = at - 1
    end function at_word
+
+   !> "file:line:column", for a message about another place.
+   pure function place_text(origin) result(text)
+      type(origin_type), intent(in) :: origin
+      character(len=:), allocatable :: text
+      text = origin%file//':'//to_string(origin%line)//':'//to_string(origin%column)
+   end function place_text
 
    !> Add one message.
    subroutine add_diagnostic(self, level, message, origin, summary)

@@ -1,13 +1,14 @@
 ! SPDX-License-Identifier: MIT
 !> What a model has that hardly can be meant: splinters (blocks far thinner than the others, as joints that nearly
-!> coincide cut them off), a surcharge that no traction carries, a reset of nothing, water far above.
+!> coincide cut them off), a surcharge that no traction carries, a reset of nothing, an acceleration as a factor on the
+!> weight, joints that no test gives, water far above.
 !>
 !> What cannot be in the units of a model and is not in its options: the extent of the geometry,
 !> a gravity that is too large for it, and the values of an
 !> analysis file that a labelled file names.
 module rockdda_check_unlikely
-   use rockdda_base_kinds, only : wp
-   use rockdda_base_diagnostics, only : diagnostics_type, severity, origin_type
+   use rockdda_base_kinds, only : wp, pi
+   use rockdda_base_diagnostics, only : at_word, diagnostics_type, severity, origin_type
    use rockdda_base_strings, only : is_given, to_string
    use rockdda_model_blocks, only : block_system_type
    use rockdda_model_options, only : is_set, run_options_type
@@ -27,6 +28,10 @@ module rockdda_check_unlikely
 
    !> Tractions that differ from the stress under the surface by less are rounded.
    real(wp), parameter :: rounding = 0.02_wp
+   !> Largest factor on the weight that is no acceleration by mistake.
+   real(wp), parameter :: largest_factor = 3.0_wp
+   !> Joint roughness coefficient of the roughest profile of Barton and Choubey (1977).
+   real(wp), parameter :: roughest = 20.0_wp
    !> Heights of the model by which water may stand above it.
    real(wp), parameter :: most_heights = 2
 
@@ -45,6 +50,8 @@ contains
       call check_splinters(blocks, parameters%units, messages)
       call check_surcharge(blocks, parameters, messages)
       call check_first_reset(parameters, messages)
+      call check_weight_factors(parameters, messages)
+      call check_strength(blocks, parameters, messages)
       call check_water_tables(blocks, parameters, messages)
    end subroutine check_ground
 
@@ -136,6 +143,47 @@ contains
          'effect in the first stage: displacements count from the start of a stage. To leave out those of this '// &
          'stage, give it to the next one', parameters%stages(1)%origin)
    end subroutine check_first_reset
+
+   !> Warn of factors on the weight that seem to be accelerations.
+   subroutine check_weight_factors(parameters, messages)
+      type(parameters_type), intent(in) :: parameters
+      type(diagnostics_type), intent(inout) :: messages
+      integer :: i
+      if (.not. allocated(parameters%stages)) return
+      do i = 1, size(parameters%stages)
+         associate (stage => parameters%stages(i))
+            if (stage%gravity <= largest_factor) cycle
+            call messages%add(severity%warning, '&stage: gravity = '//to_string(stage%gravity)//' is a factor on '// &
+                              'the weight, not an acceleration: blocks weigh '//to_string(stage%gravity, 4)// &
+                              ' times as much in this stage; 1 is the weight of &load', &
+                              at_word(stage%origin, 'gravity'))
+         end associate
+      end do
+   end subroutine check_weight_factors
+
+   !> Warn of joints that no test gives: too rough, or with a tension beyond the apex of the line of Mohr and Coulomb,
+   !> where no shear strength is left.
+   subroutine check_strength(blocks, parameters, messages)
+      type(block_system_type), intent(in) :: blocks
+      type(parameters_type), intent(in) :: parameters
+      type(diagnostics_type), intent(inout) :: messages
+      real(wp) :: tangent
+      integer :: i
+      do i = 1, size(parameters%joint_materials)
+         if (.not. any(blocks%edge_joint == i)) cycle
+         associate (m => parameters%joint_materials(i))
+            if (m%jrc > roughest) call messages%add(severity%warning, 'joint material '//to_string(i)//': jrc = '// &
+               to_string(m%jrc, 4)//': the roughest profile has '//to_string(roughest), m%origin)
+            tangent = tan(m%friction_angle*pi/180)
+            if (m%tie .or. .not. m%cohesion > 0) cycle
+            if (m%tension*tangent <= (1 + rounding)*m%cohesion) cycle
+            call messages%add(severity%warning, 'joint material '//to_string(i)//': tension = '// &
+                              parameters%shown(m%tension, 'stress')//' is more than cohesion/tan(friction) = '// &
+                              parameters%shown(m%cohesion/tangent, 'stress')//', where no shear strength is left', &
+                              m%origin)
+         end associate
+      end do
+   end subroutine check_strength
 
    !> A warning for each splinter, with number, place and thickness; one for all in a run.
    subroutine check_splinters(blocks, units, messages)

@@ -149,6 +149,19 @@ class Values(FosTest):
             result = self.search("block.nml", "--joints", "j", "--force")
             self.assert_between(result, math.tan(math.radians(15)) / math.tan(math.radians(20)))
 
+    def test_a_coarse_tolerance_of_the_stage_does_not_take_slides_for_rest(self):
+        """3.24 with a tolerance of 0.1 and 7.99 with 0.2, since a block that slid slowly was stable."""
+        rest = "&stage until = 'equilibrium', tolerance = {} /\n"
+        plain = self.without_time(self.search(self.block(slope(20), friction=35, more=rest.format(1e-5))))
+        for tolerance in (0.1, 0.5):
+            text = rest.format(tolerance)
+            found = self.without_time(self.search(self.block(slope(20), friction=35, more=text)))
+            self.assertEqual(found["factor"], plain["factor"])
+        # the stages before the last end as the model has them
+        first = "&stage until = 'equilibrium', tolerance = 0.2 /\n"
+        found = self.search(self.block(slope(20), friction=35, more=first + rest.format(1e-5)))
+        self.assert_between(found, math.tan(math.radians(35)) / math.tan(math.radians(20)))
+
     def test_base_does_not_move_before_its_stage(self):
         """Motion of the base begins with the stage 'shaken', behind that of the search."""
         self.write("record.csv", "t, a\n0, -2\n1, -2\n2, -2\n")
@@ -784,6 +797,26 @@ class Designs(FosTest):
             self.assertEqual(found[0], "no" if code else "yes")
             truth = Loads.slides / (20 * load * strength)
             self.assertAlmostEqual(found[1], truth, delta=0.003 * truth)
+
+    def test_factors_that_make_joints_stronger_are_refused(self):
+        self.block(slope(20), friction=35)
+        for name in ("friction", "cohesion", "tension"):
+            outcome = self.run_program("fos", "block.nml", "--factors", f"{name} = 0.5")
+            self.assertFails(
+                outcome,
+                2,
+                f"rockdda: error: option --factors: {name}: strengths are divided by their factor, which is at least "
+                "1; found 0.5, with which joints would be stronger",
+            )
+
+    def test_a_tolerance_beyond_the_beginning_is_refused(self):
+        self.block(slope(20), friction=35)
+        begin = ((), "2", "1"), (("--from", "1.5"), "1.5", "1.5"), (("--search", "gravity"), "1", "1")
+        for more, tolerance, start in begin:
+            outcome = self.run_program("fos", "block.nml", "--tolerance", tolerance, *more)
+            self.assertEqual(outcome.code, 2)
+            text = f"option --tolerance: {tolerance} must be less than the value where the search begins, {start}"
+            self.assertIn(text, outcome.err)
 
     def test_cohesion_and_friction_have_factors_of_their_own(self):
         weight, angle = 2 * 2400 * 9.81, math.radians(30)

@@ -42,6 +42,61 @@ class Messages(ProgramTest):
                 )
                 self.assertEqual(len(found), 1)
 
+    def test_an_option_in_two_groups_is_told_with_both_places(self):
+        run = "&run steps = 1 /\n"
+        again = "gravity: given again in another &load, the last one counts; before: a.nml:4:7"
+        self.assertEqual(self.problems((run, run + "&load gravity = 5 /\n"), level="warning"), [again])
+        more = "&contact formulation = 'length' /\n&contact stiffness = 1e10 /\n"
+        self.assertEqual(self.problems((run, run + more), level="warning"), [])
+
+    def test_a_change_that_is_given_again_in_its_stage_is_told(self):
+        stages = "&stage name = 'a', until = 'equilibrium' /\n&stage name = 'b', until = 'equilibrium' /\n"
+        region = "&region name = '{0}', box = 0,0, 4,2 /\n"
+        joint = "&change stage = '{}', joint_material = {}, {} /\n"
+        block = "&change stage = '{}', {}, {} /\n"
+        base = stages + region.format("p") + region.format("q")
+
+        def told(first, second):
+            text = first + base + second
+            return self.problems(
+                ("&run steps = 1 /\n", text),
+                ("number = 1, friction", "number = 1, name = 'j', friction"),
+                level="warning",
+            )
+
+        friction = "friction of the same material"
+        young = block.format("b", "region = 'p'", "young = 1e9")
+        for first, second, names in (
+            (joint.format("b", 1, "friction = 20"), joint.format("B", "'j'", "friction = 30"), friction),
+            (joint.format("b", 1, "friction = 20"), joint.format("a", 1, "friction = 30"), ""),
+            (joint.format("b", 1, "friction = 20"), joint.format("b", 1, "cohesion = 3e3"), ""),
+            (young, block.format("b", "region = 'q, p'", "young = 2e9"), "young of the same region"),
+            (young, block.format("b", "region = 'q'", "young = 2e9"), ""),
+            (young, block.format("b", "block_material = 1", "young = 2e9"), ""),
+        ):
+            with self.subTest(first=first, second=second):
+                text = f"&change: {names} is given again in the stage, the last one counts; before: a.nml:6:1"
+                self.assertEqual(told(first, second), [text] if names else [])
+
+    def test_an_acceleration_as_the_factor_of_a_stage_is_told(self):
+        for factor, told in ((9.81, 1), (3, 0), (0.5, 0), (-1, 0)):
+            stage = f"&stage gravity = {factor}, until = 'equilibrium' /\n"
+            found = self.problems(("&run steps = 1 /\n", stage), level="warning")
+            self.assertEqual(["is a factor on the weight, not an acceleration" in one for one in found], [True] * told)
+
+    def test_joints_that_no_test_gives_are_told(self):
+        def told(more):
+            return self.problems(("friction = 38", more), level="warning")
+
+        law = "law = 'barton_bandis', jcs = 50e6, residual_friction = 25, jrc = {}"
+        self.assertEqual(told(law.format(25)), ["joint material 1: jrc = 25: the roughest profile has 20"])
+        self.assertEqual(told(law.format(20)), [])
+        apex = "joint material 1: tension = 100 kPa is more than cohesion/tan(friction) = 12.8 kPa, where no shear "
+        bond = "friction = 38, cohesion = {}, tension = {}"
+        self.assertEqual(told(bond.format("1e4", "1e5")), [apex + "strength is left"])
+        self.assertEqual(told(bond.format("1e5", "1.28e5")), [])
+        self.assertEqual(told(bond.format("1e4", "1e5").replace("38", "0")), [])
+
     def test_a_malformed_value_is_not_missing_too(self):
         self.assertEqual(
             self.problems(("friction = 38", "friction = 38x")), ["friction: expected a number, found '38x'"]

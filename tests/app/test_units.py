@@ -60,7 +60,9 @@ class Units(ProgramTest):
             self.write("block.dc", in_millimetres(splinter) if units == "mm" else splinter)
             outcome = self.check(values | soft[units], units)
             self.assertEqual(outcome.code, 0, outcome.err)
-            told.append(re.sub(r" at \(\S+ \S+\)", " at PLACE", re.sub(r"\n    .*", "", outcome.err)))
+            # what seems to be in another unit is told in those of the file
+            said = re.sub(r"m\.nml:\S+ warning: young: .* is unlikely.*\n", "", re.sub(r"\n    .*", "", outcome.err))
+            told.append(re.sub(r" at \(\S+ \S+\)", " at PLACE", said))
         self.assertIn("is 3 mm thick", told[0])
         self.assertIn("is 1 MPa: the weight of the model, ", told[0])
         self.assertIn("kN/m³ times its height 2 m", told[0])
@@ -155,6 +157,20 @@ class Units(ProgramTest):
         outcome = self.run_program("run", "m.nml")
         self.assertEqual(outcome.code, 2)
         self.assertIn("m.nml:3:41: error: friction: 0.6 degrees cannot be: it is in radians, give 34.38", outcome.err)
+
+    def test_values_of_soil_and_foam_are_told(self):
+        """26 kg/m3, a weight in kN/m3, and 30 MPa for 30 GPa were taken without a word."""
+        for units, values, changed, name, cause in (
+            ("SI", SI, {"density": "26"}, "density", "it seems to be in kN/m3, a unit weight, .* where it is 2650"),
+            ("SI", SI, {"young": "30e6"}, "young", "it seems to be in kPa, .* where it is 3e\\+10"),
+            ("kN", KN, {"young": "30e3"}, "young", "it seems to be in MPa, .* where it is 3e\\+07"),
+        ):
+            with self.subTest(units=units, **changed):
+                outcome = self.check(values | changed, units)
+                self.assertEqual(outcome.code, 0, outcome.err)
+                self.assertRegex(outcome.err, f"warning: {name}: .* is unlikely, usual are .*: {cause}")
+        for sound in ({}, {"density": "2000", "young": "5e7"}, {"density": "500", "young": "1e10"}):
+            self.assertNotIn("is unlikely", self.check(SI | sound).err)
 
     def test_materials_of_all_trades_are_taken(self):
         """Wide bounds: density and E of foam, wood, peat, soil, masonry, concrete, rock, steel, rigid blocks."""

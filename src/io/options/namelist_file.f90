@@ -4,7 +4,7 @@
 module rockdda_io_namelist_file
    use rockdda_base_kinds, only : wp
    use rockdda_base_strings, only : to_string
-   use rockdda_base_diagnostics, only : diagnostics_type, severity, at_word
+   use rockdda_base_diagnostics, only : diagnostics_type, severity, at_word, place_text
    use rockdda_model_analysis_input, only : joint_material_type
    use rockdda_model_joint_options, only : describe_joint
    use rockdda_model_option_rows, only : option_rows_type, has_value
@@ -15,9 +15,9 @@ module rockdda_io_namelist_file
    use rockdda_io_record_reader, only : append_in_order
    use rockdda_model_bolt_numbers, only : bolt_problem
    use rockdda_model_support_options, only : liner_problem
-   use rockdda_model_regions, only : same_name
+   use rockdda_model_regions, only : count_words, same_name, word_of
    use rockdda_model_stage_options, only : stage_name, seeks_equilibrium, has_end, is_given, stage_number, &
-      confirming_steps
+      confirming_steps, describe_new_values
    use rockdda_io_source, only : source_type, read_source
    use rockdda_base_suggest, only : did_you_mean
    implicit none
@@ -26,6 +26,10 @@ module rockdda_io_namelist_file
 
    !> Defaults of &stage: what differs was given.
    type(stage_type), parameter :: default = stage_type()
+
+   !> Options of &change that name what changes, and when.
+   character(len=*), parameter :: names_of_subjects(6) = [character(len=14) :: 'stage', 'joint_material', &
+                                                          'block_material', 'region', 'liner', 'name']
 
    !> A group of a file as it stands there.
    type :: given_group_type
@@ -69,6 +73,9 @@ contains
          if (len(problem) > 0) call namelist%messages%add(severity%error, '&liner: '//problem, options%liners(i)%origin)
       end do
       call check_stages(options%stages, options%changes, namelist%messages)
+      do i = 2, size(options%changes)
+         call check_given_again(options, i, namelist%messages)
+      end do
       call check_base_stage(options%stages, options%base, namelist%messages)
       call append_in_order(messages, namelist%messages)
    end subroutine read_options_source
@@ -294,5 +301,76 @@ contains
       end subroutine fail
 
    end subroutine check_change
+
+   !> Warn of what change i and one before it give the same material, region or lining in the same stage.
+   subroutine check_given_again(options, i, messages)
+      type(run_options_type), intent(in) :: options
+      integer, intent(in) :: i
+      type(diagnostics_type), intent(inout) :: messages
+      type(option_rows_type) :: before, now
+      type(change_type) :: earlier, change
+      integer :: k, r
+      change = options%changes(i)
+      call describe_change(now, change)
+      do k = i - 1, 1, -1
+         earlier = options%changes(k)
+         if (.not. same_subject()) cycle
+         before = option_rows_type()
+         call describe_change(before, earlier)
+         do r = 1, now%n
+            if (any(names_of_subjects == now%rows(r)%name) .and. .not. &
+                (now%rows(r)%name == 'block_material' .and. is_given(change%region))) cycle
+            if (.not. (has_value(now%rows(r)) .and. has_value(before%rows(r)))) cycle
+            call messages%add(severity%warning, '&change: '//now%rows(r)%name//' of the same '//subject()// &
+                              ' is given again in the stage, the last one counts; before: '// &
+                              place_text(earlier%origin), change%origin)
+         end do
+      end do
+
+   contains
+
+      !> The rows of a change.
+      subroutine describe_change(table, one)
+         type(option_rows_type), intent(inout) :: table
+         type(change_type), intent(inout) :: one
+         call describe_new_values(table, one)
+         call describe_joint(table, one%joint)
+      end subroutine describe_change
+
+      !> Do both change the same from the same stage on?
+      logical function same_subject()
+         integer :: a, b
+         same_subject = .false.
+         if (.not. (is_given(change%stage) .and. is_given(earlier%stage))) return
+         if (.not. same_name(change%stage, earlier%stage)) return
+         if (is_given(change%region)) then
+            if (.not. is_given(earlier%region)) return
+            do a = 1, count_words(change%region)
+               do b = 1, count_words(earlier%region)
+                  same_subject = same_subject .or. same_name(word_of(change%region, a), word_of(earlier%region, b))
+               end do
+            end do
+         else if (is_given(earlier%region)) then
+            return
+         else if (is_given(change%liner) .and. is_given(earlier%liner)) then
+            same_subject = same_name(change%liner, earlier%liner)
+         else if (is_given(change%joint_material) .and. is_given(earlier%joint_material)) then
+            same_subject = number_of_material(change%joint_material, options%joint_materials) == &
+                           number_of_material(earlier%joint_material, options%joint_materials)
+         else if (is_given(change%block_material) .and. is_given(earlier%block_material)) then
+            same_subject = number_of_material(change%block_material, options%block_materials) == &
+                           number_of_material(earlier%block_material, options%block_materials)
+         end if
+      end function same_subject
+
+      !> What it is.
+      function subject() result(text)
+         character(len=:), allocatable :: text
+         text = 'material'
+         if (is_given(change%region)) text = 'region'
+         if (is_given(change%liner)) text = 'lining'
+      end function subject
+
+   end subroutine check_given_again
 
 end module rockdda_io_namelist_file

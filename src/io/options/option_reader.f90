@@ -4,7 +4,7 @@
 module rockdda_io_option_reader
    use rockdda_base_kinds, only : wp
    use rockdda_base_strings, only : to_string
-   use rockdda_base_diagnostics, only : severity
+   use rockdda_base_diagnostics, only : place_text, severity
    use rockdda_model_option, only : option_type, option_kind, list_rule, choice, columns_of, in_bounds, n_choices, &
                                     name_length
    use rockdda_model_option_rows, only : option_rows_type
@@ -182,24 +182,24 @@ contains
    end subroutine read_row
 
    !> Move to the next entry of this option; false when there is none. One that is missing, and one that is given
-   !> again in the same group, are reported here.
+   !> again, are reported here.
    logical function next(self, row, cursor, entry)
       type(option_reader_type), intent(inout) :: self
       type(option_type), intent(in) :: row
       type(cursor_type), intent(inout) :: cursor
       type(entry_type), pointer, intent(out) :: entry  !! null when there is none
+      type(cursor_type) :: before
       integer :: k, i
       entry => null()
       next = .true.
+      before = cursor
       do i = cursor%member, size(self%element)
          associate (group => self%namelist%groups(self%element(i)))
             do k = cursor%entry + 1, group%n
                if (group%entries(k)%name /= row%name) cycle
-               if (cursor%entry > 0 .and. .not. row%adds_up) call self%namelist%messages%add(severity%warning, &
-                  row%name//': given again in the same group, the last one counts', &
-                  self%namelist%origin(group%entries(k)%place))
                self%known_entry(self%offset(self%element(i)) + k) = .true.
                cursor = cursor_type(i, k, .false.)
+               if (.not. (before%first .or. row%adds_up)) call report_again(self, row%name, before, cursor)
                entry => self%namelist%groups(self%element(i))%entries(k)
                return
             end do
@@ -210,6 +210,28 @@ contains
       end do
       next = .false.
    end function next
+
+   !> Report an option that is given again, in the same group or in another one of its name.
+   subroutine report_again(self, name, before, cursor)
+      type(option_reader_type), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      type(cursor_type), intent(in) :: before, cursor
+      character(len=:), allocatable :: text
+      text = ': given again in the same group, the last one counts'
+      if (cursor%member > before%member) &
+         text = ': given again in another &'//self%group//', the last one counts; before: '// &
+                place_text(self%namelist%origin(place_of(before)))
+      call self%namelist%messages%add(severity%warning, name//text, self%namelist%origin(place_of(cursor)))
+
+   contains
+
+      !> Where an entry stands.
+      pure integer function place_of(at)
+         type(cursor_type), intent(in) :: at
+         place_of = self%namelist%groups(self%element(at%member))%entries(at%entry)%place
+      end function place_of
+
+   end subroutine report_again
 
    !> Read the value of row i.
    subroutine read_value(self, table, i, entry)

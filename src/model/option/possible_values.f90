@@ -72,9 +72,11 @@ module rockdda_model_possible_values
       bounds_type('spacing_out_of_plane', 'length', 0.02_wp, 200.0_wp, [0.3_wp, 20.0_wp], 'bolt'), &
       bounds_type('stroke', 'length', 1.0e-4_wp, 10.0_wp, [0.02_wp, 2.0_wp], 'bolt')]
 
-   !> Values of joints and of the load that are possible, but in rock below what is usual by a slip of the unit.
-   character(len=16), parameter :: not_small(*) = [character(len=16) :: 'gravity', 'cohesion', 'tension', &
+   !> Values that are possible, but in rock below what is usual by a slip of the unit.
+   character(len=16), parameter :: not_small(*) = [character(len=16) :: 'gravity', 'density', 'cohesion', 'tension', &
       'normal_stiffness', 'shear_stiffness']
+   !> Young's modulus of soils and foam, which no rock has [Pa].
+   real(wp), parameter :: soft = 5.0e7_wp
 
    !> Units in which people give such values, by the size in SI.
    type :: habit_type
@@ -212,6 +214,8 @@ contains
       !> Is the value beyond what is usual where that counts?
       pure logical function is_unlikely()
          is_unlikely = any(not_small == name) .and. si < b%usual(1) .and. .not. scaled
+         ! what no wave could run through is an error
+         if (name == 'young') is_unlikely = si < soft .and. si >= least_speed2*self%density
          if (group == 'liner') is_unlikely = si < b%usual(1) .or. si > b%usual(2)
       end function is_unlikely
 

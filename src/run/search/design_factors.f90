@@ -31,7 +31,8 @@ module rockdda_run_design_factors
 
 contains
 
-   !> Read 'friction = 1.25, load.traffic = 1.3', or 'ec7'. Errors: unknown names, values that are not above 0.
+   !> Read 'friction = 1.25, load.traffic = 1.3', or 'ec7'. Errors: unknown names, values that are not above 0,
+   !> strengths that would be increased.
    subroutine read_factors(text, variable_loads, loads, factors, error)
       character(len=*), intent(in) :: text
       character(len=*), intent(in) :: variable_loads        !! names, for ec7; empty: all that have a name
@@ -87,6 +88,12 @@ contains
          do i = 1, size(factor_names)
             if (factor_names(i) == name) exit
          end do
+         if (i <= 3 .and. value < 1) then
+            call make_error(error, error_code%input, 'option --factors: '//name//': strengths are divided by their '// &
+                            'factor, which is at least 1; found '//to_string(value)//', with which joints would be '// &
+                            'stronger')
+            return
+         end if
          if (i <= 3) factors%strength(i) = value
          if (i == 4) factors%water = value
          if (i <= 4) cycle

@@ -667,7 +667,7 @@ contains
       type(error_type), allocatable, intent(out) :: error
       character(len=:), allocatable :: name
       logical :: has_both
-      real(wp) :: least
+      real(wp) :: least, start
       associate (o => options)
          name = trim(search_names(o%kind))
          has_both = is_set(o%from) .and. is_set(o%to)
@@ -682,6 +682,10 @@ contains
          end if
          select case (o%kind)
          case (search_kind%strength, search_kind%gravity)
+            start = 1
+            if (is_set(o%from)) start = o%from
+            if (.not. (is_set(o%to) .or. tolerance < start)) call make_error(error, error_code%input, 'option --tolerance: '// &
+               to_string(tolerance)//' must be less than the value where the search begins, '//to_string(start))
             if (is_set(o%from) .and. .not. o%from > 0) call make_error(error, error_code%input, &
                'option --from: a search of the '//name//' needs a value above 0')
             if (is_set(o%to) .and. .not. o%to > 0) call make_error(error, error_code%input, &

@@ -2,7 +2,8 @@
 !> The state from which all trials of a search begin: the model at rest at the end of a stage.
 !>
 !> The stages after that one are dropped. Where it does not end with equilibrium, a static stage until equilibrium
-!> follows it; behind that stands the stage of the trial, in which nothing but the searched quantity changes.
+!> follows it; behind that stands the stage of the trial, in which nothing but the searched quantity changes. Neither
+!> has a coarser tolerance than the default, even if the stage has one.
 module rockdda_run_settled_state
    use rockdda_base_error, only : error_type, error_code, make_error
    use rockdda_base_kinds, only : wp
@@ -60,7 +61,9 @@ contains
             stages(last)%kind = 'static'
             stages(last)%k01 = unset_real
          end if
-         settle%tolerance = stages(last)%tolerance
+         ! a coarser tolerance than the default would take blocks that slide slowly for blocks at rest
+         settle%tolerance = min(stages(last)%tolerance, settle%tolerance)
+         stages(last)%tolerance = settle%tolerance
          settle%gravity = stages(last)%gravity
       end if
       if (.not. ends_at_rest(stages)) stages = [stages, settle]
