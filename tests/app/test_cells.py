@@ -94,6 +94,7 @@ class Cantilevers(ProgramTest):
             return "such polygons hardly bend" in outcome.err
 
         self.assertTrue(told(2))
+        self.assertTrue(told(2, size=0.7))
         self.assertTrue(told(4))
         self.assertFalse(told(4, bond=0))
         self.assertFalse(told(4, joint="cohesion = 1e6, tension = 5e5"))

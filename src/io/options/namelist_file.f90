@@ -27,10 +27,6 @@ module rockdda_io_namelist_file
    !> Defaults of &stage: what differs was given.
    type(stage_type), parameter :: default = stage_type()
 
-   !> Options of &change that name what changes, and when.
-   character(len=*), parameter :: names_of_subjects(6) = [character(len=14) :: 'stage', 'joint_material', &
-                                                          'block_material', 'region', 'liner', 'name']
-
    !> A group of a file as it stands there.
    type :: given_group_type
       character(len=:), allocatable :: name
@@ -318,10 +314,8 @@ contains
          before = option_rows_type()
          call describe_change(before, earlier)
          do r = 1, now%n
-            if (any(names_of_subjects == now%rows(r)%name) .and. .not. &
-                (now%rows(r)%name == 'block_material' .and. is_given(change%region))) cycle
             if (.not. (has_value(now%rows(r)) .and. has_value(before%rows(r)))) cycle
-            call messages%add(severity%warning, '&change: '//now%rows(r)%name//' of the same '//subject()// &
+            call messages%add(severity%warning, '&change: '//now%rows(r)%name//' of the same'//subject()// &
                               ' is given again in the stage, the last one counts; before: '// &
                               place_text(earlier%origin), change%origin)
          end do
@@ -329,12 +323,20 @@ contains
 
    contains
 
-      !> The rows of a change.
+      !> The rows of a change, without what it is of; the material of a region is a value.
       subroutine describe_change(table, one)
          type(option_rows_type), intent(inout) :: table
-         type(change_type), intent(inout) :: one
-         call describe_new_values(table, one)
-         call describe_joint(table, one%joint)
+         type(change_type), intent(in) :: one
+         type(change_type) :: values
+         values = one
+         if (allocated(values%stage)) deallocate (values%stage)
+         if (allocated(values%joint_material)) deallocate (values%joint_material)
+         if (allocated(values%block_material) .and. .not. is_given(one%region)) deallocate (values%block_material)
+         if (allocated(values%region)) deallocate (values%region)
+         if (allocated(values%liner)) deallocate (values%liner)
+         if (allocated(values%joint%name)) deallocate (values%joint%name)
+         call describe_new_values(table, values)
+         call describe_joint(table, values%joint)
       end subroutine describe_change
 
       !> Do both change the same from the same stage on?
@@ -366,9 +368,9 @@ contains
       !> What it is.
       function subject() result(text)
          character(len=:), allocatable :: text
-         text = 'material'
-         if (is_given(change%region)) text = 'region'
-         if (is_given(change%liner)) text = 'lining'
+         text = ' material'
+         if (is_given(change%region)) text = ' region'
+         if (is_given(change%liner)) text = ' lining'
       end function subject
 
    end subroutine check_given_again

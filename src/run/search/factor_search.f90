@@ -684,7 +684,8 @@ contains
          case (search_kind%strength, search_kind%gravity)
             start = 1
             if (is_set(o%from)) start = o%from
-            if (.not. (is_set(o%to) .or. tolerance < start)) call make_error(error, error_code%input, 'option --tolerance: '// &
+            if (.not. (is_set(o%to) .or. tolerance < start)) call make_error( &
+               error, error_code%input, 'option --tolerance: '// &
                to_string(tolerance)//' must be less than the value where the search begins, '//to_string(start))
             if (is_set(o%from) .and. .not. o%from > 0) call make_error(error, error_code%input, &
                'option --from: a search of the '//name//' needs a value above 0')
