@@ -175,8 +175,8 @@ class Reliability:
                 rivals = [name for name, _ in ranked[1:] if ends[name][1] > ends[ranked[0][0]][0]]
                 others = f" (or {', '.join(rivals)}: the runs do not separate them)" if rivals else ""
                 yield (
-                    f"Spend money on {ranked[0][0]}{others}: measured exactly it would take {100 * ranked[0][1]:.0f} % of "
-                    "the variance of the factor away."
+                    f"Spend money on {ranked[0][0]}{others}: measured exactly it would take "
+                    f"{100 * ranked[0][1]:.0f} % of the variance of the factor away."
                 )
         if self.surface is not None:
             yield (
