@@ -60,7 +60,8 @@ module rockdda_interaction_joint_response
 
    !> Lengths below this share of w0 are round-off.
    real(wp), parameter, public :: round_off = 1.0e-12_wp
-   !> A joint slides beyond its strength, and by no more than this share of it later for round-off.
+   !> A joint slides beyond its strength, and by no more than this share of it later for round-off; with the rules of DDA
+   !> for Windows by any share.
    real(wp), parameter :: hardly = 1.0e-4_wp
 
    !> Margins, the same for all contacts in an attempt at a step.
@@ -204,7 +205,8 @@ contains
       else
          limit = strength(law, settings, joint, pressing, logical(joint%bonded), slip)
       end if
-      slip_tolerance = min(joint%k_s*settings%round_off, hardly*limit)
+      slip_tolerance = joint%k_s*settings%round_off
+      if (.not. settings%windows_rules) slip_tolerance = min(slip_tolerance, hardly*limit)
       trial = elastic_shear(joint, slip)
       slides = joint%state == contact_state%sliding
       response%state = contact_state%sliding
@@ -278,7 +280,8 @@ contains
                   if (pressing < 0 .and. law%tension > 0) limit = max(0.0_wp, limit + law%friction*pressing)
                end if
             end if
-            margin = min(k_s*settings%round_off, hardly*limit)
+            margin = k_s*settings%round_off
+            if (.not. settings%windows_rules) margin = min(margin, hardly*limit)
             steady(k) = .not. state(c)%tied .and. widest(k) <= settings%open_tolerance .and. table%partner(c) == 0
             if (.not. friction_alone) steady(k) = steady(k) .and. may_be_steady(law)
             if (state(c)%state == contact_state%locked) then
