@@ -167,16 +167,11 @@ def trace_map(seed: int) -> dict:
 
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_trace_maps_run_with_the_template(program, tmp_path, seed):
-    """With g0 = 50 E, contacts at vertices and 5 ms no such map gets beyond its first steps."""
+    """Maps on which runs with g0 = 50 E, contacts at vertices and 5 ms ended in their first steps."""
     (tmp_path / "map.geojson").write_text(json.dumps(trace_map(seed)))
     convert(tmp_path / "map.geojson", tmp_path / "map", template=True)
     done = run(program, "run", "map.nml", "--steps", 12, "--threads", 1, cwd=tmp_path)
     assert done["status"] == "done" and done["blocks"] > 200
-    text = re.sub(r", normal_stiffness = \S+ shear_stiffness = \S+", "", (tmp_path / "map.nml").read_text())
-    text += "&contact formulation = 'vertex', stiffness = 2.5e11 /\n&time dt_max = 0.005, dt_min = 5e-5 /\n"
-    (tmp_path / "old.nml").write_text(text)
-    done = run(program, "run", "old.nml", "--steps", 12, "--threads", 1, cwd=tmp_path)
-    assert done["status"] == "error" and done["steps"] < 12
 
 
 SQUARE = [[0, 0], [2, 0], [2, 2], [0, 2], [0, 0]]

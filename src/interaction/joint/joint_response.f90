@@ -60,9 +60,9 @@ module rockdda_interaction_joint_response
 
    !> Lengths below this share of w0 are round-off.
    real(wp), parameter, public :: round_off = 1.0e-12_wp
-   !> A joint slides beyond its strength, and by no more than this share of it later for round-off; with the rules of DDA
-   !> for Windows by any share.
-   real(wp), parameter :: hardly = 1.0e-4_wp
+   !> A joint slides beyond its strength by at most the first share of it. A strength below the second share of the
+   !> stiffness times what is round-off is none: the joint slides beyond that.
+   real(wp), parameter :: hardly = 1.0e-4_wp, nothing = 1.0e-2_wp
 
    !> Margins, the same for all contacts in an attempt at a step.
    type :: joint_settings_type
@@ -205,8 +205,7 @@ contains
       else
          limit = strength(law, settings, joint, pressing, logical(joint%bonded), slip)
       end if
-      slip_tolerance = joint%k_s*settings%round_off
-      if (.not. settings%windows_rules) slip_tolerance = min(slip_tolerance, hardly*limit)
+      slip_tolerance = slip_margin(settings, joint%k_s, limit)
       trial = elastic_shear(joint, slip)
       slides = joint%state == contact_state%sliding
       response%state = contact_state%sliding
@@ -280,8 +279,7 @@ contains
                   if (pressing < 0 .and. law%tension > 0) limit = max(0.0_wp, limit + law%friction*pressing)
                end if
             end if
-            margin = k_s*settings%round_off
-            if (.not. settings%windows_rules) margin = min(margin, hardly*limit)
+            margin = slip_margin(settings, k_s, limit)
             steady(k) = .not. state(c)%tied .and. widest(k) <= settings%open_tolerance .and. table%partner(c) == 0
             if (.not. friction_alone) steady(k) = steady(k) .and. may_be_steady(law)
             if (state(c)%state == contact_state%locked) then
@@ -295,6 +293,20 @@ contains
          end associate
       end do
    end subroutine map_steady
+
+   !> Shear force beyond the strength of a joint at which it slides.
+   pure real(wp) function slip_margin(settings, k_s, limit) result(margin)
+      type(joint_settings_type), intent(in) :: settings
+      real(wp), intent(in) :: k_s        !! [force/length]
+      real(wp), intent(in) :: limit      !! its strength [force]
+      margin = k_s*settings%round_off
+      if (settings%windows_rules) return
+      if (limit > nothing*margin) then
+         margin = min(margin, hardly*limit)
+      else
+         margin = nothing*margin
+      end if
+   end function slip_margin
 
    !> Does `map_steady` cover the law?
    elemental logical function may_be_steady(law)
