@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Which lines the formatter takes for continuations."""
 
+import shutil
 import sys
 from pathlib import Path
 
@@ -33,6 +34,7 @@ def test_only_first_lines_of_statements_are_indented():
     assert keep_continuations(before, after) == ["   x = f(a, &", "  ! why b", "  b)", "   y = 1"]
 
 
+@pytest.mark.skipif(shutil.which("fprettify") is None, reason="needs fprettify (scripts/setup --lint)")
 def test_a_line_that_is_too_long_is_indented_all_the_same(tmp_path):
     path = tmp_path / "a.f90"
     path.write_text(f"module a\nuse b, only: {'c' * 120}\nend module a\n")
