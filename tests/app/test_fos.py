@@ -901,6 +901,26 @@ class Promises(FosTest):
         info = self.run_program("info", "fails.h5")
         self.assertEqual(info.code, 0, info.err)
 
+    @unittest.skipIf(h5py is None, "needs h5py")
+    def test_a_trial_takes_no_step_as_long_as_one_that_had_to_be_cut(self):
+        width, height, course = 1.2, 1.2, 0.4
+        outline = [(-1, -1), (2.2, -1), (2.2, 0), (width, 0), (width, height), (0, height), (0, 0), (-1, 0)]
+        lines = [(*p, *q) for p, q in zip(outline, outline[1:] + outline[:1], strict=True)]
+        lines += [(0, k * course, width, k * course) for k in range(3)]
+        joints = {0: (0.6,), 1: (0.3, 0.9), 2: (0.6,)}
+        lines += [(x, k * course, x, (k + 1) * course) for k in joints for x in joints[k]]
+        head = [0.001, f"{len(lines)} {len(outline)}", 0, 0, 2, 0, 0, 0]
+        rows = [" ".join(map(repr, (*line, 1))) for line in lines]
+        wall = "\n".join([*map(str, head), *rows, "-0.5 -0.5 -0.5 -0.5", "1.7 -0.5 1.7 -0.5"]) + "\n"
+        model = self.block(wall, friction=33)
+        self.search(model, "--search", "push", "--tolerance", "0.002", "-o", "fails.h5")
+        with h5py.File(self.path("fails.h5")) as file:
+            attempts, dt = file["history/attempts"][:], file["history/dt"][:]
+        tried = dt / 0.3 ** (attempts - 1)  # a cut leaves 0.3 of a step
+        cut = np.flatnonzero(attempts[:-1] > 1)
+        self.assertGreater(len(cut), 0)
+        self.assertTrue(np.all(tried[cut + 1] <= 0.7 * tried[cut] * (1 + 1e-12)), (tried, attempts))
+
     def test_a_killed_search_continues(self):
         for friction in (35, 15):  # the model stands, or it is settled with twice its strength
             with self.subTest(friction=friction):

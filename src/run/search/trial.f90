@@ -429,6 +429,7 @@ contains
          else if (self%since_cut > cautious_steps) then
             longest = huge(1.0_wp)
          end if
+         sim%control%dt = max(sim%parameters%dt_min, min(sim%control%dt, longest))
       end associate
    end subroutine watch_cuts
 
