@@ -87,8 +87,8 @@ contains
             to_string(parameters%sliding_damping, 2)//' of critical damping (sliding_damping), where their '// &
             'joint has no damping_ratio: undamped, they slide further with shorter steps')
       if (.not. all_static(parameters) .and. .not. all(is_set(parameters%joint_materials%restitution))) &
-         call messages%add(severity%note, 'blocks that strike each other in dynamic stages rebound by the springs of '// &
-            'joints without restitution, by a speed that depends on the time step')
+         call messages%add(severity%note, 'blocks that strike each other in dynamic stages rebound by the springs '// &
+            'of joints without restitution, by a speed that depends on the time step')
 
    contains
 

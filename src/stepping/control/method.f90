@@ -90,10 +90,10 @@ module rockdda_stepping_method
    character(len=*), parameter :: constant_names(n_constants) = [character(len=18) :: &
       'friction_tolerance', 'static_tolerance', 'force_tolerance', 'coarse_tolerance', 'last_miss', &
       'friction_solves', 'good_prediction', 'clearly_not', 'patience', 'least_patience', 'coarse_solve', 'small_part', &
-      'doubtful', 'coarse_arms', 'fine_arms', 'gross_arms', 'fine_rounds', 'few_blocks', 'enough', 'by_far', 'shorter', &
-      'most_trials', 'growth', 'fast_growth', 'few_rounds', 'many_rounds', 'slow_down', 'no_slip', 'much_slip', &
-      'nearly', 'very_nearly', 'slow_growth', 'held_length', 'most_held', 'much_longer', 'small_miss', 'least_miss', &
-      'largest_miss', 'first_release', 'small_residual']
+      'doubtful', 'coarse_arms', 'fine_arms', 'gross_arms', 'fine_rounds', 'few_blocks', 'enough', 'by_far', &
+      'shorter', 'most_trials', 'growth', 'fast_growth', 'few_rounds', 'many_rounds', 'slow_down', 'no_slip', &
+      'much_slip', 'nearly', 'very_nearly', 'slow_growth', 'held_length', 'most_held', 'much_longer', &
+      'small_miss', 'least_miss', 'largest_miss', 'first_release', 'small_residual']
 
 contains
 
