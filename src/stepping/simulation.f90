@@ -130,7 +130,7 @@ contains
       call change_stage(self%step_type, self%construction, self%forces, self%record%unbalanced, self%ledger, &
                         error)
       if (allocated(error)) return
-      ! from the record: a checkpoint holds it, so that a resumed run continues alike
+      ! of the last step, from the record: a checkpoint holds it, and a resumed run continues alike
       self%control%unbalanced = self%record%unbalanced
       self%control%idle = self%record%solver_iterations == 0
       self%control%releases = self%families%held%is_releasing()

@@ -91,7 +91,8 @@ contains
       type(error_type), allocatable, intent(out) :: error
       type(round_type) :: found
       type(arms_type) :: arms
-      integer :: n_shortened, round
+      integer :: n_shortened    ! rounds in a row whose change the line search has shortened
+      integer :: new_parts, round
       real(wp) :: negligible    ! share of the loads below which |R| counts as zero
       logical :: windows_rules, solved
       associate (method => conditions%method)
@@ -104,8 +105,8 @@ contains
          do round = 1, context%parameters%max_open_close
             report%rounds = round
             if (.not. windows_rules) call self%line%keep(families, equations, round)
-            call solve_round(merge(change%states, change%loads, found%n_changes > 0 .or. arms%turned .or. &
-                                   windows_rules), merge(0.0_wp, method%coarse_solve, windows_rules))
+            new_parts = merge(change%states, change%loads, found%n_changes > 0 .or. arms%turned .or. windows_rules)
+            call solve_round(new_parts, merge(0.0_wp, method%coarse_solve, windows_rules))
             if (.not. solved) return
             found%fraction = 1
             negligible = merge(method%static_tolerance, method%friction_tolerance, conditions%slack > 0)
@@ -114,21 +115,19 @@ contains
                call self%line%search(families, negligible, method, equations, found%fraction)
             n_shortened = merge(n_shortened + 1, 0, found%fraction < 1)
             call judge(is_end=.false., again=.false.)
-            if (report%left > 0 .and. .not. (found%fraction < 1 .or. arms%turned) .and. &
-                (found%agree .or. found%n_changes == 0)) then
-               ! what may be accepted is solved for to the end
+            if (report%left > 0 .and. is_of_solve() .and. (found%agree .or. found%n_changes == 0)) then
+               ! the solve has paused, and its motion may be accepted: solve to the end
                call solve_on(0.0_wp)
                if (.not. solved) return
                call judge(is_end=.false., again=.true.)
             end if
-            if (.not. (found%agree .or. arms%turned .or. found%fraction < 1 .or. windows_rules) .and. &
-                found%n_changes == 0) then
+            if (found%n_changes == 0 .and. is_of_solve() .and. .not. (found%agree .or. windows_rules)) then
                call end_friction()
                if (.not. solved) return
                call judge(is_end=.true., again=.false.)
             end if
             call times%lap(phase%judge)
-            ! that number of shortened rounds in a row lead nowhere: a shorter step will
+            ! give up for a shorter step: the line search shortens round after round
             if (n_shortened >= max(method%least_patience, &
                                    nint(method%patience*context%parameters%max_open_close)) .and. &
                 .not. (conditions%at_floor .or. conditions%slack > 0)) return
@@ -152,6 +151,11 @@ contains
          if (converged .and. found%fraction < 1) converged = .not. report%left > 0 .and. &
             self%line%missing <= conditions%slack/sqrt(real(equations%n_rows(), wp))
       end function converged
+
+      !> Is the motion the whole one of the last solve, with the arms that it had?
+      pure logical function is_of_solve()
+         is_of_solve = .not. (found%fraction < 1 .or. arms%turned)
+      end function is_of_solve
 
       !> Have many rounds not settled the states, with no smaller step to fall back to?
       pure logical function is_last_resort()
@@ -193,13 +197,13 @@ contains
          call families%judge(found%n_changes, n_unsettled)
          found%agree = n_unsettled == 0 .and. .not. arms%turned
          if (found%agree) found%agree = forces_agree()
-         if ((when == moment%after .or. when == moment%at_rest .and. .not. is_end) .and. found%n_changes == 0 .and. &
+         if ((when == moment%after .or. (when == moment%at_rest .and. .not. is_end)) .and. found%n_changes == 0 .and. &
              .not. (found%agree .or. found%fraction < 1)) then
-            ! `end_friction` and another judgement follow, with arms as they were
+            ! not yet: `end_friction` and another judgement follow, which measures
             arms%off = last_off
             return
          end if
-         if (when == moment%after .or. when == moment%at_rest .and. found%n_changes == 0) &
+         if (when == moment%after .or. (when == moment%at_rest .and. found%n_changes == 0)) &
             call arms%place(.true., conditions%method, context, attempt, families, equations)
          found%agree = found%agree .and. .not. arms%turned
          if (arms%turned .and. when == moment%after) then
@@ -207,10 +211,11 @@ contains
             call families%contacts%take_back()
             call families%judge(found%n_changes, n_unsettled)
          end if
-         if (.not. (found%agree .and. context%follows_rotation() .and. round > conditions%method%fine_rounds) .or. &
-             conditions%at_floor) return
-         call arms%forbid(conditions%method, context, attempt, families, equations, forbidden)
-         found%agree = .not. forbidden
+         if (found%agree .and. context%follows_rotation() .and. round > conditions%method%fine_rounds .and. &
+             .not. conditions%at_floor) then
+            call arms%forbid(conditions%method, context, attempt, families, equations, forbidden)
+            found%agree = .not. forbidden
+         end if
       end subroutine judge
 
       !> After a solve that has paused: continue while its residual is a large part of |R|, or to the end if it may no
@@ -224,6 +229,7 @@ contains
             if (pause > 0) then
                call self%line%find_norm(families, equations, missing)
                if (report%left < conditions%method%small_part*missing) return
+               ! what only other states can remove is sqrt(missing^2 - left^2): solve to half of a small part of it
                next_pause = max(conditions%method%coarse_solve, min(0.5_wp, 0.5_wp*conditions%method%small_part* &
                                                   sqrt(max(0.0_wp, (missing/report%left)**2 - 1))))
             end if
@@ -262,11 +268,11 @@ contains
          forces_agree = n_unsettled == 0
       end function forces_agree
 
-      !> In dynamics: the motion of the step if accelerations stayed what they were in the last one, d = v dt + a dt^2/2
-      !> with a dt^2/2 = v dt - (last motion), by whose rotations arms have been turned. If it comes much closer to
-      !> equilibrium than the last motion, it is where the first solve starts, and the first states are judged by it;
-      !> else arms are turned by the velocity at the start of the step. Where contacts vibrate from step to step (stiff
-      !> springs, long steps) it does not. In statics the first states are judged by the last motion.
+      !> First states, judged by a predicted motion; x is the last motion. In statics that is the prediction. In
+      !> dynamics it is the motion with the acceleration of the last step, d = v dt + a dt^2/2 with a dt^2/2 = v dt -
+      !> (last motion), by whose rotations arms have been turned (`expect_motion` of the attempt). If it comes much
+      !> closer to equilibrium than the last motion, the first solve starts there. Where contacts vibrate from step to
+      !> step (stiff springs, long steps) it does not: the first solve starts at the last motion, no state is judged.
       subroutine predict_motion()
          logical :: is_good
          is_good = .true.
