@@ -1,9 +1,10 @@
 ! SPDX-License-Identifier: MIT
 !> Candidate rows of all close pairs of blocks.
 !>
-!> Intervals first, because what they cover hides corners and vertices; then the pairs in a few parts, one after the
-!> other or side by side. With contacts by length the searches test what is listed for each pair
-!> (rockdda_contact_near_lists); with contacts of vertices on edges, all vertices and edges of a pair that are close.
+!> Intervals first, of edges that face each other, because what they cover hides corners and vertices; then the pairs in
+!> a few parts, one after the other or side by side. With contacts by length the searches test what is listed for each
+!> pair (rockdda_contact_near_lists); with contacts of vertices on edges, all vertices and edges of a pair that are
+!> close, and of intervals what they cover alone (`corrected`), or nothing.
 module rockdda_contact_narrow_search
    use rockdda_model_blocks, only : block_system_type
    use rockdda_contact_broad_phase, only : close_pairs_type, many_parts
@@ -82,23 +83,25 @@ contains
       do
          call at%advance(part, found)
          if (.not. found) exit
+         ! from this kind on: edges with edges are those of `search_faces`
          if (all(at%last(corners_with_corners:) < at%first(corners_with_corners:))) cycle
          if (.not. pairs%is_close(at%pair)) cycle
          list%n_corners = 0
-         associate (now => part%items, box_a => pairs%boxes(:, pairs%candidates(1, at%pair)), &
+         associate (items => part%items, box_a => pairs%boxes(:, pairs%candidates(1, at%pair)), &
                     box_b => pairs%boxes(:, pairs%candidates(2, at%pair)))
             do l = at%first(corners_with_corners), at%last(corners_with_corners), 2
-               if (is_beyond(given%vertices(:, now(l)), given%vertices(:, now(l)), box_b, given%limits%reach)) cycle
-               if (is_beyond(given%vertices(:, now(l + 1)), given%vertices(:, now(l + 1)), box_a, &
-                   given%limits%reach)) cycle
-               call try_rounded_corner(now(l), now(l + 1), given, list)
+               associate (v => given%vertices(:, items(l)), w => given%vertices(:, items(l + 1)))
+                  if (is_beyond(v, v, box_b, given%limits%reach)) cycle
+                  if (is_beyond(w, w, box_a, given%limits%reach)) cycle
+               end associate
+               call try_rounded_corner(items(l), items(l + 1), given, list)
             end do
             do l = at%first(vertices_of_first), at%last(vertices_of_first), 2
-               call try_vertex(now(l), now(l + 1), 1, box_a, box_b, size(given%vertices, 2), given%vertices, &
+               call try_vertex(items(l), items(l + 1), 1, box_a, box_b, size(given%vertices, 2), given%vertices, &
                                given%outlines%tangent, given%outlines%length, given, list)
             end do
             do l = at%first(vertices_of_second), at%last(vertices_of_second), 2
-               call try_vertex(now(l), now(l + 1), 2, box_b, box_a, size(given%vertices, 2), given%vertices, &
+               call try_vertex(items(l), items(l + 1), 2, box_b, box_a, size(given%vertices, 2), given%vertices, &
                                given%outlines%tangent, given%outlines%length, given, list)
             end do
          end associate

@@ -31,7 +31,7 @@ module rockdda_interaction_intervals
       real(wp) :: own(2), cross           !! stiffness along the normal [force/length]
       real(wp) :: push(2)                 !! forces less those of the stiffness at the gaps, 0 of a linear law
       real(wp) :: force(2)                !! of the springs at both points, compression positive
-      real(wp) :: energy(2)               !! of these, of which each point has a part
+      real(wp) :: energy(2)               !! of the springs: the part of each point
       real(wp) :: pressing                !! half of the whole force, by which each row slides
       real(wp) :: length                  !! half of the length that is closed [length]
       real(wp) :: broken                  !! of that what has lost its bond [length]
@@ -228,7 +228,8 @@ contains
       real(wp), intent(in) :: slack                    !! gap up to which it is not open [length]
       real(wp), intent(inout) :: bond(2)               !! part on which the bond is sound
       type(interval_response_type), intent(out) :: interval
-      real(wp) :: stiffness, length, tension, holding(2)
+      real(wp) :: stiffness, length, tension
+      real(wp) :: holding(2)   ! part on which the bond carries tension
       holding = 0
       stiffness = table%k_n(c) + table%k_n(c + 1)
       length = table%length(c) + table%length(c + 1)
@@ -239,6 +240,7 @@ contains
             call cut_bond(gap, tension*length/stiffness, bond)
             if (bond(2) > bond(1)) holding = bond
          else
+            ! it carries shear alone, where the gap is not open
             call cut_bond(gap, slack, bond)
          end if
          if (.not. bond(2) > bond(1)) bond = 0
@@ -249,8 +251,9 @@ contains
       interval%push = stiffness*interval%part%push
       associate (part => interval%part)
          interval%force = -stiffness*[part%own(1)*gap(1) + part%cross*gap(2), part%cross*gap(1) + part%own(2)*gap(2)]
-         if (law%normal%largest < huge(1.0_wp)) interval%force = interval%force + interval%push
+         if (law%normal%is_curved()) interval%force = interval%force + interval%push
       end associate
+      ! half of force times closure, and of a curved law what it has beyond
       interval%energy = 0.5_wp*stiffness*interval%part%surplus - 0.5_wp*interval%force*gap
       interval%pressing = 0.5_wp*sum(interval%force)
       interval%length = 0.5_wp*length*interval%part%bears

@@ -185,21 +185,21 @@ contains
 
    !> Return mapping: the response of a contact that is closed at this motion. An open contact closes with the memory
    !> that it has.
-   pure subroutine map_joint(law, settings, joint, gap, slip, response, share)
+   pure subroutine map_joint(law, settings, joint, gap, slip, response, normal_force)
       type(joint_law_type), intent(in) :: law
       type(joint_settings_type), intent(in) :: settings
       type(joint_type), intent(in) :: joint
       real(wp), intent(in) :: gap, slip        !! at the end of the step, of the step [length]
       type(joint_response_type), intent(out) :: response
-      !> Normal force by which a row of an interval slides, compression positive: half of that of the interval, its
-      !> share [force]; absent: the force of its own spring.
-      real(wp), intent(in), optional :: share
+      !> Normal force that gives the friction, compression positive [force]: of a row of an interval half of that of
+      !> the interval; absent: the force of its own spring.
+      real(wp), intent(in), optional :: normal_force
       real(wp) :: trial, limit, slip_tolerance, pressing
-      logical :: slides
+      logical :: has_slid   ! in the last solve
       response%spring = spring_force(joint%k_n, gap)
       response%normal = response%spring - joint%normal_drag*(gap - joint%drag_gap)
       pressing = response%spring
-      if (present(share)) pressing = share
+      if (present(normal_force)) pressing = normal_force
       if (joint%tied) then
          limit = huge(limit)
       else
@@ -207,17 +207,18 @@ contains
       end if
       slip_tolerance = slip_margin(settings, joint%k_s, limit)
       trial = elastic_shear(joint, slip)
-      slides = joint%state == contact_state%sliding
-      response%state = contact_state%sliding
+      has_slid = joint%state == contact_state%sliding
       if (limit <= 0 .and. law%friction <= 0 .and. law%final_friction <= 0) then
          ! a joint that can never carry any shear always slides
          response%slip_sign = direction(trial)
-         if (slides) response%slip_sign = joint%slip_sign
+         if (has_slid) response%slip_sign = joint%slip_sign
          response%shear = 0
-      else if (slides .and. .not. trial*joint%slip_sign < limit - slip_tolerance) then
+      else if (has_slid .and. .not. trial*joint%slip_sign < limit - slip_tolerance) then
+         ! it slides on
          response%slip_sign = joint%slip_sign
          response%shear = joint%slip_sign*limit
       else if (abs(trial) > limit + slip_tolerance .and. .not. settings%sticks) then
+         ! it begins to slide, or slides the other way
          response%slip_sign = direction(trial)
          response%shear = sign(limit, trial)
       else
@@ -228,6 +229,7 @@ contains
          response%friction = 0
          return
       end if
+      response%state = contact_state%sliding
       ! what has no length has no bond that could break
       response%bonded = joint%bonded .and. .not. (law%brittle .and. joint%length > 0)
       response%friction = limit
@@ -235,10 +237,10 @@ contains
          response%friction = sliding_friction(law, settings, joint, pressing, slip)
    end subroutine map_joint
 
-   !> The kernel beside `map_joint`: which rows of the table go on as they are, as most do mostly, and their forces
-   !> along the lines of their links, bit by bit those of `map_joint`. Steady are closed rows of Coulomb's law, linear
-   !> along the normal, without a partner, of intervals those closed on all their length, that stay locked, or slide on
-   !> without a bond. The forces of others are not used.
+   !> The kernel beside `map_joint`: which rows of the table are steady, as most are mostly, and their forces along the
+   !> lines of their links, bit by bit those of `map_joint`. Steady are closed rows that stay locked, or slide on
+   !> without a bond, if their law is Coulomb's, linear along the normal, and they have no partner; rows of an interval
+   !> only if it is closed on all its length. The forces of others are not used.
    pure subroutine map_steady(laws, table, first, settings, state, extra, widest, mean, gap, slip, steady, force)
       type(joint_law_type), intent(in) :: laws(:)              !! per joint material
       type(contact_table_type), intent(in) :: table
@@ -266,6 +268,7 @@ contains
             force(1, k) = table%k_n(c)*gap(k)
             if (has_extra) force(1, k) = force(1, k) + extra(c)%normal_drag*(gap(k) - extra(c)%drag_gap)
             pressing = -table%k_n(c)*mean(k)
+            ! `shear_strength` of Coulomb's law, without a call
             limit = law%friction*max(pressing, 0.0_wp)
             if (.not. friction_alone) then
                if (.not. state(c)%worn) then
