@@ -129,22 +129,12 @@ NOT_DRAWN |= {"measure_between", "find_points", "copy_state", "dowel_response", 
 # Where a reader finds what is wanted most often: what, and places (procedure, part of the statement). The first place
 # that the source has is taken.
 LANDMARKS: list[tuple[str, list[tuple[str, str]]]] = [
-    (
-        "a sliding contact locks again",
-        [("map_joint", "response%state = contact_state%locked")],
-    ),
-    (
-        "a locked contact begins to slide",
-        [("map_joint", "response%state = contact_state%sliding")],
-    ),
-    (
-        "a closed contact opens",
-        [("judge_contact", "new = contact_state%open")],
-    ),
-    (
-        "an open contact closes",
-        [("judge_contact", "new = response%state")],
-    ),
+    ("a sliding contact slides on, or else locks", [("map_joint", "else if (has_slid .and.")]),
+    ("a locked contact begins to slide", [("map_joint", "else if (abs(trial) > limit")]),
+    ("an interval that would slide back locks first", [("judge_interval", "new = contact_state%locked")]),
+    ("a closed contact opens", [("stays_closed", "stays_closed = .not. gap > limit")]),
+    ("an open contact closes", [("closes", "if (gap >= closing_gap(")]),
+    ("an interval closed on a part, or open, opens or closes", [("judge_interval", "is_closed = interval%lowest <=")]),
     ("shear strength of a joint", [("shear_strength", "strength = friction")]),
     ("friction coefficient of a joint", [("friction_coefficient", "friction_coefficient = law%friction")]),
     (
@@ -326,12 +316,19 @@ def interaction_table(source: Source) -> str:
     for type_name in (INTERACTION, LINKED):
         base = source.types.get(type_name, DerivedType(type_name, ""))
         kinds = [kind for kind in source.extensions(INTERACTION) if not kind.is_abstract]
-        lines += ["", f"| `{type_name}` | what it does | of |", "|---|---|---|"]
+        own = {
+            name: ", ".join(kind.name.removesuffix("_type") for kind in kinds if name in kind.bindings) or "–"
+            for name in base.bindings
+        }
+        all_alike = len(own) > 1 and len(set(own.values())) == 1
+        if all_alike:
+            lines += ["", f"| `{type_name}` | what it does (each of {next(iter(own.values()))}) |", "|---|---|"]
+        else:
+            lines += ["", f"| `{type_name}` | what it does | of |", "|---|---|---|"]
         for name in base.bindings:
-            own = [kind.name.removesuffix("_type") for kind in kinds if name in kind.bindings]
             found = source.implementations(type_name, name)
             summary = shortened(found[0].summary, 160) if found else ""
-            lines.append(f"| `{name}` | {summary} | {', '.join(own) or '–'} |")
+            lines.append(f"| `{name}` | {summary} |" + ("" if all_alike else f" {own[name]} |"))
     return "\n".join([*lines, ""])
 
 

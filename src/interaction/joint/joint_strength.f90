@@ -21,7 +21,7 @@
 !>
 !> reduction: mu, c and t are divided by its three numbers (strength reduction, rockdda_run_factor_search).
 !>
-!> A new law is one more name in `strength_law`, one case in `set_law` and one in `friction_coefficient`.
+!> What a new law takes is listed in docs/architecture.md (A contact law).
 module rockdda_interaction_joint_strength
    use rockdda_base_kinds, only : wp, pi
    use rockdda_base_diagnostics, only : diagnostics_type, severity
