@@ -34,18 +34,18 @@ module rockdda_stepping_line_search
 
    !> The motion that the last round ended with, and scratch.
    type :: line_search_type
-      real(wp) :: missing = 1                                !! of a motion that was shortened: |R| over that of all loads
-      real(wp), allocatable, private :: x(:, :)              !! (6, nb)
-      type(norm_anew_type), private :: weights               !! by K_ii, or by the terms of single blocks
-      logical, private :: by_terms = .false.                 !! the latter
-      logical, private :: has_weights = .true.               !! all blocks of the last norm have a factor
-      real(wp), private :: reached = 0                       !! |R| where the last search of this attempt has ended; 0: none
-      logical, private :: is_stuck = .false.                 !! the last search of the attempt has found no smaller |R|
-      logical, private :: was_better = .false.               !! the last answer of `is_better`: nothing else depends on it
-      real(wp), allocatable, private :: r(:, :)              !! (6, rows)
-      real(wp), allocatable, private :: force(:, :)          !! (2, >= links) along the lines of each link
-      integer, allocatable, private :: places(:)             !! (>= rows) block of each row
-      integer, allocatable, private :: runs(:, :)            !! (2, >= n) contacts of a few blocks: first and last row
+      real(wp) :: missing = 1                          !! of a motion that was shortened: |R| over that of all loads
+      real(wp), allocatable, private :: x(:, :)        !! (6, nb)
+      type(norm_anew_type), private :: weights         !! by K_ii, or by the terms of single blocks
+      logical, private :: by_terms = .false.           !! the latter
+      logical, private :: has_weights = .true.         !! all blocks of the last norm have a factor
+      real(wp), private :: reached = 0                 !! |R| where the last search of this attempt has ended; 0: none
+      logical, private :: is_stuck = .false.           !! the last search of the attempt has found no smaller |R|
+      logical, private :: was_better = .false.         !! the last answer of `is_better`: nothing else depends on it
+      real(wp), allocatable, private :: r(:, :)        !! (6, rows)
+      real(wp), allocatable, private :: force(:, :)    !! (2, >= links) along the lines of each link
+      integer, allocatable, private :: places(:)       !! (>= rows) block of each row
+      integer, allocatable, private :: runs(:, :)      !! (2, >= n) contacts of a few blocks: first and last row
    contains
       procedure :: keep
       procedure :: search

@@ -49,6 +49,7 @@ module rockdda_stepping_newton
       logical :: may_predict = .false.   !! x is the motion of the last step, which had the same length
       logical :: is_like_last = .false.  !! a static step of about the length of the last one, whose motion is in x
       logical :: at_floor = .false.      !! there is no smaller step to fall back to
+      logical :: is_trial = .false.      !! of a search
    end type conditions_type
 
    !> Result of an attempt.
@@ -144,11 +145,11 @@ contains
    contains
 
       !> Is the motion of the round the solution? All forces follow their laws at it, and contacts slide by their
-      !> friction. Where they may miss their laws, a shortened motion suffices when even the whole of its residual on one
-      !> block is no larger than what a force may miss.
+      !> friction. In a trial of a search a shortened motion suffices when even the whole of its residual on one block is
+      !> no larger than what a force may miss; the energies of a run would miss its work.
       pure logical function converged()
          converged = found%agree .and. .not. families%contacts%settings%sticks
-         if (converged .and. found%fraction < 1) converged = .not. report%left > 0 .and. &
+         if (converged .and. found%fraction < 1) converged = conditions%is_trial .and. .not. report%left > 0 .and. &
             self%line%missing <= conditions%slack/sqrt(real(equations%n_rows(), wp))
       end function converged
 

@@ -179,6 +179,7 @@ contains
                                   control%is_dynamic(context%parameters)
          conditions%is_like_last = is_first .and. control%is_like_last(context%parameters, self%dt)
          conditions%at_floor = at_floor
+         conditions%is_trial = control%brisk%is_on
          call expect_motion(conditions%may_predict)
          call families%begin(context, self%attempt_type)
          call families%place(context, self%attempt_type, equations)
