@@ -15,19 +15,10 @@ else()
   find_package(Python3 3.11 REQUIRED COMPONENTS Interpreter)
   set(rockdda_pf_script ${CMAKE_CURRENT_LIST_DIR}/pf.py)
   set(rockdda_funit_dir ${PROJECT_BINARY_DIR}/funit)
-  file(MAKE_DIRECTORY ${rockdda_funit_dir})
-  add_custom_command(
-    OUTPUT ${rockdda_funit_dir}/funit.f90
-    COMMAND Python3::Interpreter ${rockdda_pf_script} assertions ${rockdda_funit_dir}/funit.f90
-    DEPENDS ${rockdda_pf_script}
-    COMMENT "Generating assertions of the pFUnit stand-in"
-    VERBATIM)
-  add_library(rockdda_funit STATIC ${CMAKE_CURRENT_LIST_DIR}/funit_core.f90 ${CMAKE_CURRENT_LIST_DIR}/funit_check.f90
-    ${rockdda_funit_dir}/funit.f90)
+  add_library(rockdda_funit STATIC ${CMAKE_CURRENT_LIST_DIR}/funit.f90)
   set_target_properties(rockdda_funit PROPERTIES Fortran_MODULE_DIRECTORY ${rockdda_funit_dir}/mod)
   target_include_directories(rockdda_funit PUBLIC ${rockdda_funit_dir}/mod)
-  # Hundreds of one-line procedures: optimising them costs time and gains nothing.
-  target_compile_options(rockdda_funit PRIVATE $<$<COMPILE_LANG_AND_ID:Fortran,GNU>:-std=f2008 -O0 -g0>)
+  target_compile_options(rockdda_funit PRIVATE $<$<COMPILE_LANG_AND_ID:Fortran,GNU>:-std=f2008>)
 
   function(add_pfunit_ctest name)
     cmake_parse_arguments(PARSE_ARGV 1 arg "" "WORKING_DIRECTORY" "TEST_SOURCES;OTHER_SOURCES;LINK_LIBRARIES;LABELS")

@@ -17,32 +17,23 @@ FAILING_ASSERTIONS = """\
 @assertTrue([.true., .false.])
 @assertFalse(.true.)
 @assertFalse([.false., .true.])
-@assertAll([.true., .false.])
-@assertAny([.false., .false.])
-@assertNone([.true., .false.])
-@assertNotAll([.true., .true.])
 @assertEqual(.true., .false.)
 @assertEqual([.true., .true.], [.true., .false.])
-@assertEquivalent(.true., .false.)
-@assertAssociated(null_pointer)
-@assertNotAssociated(pointer)
-@assertAssociated(pointer, other)
 @assertEqual(1, 2)
-@assertEqual(1, 2, 'message third')
 @assertEqual(1, 2_int64)
 @assertEqual([1, 2], [1, 3])
 @assertEqual([1, 2], [1, 2, 3])
-@assertEqual(1_int8, 2_int8)
+@assertEqual([1, 2], triple)
+@assertEqual(triple, [1, 2])
+@assertEqual([1], 1)
 @assertNotEqual(2, 2)
 @assertLessThan(2, 2)
 @assertLessThanOrEqual(3, 2)
 @assertGreaterThan(2, 2)
 @assertGreaterThanOrEqual(1, 2)
 @assertEqual(1.0_real64, 1.0_real64 + epsilon(1.0_real64))
-@assertEqual(1.0_real32, 1.0_real32 + epsilon(1.0_real32))
 @assertEqual(1, 1.5_real64)
 @assertEqual(1.0_real64, 1.2_real64, tolerance=0.1_real64)
-@assertEqual(1.0_real64, 1.2_real64, 0.1)
 @assertEqual(nan, nan)
 @assertEqual(nan, nan, tolerance=1.0_real64)
 @assertEqual(1.0_real64, nan, tolerance=huge(1.0_real64))
@@ -51,6 +42,9 @@ FAILING_ASSERTIONS = """\
 @assertEqual([1.0_real64, 2.0_real64], [1.0_real64, 2.5_real64], tolerance=0.1_real64)
 @assertEqual(matrix, transpose(matrix))
 @assertEqual(matrix, matrix(:, 1:1))
+@assertEqual(matrix, matrix(:, :n))
+@assertEqual(matrix, reshape(matrix, [4]), tolerance=9.0_real64)
+@assertLessThan([0.0_real64], matrix(:, 2))
 @assertEqual(1.0_real64, matrix)
 @assertRelativelyEqual(1.0_real64, 1.2_real64, tolerance=0.1_real64)
 @assertRelativelyEqual(0.0_real64, 0.0_real64, tolerance=0.1_real64)
@@ -63,39 +57,38 @@ FAILING_ASSERTIONS = """\
 @assertLessThanOrEqual(nan, 2.0_real64)
 @assertGreaterThan(2.0_real64, 2.0_real64)
 @assertGreaterThanOrEqual(2.0_real64, 2.5_real64)
-@assertIsNaN(1.0_real64)
 @assertIsFinite(nan)
 @assertIsFinite(infinite)
-@assertSameShape([1, 2], [2, 1])
-@assertSameShape([1, 2], [1])
 @assertEqual('abc', 'abd')
 @assertEqual('abc', 'abcd')
 @assertEqual(' a', 'a', whitespace=KEEP_ALL)
-@assertEqual('a b', 'ab', whitespace=IGNORE_DIFFERENCES)
-@assertEqual('a b', 'ac', whitespace=IGNORE_ALL)
 @assertEqual(['a', 'b'], ['a', 'c'])
 @assertEqual(['a', 'b'], ['a', 'b', 'c'])
 @assertEqual('a', ['a', 'c'])
-@assertFail('always')
-@assertExceptionRaised('never thrown')
+@assertEqual(1.0_real64, 1)
+@assertEqual(1, .true.)
+@assertEqual(1, 1, tolerance=1.0_real64)
+@assertLessThan(1, 2, tolerance=1.0_real64)
+@assertLessThan('a', 'b')
+@assertRelativelyEqual(1, 1, tolerance=1.0_real64)
 """.splitlines()
 
 HEADER = """\
 module {name}
-   use, intrinsic :: iso_fortran_env, only : real32, real64, int8, int64
+   use, intrinsic :: iso_fortran_env, only : real64, int64
    use, intrinsic :: ieee_arithmetic, only : ieee_value, ieee_quiet_nan, ieee_positive_inf
    use funit
    implicit none
    real(real64) :: matrix(2, 2) = reshape([1.0_real64, 2.0_real64, 3.0_real64, 4.0_real64], [2, 2])
    real(real64) :: nan = 0.0_real64, infinite = 0.0_real64
-   integer, target :: target_value = 1, other = 2
-   integer, pointer :: pointer => null(), null_pointer => null()
+   integer, allocatable :: triple(:)
+   integer :: n = 1
 contains
    @before
    subroutine set_up()
       nan = ieee_value(1.0_real64, ieee_quiet_nan)
       infinite = ieee_value(1.0_real64, ieee_positive_inf)
-      pointer => target_value
+      triple = [1, 2, 3]
    end subroutine set_up
 """
 
@@ -132,7 +125,7 @@ class StandIn(unittest.TestCase):
         for i, assertion in enumerate(FAILING_ASSERTIONS):
             lines += ["   @test", f"   subroutine test_{i}()", f"      {assertion}"]
             places.append(len(lines))
-            lines += ["      call throw('the test went on after a failure')", f"   end subroutine test_{i}"]
+            lines += ["      print '(a)', 'the test went on after a failure'", f"   end subroutine test_{i}"]
         lines.append("end module sample")
         result = self.run_file("\n".join(lines) + "\n")
         self.assertEqual(result.returncode, 2, result.stdout + result.stderr)
@@ -141,7 +134,7 @@ class StandIn(unittest.TestCase):
             self.assertIn(block, result.stdout, assertion)
         self.assertNotIn("the test went on", result.stdout)
         count = len(FAILING_ASSERTIONS)
-        self.assertIn(f"Tests run: {count}, Failures: {count}, Errors: 0\n, Disabled: 0\n", result.stdout)
+        self.assertIn(f"Tests run: {count}, Failures: {count}\n", result.stdout)
         self.assertIn(SENTENCE, result.stdout)
 
     def test_message_comes_before_the_details(self):
@@ -155,19 +148,20 @@ class StandIn(unittest.TestCase):
             result.stdout,
         )
 
-    def test_disabled_tests_are_counted_and_do_not_run(self):
+    def test_operands_of_other_shapes_are_named(self):
         text = HEADER.format(name="sample") + (
-            "   @test\n   @disable\n   subroutine a()\n      call throw('ran')\n   end subroutine a\n"
-            "   @test\n   subroutine b()\n      @assertTrue(.true.)\n   end subroutine b\nend module sample\n"
+            "   @test\n   subroutine a()\n      @assertEqual(matrix, matrix(:, :n))\n   end subroutine a\n"
+            "   @test\n   subroutine b()\n      @assertEqual(transpose(matrix), matrix)\n   end subroutine b\n"
+            "end module sample\n"
         )
         result = self.run_file(text)
-        self.assertEqual(result.returncode, 0, result.stdout)
-        self.assertIn("I.", result.stdout)
-        self.assertIn(" OK\n (1 tests, 1 disabled)\n", result.stdout)
+        self.assertIn("expected shape [2,2], actual shape [2,1]\n", result.stdout)
+        self.assertIn("Expected: <3.", result.stdout)
+        self.assertIn("at index: [2,1]\n", result.stdout)
 
     def test_filter_and_verbose(self):
         text = HEADER.format(name="sample") + "".join(
-            f"   @test\n   subroutine {name}()\n      @assertFail('ran')\n   end subroutine {name}\n"
+            f"   @test\n   subroutine {name}()\n      @assertTrue(.false., 'ran')\n   end subroutine {name}\n"
             for name in ("one", "two", "three")
         )
         text += "end module sample\n"
@@ -181,10 +175,11 @@ class StandIn(unittest.TestCase):
         text = (
             "module sample\n   use funit\n   implicit none\n   integer :: calls = 0\ncontains\n"
             "   @before\n   subroutine b()\n      calls = calls + 1\n      if (calls == 2) then\n"
-            "         @assertFail('set-up failed')\n      end if\n   end subroutine b\n"
+            "         @assertTrue(.false., 'set-up failed')\n      end if\n   end subroutine b\n"
             "   @after\n   subroutine a()\n      print '(a,i0)', 'torn down ', calls\n   end subroutine a\n"
-            "   @test\n   subroutine one()\n      @assertFail('one failed')\n   end subroutine one\n"
-            "   @test\n   subroutine two()\n      @assertFail('two ran')\n   end subroutine two\nend module sample\n"
+            "   @test\n   subroutine one()\n      @assertTrue(.false., 'one failed')\n   end subroutine one\n"
+            "   @test\n   subroutine two()\n      @assertTrue(.false., 'two ran')\n   end subroutine two\n"
+            "end module sample\n"
         )
         result = self.run_file(text)
         self.assertIn("one failed", result.stdout)
@@ -197,7 +192,7 @@ class StandIn(unittest.TestCase):
         text = (
             "module sample\n   use funit\n   implicit none\ncontains\n"
             "   @test\n   subroutine one()\n      call helper()\n      print '(a)', 'went on'\n   end subroutine one\n"
-            "   subroutine helper()\n      @assertFail('failed')\n      print '(a)', 'helper went on'\n"
+            "   subroutine helper()\n      @assertTrue(.false., 'failed')\n      print '(a)', 'helper went on'\n"
             "   end subroutine helper\nend module sample\n"
         )
         result = self.run_file(text)
@@ -218,18 +213,20 @@ class StandIn(unittest.TestCase):
     def test_preprocessor_reports_what_it_does_not_understand(self):
         body = "module sample\n   use funit\ncontains\n{}\nend module sample\n"
         cases = {
-            "   @tset\n": "sample.pf:4: error: unknown or malformed directive @tset",
-            "   @suite(name='x')\n": "sample.pf:4: error: unknown or malformed directive @suite",
-            "   @test(npes=[1])\n": "sample.pf:4: error: unknown or malformed directive @test",
-            "   @assertEqal(1, 2)\n": "sample.pf:4: error: unknown or malformed directive @assertEqal",
-            "   @assertTrue(a) ! no\n": "sample.pf:4: error: @assertTrue must be one line",
-            "   @assertTrue(a, &\n   b)\n": "sample.pf:4: error: @assertTrue must be one line",
+            "   @tset\n": "sample.pf:4: error: unknown, malformed or not one line: @tset",
+            "   @suite(name='x')\n": "sample.pf:4: error: unknown, malformed or not one line: @suite",
+            "   @test(npes=[1])\n": "sample.pf:4: error: unknown, malformed or not one line: @test",
+            "   @assertEqal(1, 2)\n": "sample.pf:4: error: unknown, malformed or not one line: @assertEqal",
+            "   @assertEqual(1)\n": "sample.pf:4: error: unknown, malformed or not one line: @assertEqual",
+            "   @assertTrue()\n": "sample.pf:4: error: unknown, malformed or not one line: @assertTrue",
+            "   @assertTrue(a) ! no\n": "sample.pf:4: error: unknown, malformed or not one line: @assertTrue",
+            "   @assertTrue(a, &\n   b)\n": "sample.pf:4: error: unknown, malformed or not one line: @assertTrue",
             "   if (a) @assertTrue(b)\n": "sample.pf:4: error: a directive or an assertion must stand alone",
-            "   @assertTrue(a) ; @assertTrue(b))\n": "sample.pf:4: error: unbalanced parentheses",
-            "   @disable\n": "sample.pf:4: error: @disable must stand between",
+            "   @assertTrue(a) ; @assertTrue(b))\n": "sample.pf:4: error: unknown, malformed or not one line",
             "   @before\n   integer :: i\n": "sample.pf:5: error: @before must be followed by a subroutine",
-            "   @test\n   subroutine a(this)\n": "sample.pf:5: error: a test with arguments",
-            "   @test\n": "@test without a subroutine behind it",
+            "   @test\n   @after\n": "sample.pf:5: error: a second @after, or a directive without its subroutine",
+            "   @test\n   subroutine a(this)\n": "sample.pf:5: error: @test must be followed by a subroutine",
+            "   @test\n": "@test must be followed by a subroutine",
         }
         for text, message in cases.items():
             result = self.convert(body.format(text))
