@@ -36,9 +36,9 @@ class Checks(unittest.TestCase):
     def test_every_file_of_checks_is_in_the_page(self):
         named = {case.file for subject in SUBJECTS for case in subject.cases}
         makes = re.compile(r"severity%|call fail\(|call self%warn\(")
-        for path in sorted((ROOT / "src/check").glob("*.f90")):
+        for path in sorted((ROOT / "src/check").rglob("*.f90")):
             if makes.search(path.read_text(encoding="utf-8")):
-                self.assertIn(f"check/{path.name}", named)
+                self.assertIn(path.relative_to(ROOT / "src").as_posix(), named)
 
 
 if __name__ == "__main__":
