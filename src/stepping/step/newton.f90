@@ -145,8 +145,8 @@ contains
    contains
 
       !> Is the motion of the round the solution? All forces follow their laws at it, and contacts slide by their
-      !> friction. In a trial of a search a shortened motion suffices when even the whole of its residual on one block is
-      !> no larger than what a force may miss; the energies of a run would miss its work.
+      !> friction. In a trial of a search a shortened motion suffices when even the whole of its residual on one block
+      !> is no larger than what a force may miss; the energies of a run would miss its work.
       pure logical function converged()
          converged = found%agree .and. .not. families%contacts%settings%sticks
          if (converged .and. found%fraction < 1) converged = conditions%is_trial .and. .not. report%left > 0 .and. &
