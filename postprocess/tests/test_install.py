@@ -33,7 +33,8 @@ def test_pip_installs_package_and_program(tmp_path):
     (packages / "needs.pth").write_text(sysconfig.get_path("purelib") + "\n")
     install = [python, "-m", "pip", "install", "--no-deps", "--no-build-isolation", "--disable-pip-version-check"]
     # unoptimised, which takes a fifth of the time: what is tested is the installation
-    settings = [f"-Cbuild-dir={tmp_path}/build", "-Ccmake.define.CMAKE_Fortran_FLAGS_RELEASE=-O0"]
+    given = (f"build-dir={tmp_path}/build", "cmake.define.CMAKE_Fortran_FLAGS_RELEASE=-O0")
+    settings = [f"--config-settings={one}" for one in given]  # pip knows -C from 23.1 on
     done = subprocess.run([*install, *settings, str(ROOT)], capture_output=True, text=True)
     assert done.returncode == 0, done.stdout + done.stderr
 
