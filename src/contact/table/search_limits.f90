@@ -24,6 +24,7 @@ module rockdda_contact_search_limits
       logical, allocatable :: is_born(:)    !! (blocks) contacts begin as at the start; or none
       real(wp) :: touch = 0                 !! gap up to which they touch, at most [length]
       logical, allocatable :: bears_tension(:)   !! (joints) their bonds do
+      logical, allocatable :: weakens(:)    !! (joints) their bonds do, by slip; not allocated: none
       type(normal_law_type), allocatable :: normal(:)   !! (joints) laws along the normal; not allocated: all linear
       integer, allocatable :: edge_joint(:) !! (nv) joint material of each edge; not allocated: no bond bears tension
       real(wp) :: radius = 0.01_wp !! of rounded corners, share of the shortest edge

@@ -73,6 +73,10 @@ contains
          call begin_rows(first, last, given, first_step, touch, work, table)
       end do
       !$omp end parallel do
+      if (allocated(given%limits%weakens)) then
+         if (given%limits%by_length .and. any(given%limits%weakens)) &
+            call keep_bonds(given%previous, work%source, work%same_rows, given%limits%weakens, table)
+      end if
       if (given%limits%by_length .and. .not. work%same_rows) &
          call begin_intervals(given, work%source, work%pressed, table)
       if (given%limits%by_length) call free_new_lengths(given%previous, work%source, work%same_rows, work%is_taken, &
@@ -211,6 +215,31 @@ contains
          gap(k:k + 1) = distance(k:k + 1) - offset(k:k + 1)
       end do
    end subroutine follow_intervals
+
+   !> What comes to face each other later is not bonded once a bond slips, either: its sound part stays in the middle
+   !> between both blocks as they slide along each other by what their interval grows or shrinks, half at either end.
+   pure subroutine keep_bonds(previous, source, same_rows, weakens, table)
+      type(contact_table_type), intent(in) :: previous
+      integer, intent(in) :: source(:)     !! (>= rows) row of the last step that continues
+      logical, intent(in) :: same_rows     !! each row continues itself, `source` is not set
+      logical, intent(in) :: weakens(:)    !! (joints) their bonds do, by slip
+      type(contact_table_type), intent(inout) :: table
+      real(wp) :: bond(2), length, before  ! shares of the interval; of it now and in the last step [length]
+      integer :: k, row
+      do k = 1, table%n
+         if (table%station(k) /= 1 .or. .not. (table%bonded(k) .and. weakens(table%joint(k)))) cycle
+         row = k
+         if (.not. same_rows) row = source(k)
+         if (row <= 0 .or. .not. any(table%total_slip(k:k + 1) > 0)) cycle
+         bond = table%bond_end(k:k + 1)
+         length = sum(table%length(k:k + 1))
+         before = sum(previous%length(row:row + 1))
+         if (.not. (bond(2) > bond(1) .and. abs(length - before) > 0)) cycle
+         bond = min(1.0_wp, max(0.0_wp, (before*bond + 0.5_wp*(length - before))/length))
+         if (.not. bond(2) > bond(1)) bond = 0
+         table%bond_end(k:k + 1) = bond
+      end do
+   end subroutine keep_bonds
 
    !> Gap below which the blocks of a row touch at the start: of small blocks in a large model a share of their size,
    !> but for presets.

@@ -82,10 +82,12 @@ contains
       opens = opens .or. placed
       if (.not. allocated(limits%is_tied)) allocate (limits%is_tied(size(parameters%joint_materials)), &
                                                      limits%bears_tension(size(parameters%joint_materials)), &
+                                                     limits%weakens(size(parameters%joint_materials)), &
                                                      limits%normal(size(parameters%joint_materials)))
       limits%is_tied(:) = parameters%joint_materials%tie
       limits%normal(:) = new_normal_law(parameters%joint_materials, parameters%by_length)
       limits%bears_tension(:) = parameters%joint_materials%tension > 0 .or. limits%is_tied
+      limits%weakens(:) = is_set(parameters%joint_materials%slip_length)
       allocate (depth(contacts%n))
       !$omp parallel do default(none) shared(contacts, parameters, limits, opens, placed, depth) private(c) &
       !$omp reduction(max:deepest, widest, pulled) schedule(static) if (contacts%n > parallel_contacts)

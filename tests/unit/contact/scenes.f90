@@ -92,6 +92,7 @@ contains
       limits%cosine = cos(angle_tolerance)
       limits%by_length = .true.
       limits%is_tied = [.false.]
+      limits%weakens = [.true.]
       limits%smooth = smooth
       if (present(previous)) then
          call tool%run(self%blocks, self%topology, self%vertices, limits, previous, .false., 1.0e-9_wp, table)
