@@ -112,7 +112,7 @@ SEARCHES = {
 CONSTANTS = {
     **dict.fromkeys(("apart", "loaded_apart", "mostly", "usual_share"), "stepping/stage/verdict"),
     **dict.fromkeys(("gap", "parts", "splinter", "compared"), "run/search/factor_search"),
-    **dict.fromkeys(("far", "steepest", "slow_trials", "hardly_shorter"), "run/search/search_path"),
+    **dict.fromkeys(("far", "steepest", "slow_trials", "hardly_shorter"), "run/search/factor_search/search_path"),
 }
 
 
