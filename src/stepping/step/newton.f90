@@ -66,6 +66,7 @@ module rockdda_stepping_newton
       integer :: n_changes = 1      !! of states
       logical :: agree = .false.    !! forces and motion agree
       real(wp) :: fraction = 1      !! of the change of the motion; less: it was shortened
+      real(wp) :: missing = 0       !! of a shortened motion: |R| over that of all loads
    end type round_type
 
    type :: newton_type
@@ -92,7 +93,7 @@ contains
       type(error_type), allocatable, intent(out) :: error
       type(round_type) :: found
       type(arms_type) :: arms
-      integer :: n_shortened    ! rounds in a row whose change the line search has shortened
+      integer :: n_shortened    ! rounds in a row with a shortened motion
       integer :: new_parts, round
       real(wp) :: negligible    ! share of the loads below which |R| counts as zero
       logical :: windows_rules, solved
@@ -113,7 +114,7 @@ contains
             negligible = merge(method%static_tolerance, method%friction_tolerance, conditions%slack > 0)
             if (is_last_resort()) negligible = method%coarse_tolerance
             if (round > 1 .and. .not. windows_rules) &
-               call self%line%search(families, negligible, method, equations, found%fraction)
+               call self%line%search(families, negligible, method, equations, found%fraction, found%missing)
             n_shortened = merge(n_shortened + 1, 0, found%fraction < 1)
             call judge(is_end=.false., again=.false.)
             if (report%left > 0 .and. is_of_solve() .and. (found%agree .or. found%n_changes == 0)) then
@@ -150,7 +151,7 @@ contains
       pure logical function converged()
          converged = found%agree .and. .not. families%contacts%settings%sticks
          if (converged .and. found%fraction < 1) converged = conditions%is_trial .and. .not. report%left > 0 .and. &
-            self%line%missing <= conditions%slack/sqrt(real(equations%n_rows(), wp))
+            found%missing <= conditions%slack/sqrt(real(equations%n_rows(), wp))
       end function converged
 
       !> Is the motion the whole one of the last solve, with the arms that it had?
@@ -271,9 +272,9 @@ contains
 
       !> First states, judged by a predicted motion; x is the last motion. In statics that is the prediction. In
       !> dynamics it is the motion with the acceleration of the last step, d = v dt + a dt^2/2 with a dt^2/2 = v dt -
-      !> (last motion), by whose rotations arms have been turned (`expect_motion` of the attempt). If it comes much
-      !> closer to equilibrium than the last motion, the first solve starts there. Where contacts vibrate from step to
-      !> step (stiff springs, long steps) it does not: the first solve starts at the last motion, no state is judged.
+      !> (last motion); `expect_motion` of the attempt has turned arms by its rotations. If its |R| is far below that of
+      !> the last motion, the first solve starts there. Where contacts vibrate from step to step (stiff springs, long
+      !> steps) it is not: the first solve starts at the last motion, no state is judged.
       subroutine predict_motion()
          logical :: is_good
          is_good = .true.

@@ -34,18 +34,18 @@ module rockdda_stepping_line_search
 
    !> The motion that the last round ended with, and scratch.
    type :: line_search_type
-      real(wp) :: missing = 1                          !! of a motion that was shortened: |R| over that of all loads
-      real(wp), allocatable, private :: x(:, :)        !! (6, nb)
-      type(norm_anew_type), private :: weights         !! by K_ii, or by the terms of single blocks
-      logical, private :: by_terms = .false.           !! the latter
-      logical, private :: has_weights = .true.         !! all blocks of the last norm have a factor
-      real(wp), private :: reached = 0                 !! |R| where the last search of this attempt has ended; 0: none
-      logical, private :: is_stuck = .false.           !! the last search of the attempt has found no smaller |R|
-      logical, private :: was_better = .false.         !! the last answer of `is_better`: nothing else depends on it
-      real(wp), allocatable, private :: r(:, :)        !! (6, rows)
-      real(wp), allocatable, private :: force(:, :)    !! (2, >= links) along the lines of each link
-      integer, allocatable, private :: places(:)       !! (>= rows) block of each row
-      integer, allocatable, private :: runs(:, :)      !! (2, >= n) contacts of a few blocks: first and last row
+      private
+      real(wp), allocatable :: x(:, :)              !! (6, nb)
+      type(norm_anew_type) :: weights               !! by K_ii, or by the terms of single blocks
+      logical :: by_terms = .false.                 !! the latter
+      logical :: has_weights = .true.               !! all blocks of the last norm have a factor
+      real(wp) :: reached = 0                       !! |R| where the last search of this attempt has ended; 0: none
+      logical :: is_stuck = .false.                 !! the last search of the attempt has found no smaller |R|
+      logical :: was_better = .false.               !! the last answer of `is_better`: nothing else depends on it
+      real(wp), allocatable :: r(:, :)              !! (6, rows)
+      real(wp), allocatable :: force(:, :)          !! (2, >= links) along the lines of each link
+      integer, allocatable :: places(:)             !! (>= rows) block of each row
+      integer, allocatable :: runs(:, :)            !! (2, >= n) contacts of a few blocks: first and last row
    contains
       procedure :: keep
       procedure :: search
@@ -74,17 +74,19 @@ contains
 
    !> Go from the motion that was kept towards the one just solved for; `fraction` is 1 when all the way.
    !> |R| below `negligible` counts as zero.
-   subroutine search(self, families, negligible, method, equations, fraction)
+   subroutine search(self, families, negligible, method, equations, fraction, missing)
       class(line_search_type), intent(inout) :: self
       type(families_type), intent(inout) :: families
       real(wp), intent(in) :: negligible                   !! share of the magnitude of all loads
       type(method_type), intent(in) :: method
       type(equations_type), intent(inout) :: equations
       real(wp), intent(out) :: fraction
-      real(wp) :: at_start, least, next, reached, a
+      real(wp), intent(out) :: missing                     !! |R| of a shortened motion, as such a share; else 0
+      real(wp) :: at_start, least, next, reached, loads, a
       integer :: k
 
       fraction = 1
+      missing = 0
       if (equations%n_rows() == 0) return
       call make_room(self, equations)
       self%by_terms = .false.
@@ -96,7 +98,8 @@ contains
       if (least <= method%enough*self%measure_part(0.0_wp, families, equations)) return
       at_start = self%measure(0.0_wp, families, equations)
       if (least <= method%enough*at_start) return
-      if (least <= negligible*norm_of_loads(self, equations)) return
+      loads = norm_of_loads(self, equations)
+      if (least <= negligible*loads) return
       a = 1
       do k = 1, method%most_trials
          a = method%shorter*a
@@ -114,7 +117,7 @@ contains
       if (.not. (self%is_stuck .or. least < at_start)) fraction = 1
       self%reached = least
       if (.not. fraction < 1) return
-      self%missing = least/max(norm_of_loads(self, equations), tiny(1.0_wp))
+      missing = least/max(loads, tiny(1.0_wp))
       equations%x = self%x + fraction*(equations%x - self%x)
       call families%shorten(fraction)
    end subroutine search
