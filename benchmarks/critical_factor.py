@@ -111,8 +111,9 @@ SEARCHES = {
 #: Constants of the search and their files in src.
 CONSTANTS = {
     **dict.fromkeys(("apart", "loaded_apart", "mostly", "usual_share"), "stepping/stage/verdict"),
-    **dict.fromkeys(("gap", "parts", "splinter", "compared"), "run/search/factor_search"),
+    **dict.fromkeys(("gap", "parts", "compared"), "run/search/factor_search"),
     **dict.fromkeys(("far", "steepest", "slow_trials", "hardly_shorter"), "run/search/factor_search/search_path"),
+    "splinter": "run/search/factor_search/settled_run",
 }
 
 

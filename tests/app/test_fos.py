@@ -450,9 +450,30 @@ class Values(FosTest):
                 self.assertEqual(warned, [])
             else:
                 self.assertRegex(
-                    warned[0], r"^the factor is that of a splinter: block 4 at \(6\.\d+, 3\.\d+\), 0\.5 % "
+                    warned[0],
+                    r"^the factor is that of a splinter: block 4 at \(6\.\d+, 3\.\d+\), 10000 mm², 0\.5 % of the area "
+                    r"of a typical block \(2 m²\)",
                 )
                 self.assertIn(f"rockdda: warning: {warned[0]}", outcome.err)
+
+    def test_a_splinter_that_no_strength_holds_is_named(self):
+        """Beside blocks at rest a small one falls along the end of the base, as splinters of slopes did: no factor."""
+        more = "&boundary along = 0,0, 9,0, kind = 'fixed' /\n"
+        self.write("block.nml", options(35, 0, more).replace("block.dc", "block.blk"))
+        told = r"what moves is no more than a splinter: block 4 at \(\S+, \S+\), 0.01 m², 0.5 % of the area of a"
+        for size, is_splinter in ((0.1, True), (0.9, False)):
+            boxes = [(0, 0, 9, 1), (1, 1, 3, 2), (4, 1, 6, 2), (9, 0, 9 + size, size)]
+            outlines = [[(a, b), (u, b), (u, v), (a, v)] for a, b, u, v in boxes]
+            self.write("block.blk", block_file(outlines))
+            for search in ("strength", "push"):
+                outcome = self.run_program("fos", "block.nml", "--search", search, "--quiet")
+                self.assertEqual(outcome.code, 3, outcome.err)
+                self.assertIn("the model does not stand", outcome.err)
+                if is_splinter:
+                    self.assertRegex(outcome.err, told)
+                    self.assertNotIn("what fails has no finite factor", outcome.err)
+                else:
+                    self.assertNotIn("splinter", outcome.err)
 
     def test_strength_with_cohesion(self):
         # c = 10 kPa on 2 m, weight 2 m2 x 2400 x 9.81

@@ -29,7 +29,7 @@ module rockdda_run_factor_search
    use rockdda_run_given_loads, only : loads_of, choose_loads, end_tables
    use rockdda_run_open_joints, only : joint_lengths
    use rockdda_run_searched, only : searched_type
-   use rockdda_run_settled_run, only : block_text, find_settled_state
+   use rockdda_run_settled_run, only : find_settled_state, splinter_text
    use rockdda_run_settled_state, only : add_trial_stage
    use rockdda_run_support_uses, only : find_pushed, n_bolts_of, name_of_support
    use rockdda_run_trial, only : trial_type, search_observer_type, compute_trial, most_motion
@@ -43,8 +43,6 @@ module rockdda_run_factor_search
    integer, parameter :: parts = 16
    !> This share of the factor is compared with joints that are springs.
    real(wp), parameter :: compared = 0.9_wp
-   !> What moves in the failing trial is named as a splinter below this share of a typical block's area.
-   real(wp), parameter :: splinter = 0.01_wp
 
    type :: factor_search_type
       type(search_options_type) :: options
@@ -491,21 +489,17 @@ contains
       class(factor_search_type), intent(in) :: search
       character(len=:), allocatable :: text
       type(trial_type) :: failing
-      real(wp) :: share
-      integer :: k
       text = ''
-      share = search%share_that_moves()
-      if (.not. (share > 0 .and. share < splinter)) return
       failing = search%limit_trial(stable=.false.)
-      associate (blocks => failing%mechanism%blocks)
-         do k = 1, min(size(blocks), 3)
-            text = text//block_text(search%settled, blocks(k))//', '
-         end do
-         if (size(blocks) > 3) text = text//'... ('//to_string(size(blocks))//' blocks), '
-      end associate
-      text = 'the factor is that of a splinter: '//text//to_string(100*share, 2)// &
-             ' % of the area of a typical block; what is larger may fail at another one: remove it, or merge it '// &
-             'with a neighbour, and search again'
+      if (.not. allocated(failing%mechanism%blocks)) return
+      text = splinter_text(search%settled, failing%mechanism%blocks)
+      if (len(text) == 0) return
+      if (search%has_factor()) then
+         text = 'the factor is that of a splinter: '//text//'; what is larger may fail at another one'
+      else
+         text = 'what fails at '//to_string(failing%value, 6)//' is no more than a splinter: '//text
+      end if
+      text = text//': remove it, or merge it with a neighbour, and search again'
    end function describe_splinter
 
    !> A warning when blocks stand inside each other in a stable trial, as a run has it: what stops them there is no

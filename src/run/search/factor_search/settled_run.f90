@@ -14,7 +14,7 @@ module rockdda_run_settled_run
    use rockdda_stepping_control, only : goes_on
    use rockdda_stepping_stage_equilibrium, only : base_moves
    use rockdda_stepping_stage_watch, only : progress_type
-   use rockdda_stepping_verdict, only : apart, usual_share, verdict_type, verdict
+   use rockdda_stepping_verdict, only : apart, typical_size, usual_share, verdict_type, verdict
    use rockdda_io_checkpoint, only : checkpoint_facts_type, checkpoint_path
    use rockdda_io_digest, only : digest_length
    use rockdda_io_timestamp, only : utc_now
@@ -27,7 +27,7 @@ module rockdda_run_settled_run
    use rockdda_run_settled_state, only : is_settled
    implicit none
    private
-   public :: find_settled_state, block_text
+   public :: find_settled_state, splinter_text
 
    !> A model that stands moves no block further than this share of its size, or than four times what it deforms by. On
    !> the way there the pull of a block that slides is found to stay when it has moved four times as far as to the first
@@ -36,6 +36,8 @@ module rockdda_run_settled_run
 
    !> Largest multiple of its strength with which a model may stand.
    real(wp), parameter :: most_strength = 64
+   !> Blocks are splinters when all that move have less than this share of a typical block's area.
+   real(wp), parameter :: splinter = 0.01_wp
    character(len=*), parameter :: what_to_do = "  a search begins at rest: examine the model with 'rockdda run', "// &
                                                'or name an earlier stage with --stage'
 
@@ -58,7 +60,7 @@ contains
       type(error_type), allocatable :: unusable
       type(parameters_type) :: parameters
       character(len=digest_length) :: digest
-      character(len=:), allocatable :: fault, first_fault
+      character(len=:), allocatable :: fault, first_fault, splinters
       interrupted = .false.
       told = ''
       if (journal%has_state()) then
@@ -76,12 +78,13 @@ contains
       do
          parameters = input%parameters
          call searched%scale(searched%value_at_rest(journal%strength), parameters)
-         call settle(input%blocks, parameters, journal%strength, observer, settled, told, interrupted, fault, error)
+         call settle(input%blocks, parameters, journal%strength, observer, settled, told, interrupted, fault, &
+                     splinters, error)
          if (interrupted .or. allocated(error)) return
          if (len(fault) == 0) exit
          if (.not. allocated(first_fault)) first_fault = fault
          if (options%kind /= search_kind%strength .or. .not. journal%strength < most_strength) then
-            call refuse(options, journal%strength, fault, error)
+            call refuse(options, journal%strength, fault, splinters, error)
             return
          end if
          journal%strength = 2*journal%strength
@@ -106,16 +109,20 @@ contains
    end function begun_with
 
    !> The error of a model that does not stand.
-   subroutine refuse(options, strength, fault, error)
+   subroutine refuse(options, strength, fault, splinters, error)
       type(search_options_type), intent(in) :: options
       real(wp), intent(in) :: strength
       character(len=*), intent(in) :: fault
+      character(len=*), intent(in) :: splinters        !! that move alone; '': none
       type(error_type), allocatable, intent(out) :: error
       character(len=:), allocatable :: text
       text = 'the model does not stand'
       if (strength > 1) text = text//' even with '//to_string(strength)//' times the strength of the joints searched'
       text = text//': '//fault//new_line('a')
-      if (options%kind == search_kind%strength) then
+      if (len(splinters) > 0) then
+         text = text//'  what moves is no more than a splinter: '//splinters// &
+                ': remove it, or merge it with a neighbour, and search again'
+      else if (options%kind == search_kind%strength) then
          text = text//'  what fails has no finite factor: supports, gaps, blocks that topple, joints that --joints '// &
                 'leaves out'
       else
@@ -148,7 +155,7 @@ contains
    end subroutine begin_journal
 
    !> Bring a model to rest. `fault`: why it does not stand, '' when it does. Errors: those that no strength changes.
-   subroutine settle(blocks, parameters, strength, observer, sim, moved, interrupted, fault, error)
+   subroutine settle(blocks, parameters, strength, observer, sim, moved, interrupted, fault, splinters, error)
       type(block_system_type), intent(in) :: blocks
       type(parameters_type), intent(in) :: parameters
       real(wp), intent(in) :: strength                 !! times that of the model
@@ -157,6 +164,7 @@ contains
       character(len=:), allocatable, intent(out) :: moved   !! a block that has moved on the way; '': none
       logical, intent(out) :: interrupted
       character(len=:), allocatable, intent(out) :: fault
+      character(len=:), allocatable, intent(out) :: splinters   !! that move alone where it does not stand; '': none
       type(error_type), allocatable, intent(out) :: error
       type(verdict_type) :: drawn, judgement
       type(progress_type) :: waiting
@@ -164,6 +172,7 @@ contains
       logical :: stressed        ! before the first step
       logical :: may_end         ! the model has to come to rest in the stage
       fault = ''
+      splinters = ''
       moved = ''
       call begin_anew(sim)
       call sim%init(blocks, parameters, error)
@@ -191,7 +200,10 @@ contains
          may_end = sim%control%stage == stage .and. sim%control%is_static_search(sim%parameters)
          if (may_end) may_end = .not. goes_on(sim%parameters%stages(stage))
          if (may_end) then
-            if (judgement%judge(sim, sim%forces) == verdict%failing) fault = slide_text(sim, judgement)
+            if (judgement%judge(sim, sim%forces) == verdict%failing) then
+               fault = slide_text(sim, judgement)
+               splinters = splinter_text(sim, moved_blocks(sim, judgement))
+            end if
             if (waiting%stalls(sim%record%unbalanced, sim%parameters%stages(stage)%max_steps) .and. len(fault) == 0) &
                fault = restless_text(sim)
             if (len(fault) > 0) return
@@ -206,6 +218,7 @@ contains
       end if
       call drawn%measure(sim, sim%forces)
       fault = motion_text(sim, drawn, most_moved)
+      if (len(fault) > 0) splinters = splinter_text(sim, moved_blocks(sim, drawn))
       moved = motion_text(sim, drawn, apart*usual_share)
       if (len(moved) > 0) moved = moved//': something may have failed before the search and stopped'
    end subroutine settle
@@ -245,7 +258,7 @@ contains
       character(len=:), allocatable :: text
       real(wp) :: allowed(sim%blocks%n_blocks)
       integer :: b
-      allowed = max(share*sqrt(sim%state%area), most_deformed*drawn%deformation_by_now(sim, sim%forces))
+      allowed = motion_that_stands(sim, drawn, share)
       b = maxloc(drawn%moved/allowed, dim=1)
       text = ''
       if (drawn%moved(b) > allowed(b)) text = 'the state at rest is not the one that was drawn: '// &
@@ -253,6 +266,45 @@ contains
          ', further than '//to_string(100*share, 1)//' % of its size and than the model deforms ('// &
          sim%parameters%shown(allowed(b), 'length', 3)//')'
    end function motion_text
+
+   !> Blocks with their area, where they are splinters beside the others: the model without them has another answer.
+   !> Else empty.
+   function splinter_text(sim, blocks) result(text)
+      type(simulation_type), intent(in) :: sim
+      integer, intent(in) :: blocks(:)            !! that move
+      character(len=:), allocatable :: text
+      real(wp) :: area, typical, share
+      integer :: k
+      text = ''
+      area = sum(sim%state%area(blocks))
+      typical = typical_size(sim)
+      share = area/typical**2
+      if (size(blocks) == 0 .or. .not. share < splinter) return
+      do k = 1, min(size(blocks), 3)
+         text = text//block_text(sim, blocks(k))//', '
+      end do
+      if (size(blocks) > 3) text = text//'... ('//to_string(size(blocks))//' blocks), '
+      text = text//sim%parameters%shown(area, 'length^2', 2)//', '//to_string(100*share, 2)// &
+             ' % of the area of a typical block ('//sim%parameters%shown(typical**2, 'length^2', 2)//')'
+   end function splinter_text
+
+   !> How far each block may move while the model stands.
+   function motion_that_stands(sim, drawn, share) result(allowed)
+      type(simulation_type), intent(in) :: sim
+      type(verdict_type), intent(in) :: drawn
+      real(wp), intent(in) :: share            !! of a block's size
+      real(wp) :: allowed(sim%blocks%n_blocks)
+      allowed = max(share*sqrt(sim%state%area), most_deformed*drawn%deformation_by_now(sim, sim%forces))
+   end function motion_that_stands
+
+   !> The blocks that have moved further than that.
+   function moved_blocks(sim, drawn) result(blocks)
+      type(simulation_type), intent(in) :: sim
+      type(verdict_type), intent(in) :: drawn
+      integer, allocatable :: blocks(:)
+      integer :: i
+      blocks = pack([(i, i=1, sim%blocks%n_blocks)], drawn%moved > motion_that_stands(sim, drawn, most_moved))
+   end function moved_blocks
 
    !> A block with its place.
    function block_text(sim, b) result(text)
