@@ -1094,6 +1094,26 @@ class Refusals(FosTest):
         self.block(LEVEL)
         self.assertIn("stable at 64", self.error("block.nml", code=3))
 
+    def test_tolerances_that_no_search_can_have(self):
+        """As large as what is searched, or finer than the balance of forces at rest, 1e-5 of them."""
+        push = "&loading_point name = 'push', at = 2,1.1, force = 1000,0 /\n"
+        self.block(LEVEL, friction=30, more=push)
+        wrong = {
+            "strength": (("1", ()), ("9e-6", ()), ("1", ("--to", "2"))),
+            "gravity": (("1", ()), ("9e-6", ())),
+            "tilt": (("85", ()), ("40", ("--to", "-40")), ("5.7e-4", ())),
+            "push": (("10", ()), ("0.7", ("--to", "0.7")), ("9e-6", ())),
+            "load": (("1", ()), ("2", ("--to", "50")), ("9e-6", ())),
+        }
+        for search, cases in wrong.items():
+            for tolerance, more in (*cases, *((one, ()) for one in ("0", "-0.1", "nan", "inf"))):
+                with self.subTest(search=search, tolerance=tolerance):
+                    message = self.error("block.nml", "--search", search, "--tolerance", tolerance, *more)
+                    self.assertIn("option --tolerance: ", message)
+        for search, tolerance in (("tilt", "1e-3"), ("push", "2e-5"), ("load", "2e-5")):
+            result = self.search("block.nml", "--search", search, "--tolerance", tolerance)
+            self.assertLessEqual(result["high"] - result["low"], float(tolerance) * max(1, result["high"]))
+
     def test_names_that_do_not_exist(self):
         more = "&stage name = 'weight', kind = 'static', until = 'equilibrium' /\n"
         self.block(slope(20), friction=35, more=more)

@@ -10,10 +10,10 @@
 module rockdda_run_factor_search
    use rockdda_base_diagnostics, only : diagnostics_type, severity
    use rockdda_base_error, only : error_type, error_code, make_error
-   use rockdda_base_kinds, only : wp
+   use rockdda_base_kinds, only : wp, pi
    use rockdda_base_strings, only : counted, to_string
    use rockdda_base_suggest, only : did_you_mean
-   use rockdda_model_options, only : is_set
+   use rockdda_model_options, only : is_set, stage_type
    use rockdda_model_parameters, only : parameters_type
    use rockdda_model_units, only : unit_system_type, unit_system
    use rockdda_model_analysis_input, only : joint_material_type
@@ -93,6 +93,7 @@ contains
       if (.not. allocated(error)) call check_values(self%options, self%path%tolerance, error)
       if (.not. allocated(error)) call self%take_loads(input%parameters, error)
       if (.not. allocated(error)) call add_trial_stage(options%stage, input%parameters, error)
+      if (.not. allocated(error)) call check_tolerance(self%options%kind, self%path, input%parameters%stages, error)
       if (allocated(error)) return
       self%journal = new_journal(stem, input, self%options)
    end subroutine prepare
@@ -653,6 +654,38 @@ contains
          call make_error(error, error_code%input, 'options --from, --to: with --factors the search begins at 1')
       end if
    end subroutine check_combination
+
+   !> A tolerance that is none: as large as what is searched, or below what trials can resolve, whose forces at rest are
+   !> in balance up to a share of them.
+   subroutine check_tolerance(kind, path, stages, error)
+      integer, intent(in) :: kind                      !! one of search_kind%...
+      type(search_path_type), intent(in) :: path
+      type(stage_type), intent(in) :: stages(:)        !! the last one is that of the trials
+      type(error_type), allocatable, intent(out) :: error
+      character(len=:), allocatable :: unit
+      real(wp) :: balance, least, most
+      balance = stages(size(stages))%tolerance
+      unit = ''
+      select case (kind)
+      case (search_kind%load)
+         least = balance
+         most = 1
+         unit = ' of the load'
+      case (search_kind%tilt)
+         least = balance*180/pi
+         unit = ' degrees'
+      case (search_kind%push)
+         least = balance
+      case default
+         least = balance*abs(path%start)
+      end select
+      if (kind /= search_kind%load) most = merge(path%end, path%highest, path%has_end) - path%start
+      if (path%tolerance < most .and. .not. path%tolerance < least) return
+      if (.not. (path%tolerance < least .or. most > 0)) return
+      call make_error(error, error_code%input, 'option --tolerance: '//to_string(path%tolerance)//' must be at '// &
+                      'least '//to_string(least, 2)//unit//' (forces of a trial at rest are in balance up to '// &
+                      to_string(balance)//' of them), and less than '//to_string(most)//unit//', which is searched')
+   end subroutine check_tolerance
 
    !> Values that the search cannot have.
    subroutine check_values(options, tolerance, error)
