@@ -1094,6 +1094,33 @@ class Refusals(FosTest):
         self.block(LEVEL)
         self.assertIn("stable at 64", self.error("block.nml", code=3))
 
+    def test_no_factor_rests_on_blocks_inside_each_other(self):
+        """A load 31 degrees off the normal slides a block with a friction of 30 under 25 times its weight. With soft
+        joints the block is 2.6 % of its inradius inside the base by then, and what the joints are decides."""
+        weight = 2 * 2400 * 9.81
+        tangent = math.tan(math.radians(30))
+        truth = tangent * weight / (600 - tangent * 1000)
+        load = "&loading_point name = 'push', at = 3,1.1, force = 600,-1000 /\n"
+        for stiffness, is_answer in (("4.7e9", True), ("4.7e7", False)):
+            self.block(LEVEL, friction=f"30, normal_stiffness = {stiffness}", more=load)
+            if is_answer:
+                result = self.search("block.nml", "--search", "load")
+                self.assertAlmostEqual(result["factor"], truth, delta=0.01 * truth)
+                continue
+            message = self.error("block.nml", "--search", "load", code=3)
+            self.assertRegex(
+                message, r"error: no factor: blocks stand inside each other in the stable trial of \d+, by up to 2\.\d"
+            )
+            self.assertRegex(message, r"the model stands without it up to \d+\n")
+        # other searches: 10 % more than at rest; 4.8 times the weight, and the strength, which presses nothing
+        self.block(slope(30), friction="20, normal_stiffness = 1.25e6", cohesion=20e3)
+        message = self.error("block.nml", "--search", "gravity", code=3)
+        self.assertIn("no factor: blocks stand inside each other", message)
+        self.block(slope(20), friction="35, normal_stiffness = 3.5e5")
+        self.assertAlmostEqual(
+            self.search("block.nml")["factor"], math.tan(math.radians(35)) / math.tan(math.radians(20)), delta=0.02
+        )
+
     def test_tolerances_that_no_search_can_have(self):
         """As large as what is searched, or finer than the balance of forces at rest, 1e-5 of them."""
         push = "&loading_point name = 'push', at = 2,1.1, force = 1000,0 /\n"

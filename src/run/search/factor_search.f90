@@ -18,6 +18,7 @@ module rockdda_run_factor_search
    use rockdda_model_units, only : unit_system_type, unit_system
    use rockdda_model_analysis_input, only : joint_material_type
    use rockdda_model_material_names, only : number_of_material
+   use rockdda_stepping_lodging, only : lodged_share, lodged_growth
    use rockdda_stepping_simulation, only : simulation_type
    use rockdda_stepping_verdict, only : apart, typical_size, usual_share
    use rockdda_run_input, only : model_input_type
@@ -32,7 +33,7 @@ module rockdda_run_factor_search
    use rockdda_run_settled_run, only : find_settled_state, splinter_text
    use rockdda_run_settled_state, only : add_trial_stage
    use rockdda_run_support_uses, only : find_pushed, n_bolts_of, name_of_support
-   use rockdda_run_trial, only : trial_type, search_observer_type, compute_trial, most_motion
+   use rockdda_run_trial, only : trial_type, search_observer_type, compute_trial, depth_inside, most_motion
    implicit none
    private
    public :: factor_search_type
@@ -43,6 +44,8 @@ module rockdda_run_factor_search
    integer, parameter :: parts = 16
    !> This share of the factor is compared with joints that are springs.
    real(wp), parameter :: compared = 0.9_wp
+   !> What helps where loads move nothing that could fail.
+   character(len=*), parameter :: make_room = 'leave them room (a free face, ground around the load that may move)'
 
    type :: factor_search_type
       type(search_options_type) :: options
@@ -70,6 +73,7 @@ module rockdda_run_factor_search
       procedure, private :: compute_values
       procedure, private :: look_below
       procedure, private :: check_solved
+      procedure, private :: check_inside
       procedure, private :: compare_springs
       procedure, private :: warn
       procedure, private :: take_loads
@@ -127,6 +131,7 @@ contains
       class(search_observer_type), intent(in) :: observer
       type(error_type), allocatable, intent(out) :: error
       character(len=:), allocatable :: told
+      type(error_type), allocatable :: refusal
       integer :: i
       real(wp) :: probe
       real(wp), allocatable :: looked(:)      ! values that were tried below the factor
@@ -162,12 +167,16 @@ contains
       end do
       call self%warn(observer, describe_motion(self%trials, self%settled, self%path))
       call self%warn(observer, describe_caught(self))
-      call self%warn(observer, describe_inside(self%trials))
+      call self%check_inside(observer, refusal)
       call self%warn(observer, describe_shear(self%trials))
       call self%warn(observer, describe_unused(self%limit_trial(stable=.false.), self%settled))
       call self%warn(observer, describe_pushed(self%limit_trial(stable=.true.), self%settled))
       call self%warn(observer, describe_splinter(self))
-      if (self%state%outcome == search_end%found) then
+      if (allocated(refusal)) then
+         call move_alloc(refusal, error)
+         return
+      end if
+      if (self%has_factor()) then
          call self%compare_springs(observer, error)
          return
       end if
@@ -175,6 +184,44 @@ contains
       if (self%state%outcome == search_end%never_fails .and. self%options%has_factors()) return
       call make_error(error, error_code%computation, no_factor(self%options, self%state, self%trials))
    end subroutine run_search
+
+   !> No factor rests on a stable trial in which blocks stand inside each other, beyond what they do in the model at
+   !> rest, where thin ones are by the closure of their joints: what stops them there is no contact that a model of rock
+   !> has. Loads grow until something fails, and press blocks that nothing else lets move into each other: the search
+   !> has no factor beyond the depth that a run reports; other searches beyond that which a run reports again. Less is a
+   !> warning.
+   subroutine check_inside(self, observer, error)
+      class(factor_search_type), intent(inout) :: self
+      class(search_observer_type), intent(in) :: observer
+      type(error_type), allocatable, intent(out) :: error
+      character(len=:), allocatable :: text
+      real(wp) :: most
+      integer :: i, sound
+      i = maxloc([0.0_wp, self%trials%inside], mask=[.true., self%trials%stable], dim=1) - 1
+      if (i == 0) return
+      most = lodged_share
+      if (self%options%kind /= search_kind%load) most = lodged_growth*lodged_share
+      most = most + depth_inside(self%settled)
+      text = 'blocks stand inside each other in the stable trial of '//to_string(self%trials(i)%value, 6)// &
+             ', by up to '//to_string(100*self%trials(i)%inside, 2)//' % of the inradius of the smaller one'
+      if (.not. (self%has_factor() .and. self%trials(i)%inside > most)) then
+         call self%warn(observer, text//': what holds there is not to be trusted; rock or joints that are too '// &
+                        'soft, or a sharp corner in a kink of the ground, let them')
+         return
+      end if
+      text = 'no factor: '//text
+      sound = maxloc(self%path%sign*self%trials%value, dim=1, &
+                     mask=self%trials%stable .and. .not. self%trials%inside > 0)
+      if (sound > 0) text = text//'; the model stands without it up to '//to_string(self%trials(sound)%value, 6)
+      if (self%options%kind == search_kind%load) then
+         text = text//new_line('a')//'  loads press blocks into each other where they cannot give way: '//make_room// &
+                ', or give rock and joints the stiffness that they have'
+      else
+         text = text//new_line('a')//'  rock or joints that are too soft, or a sharp corner in a kink of the '// &
+                'ground, let them: examine the model in a run'
+      end if
+      call make_error(error, error_code%computation, text)
+   end subroutine check_inside
 
    !> The search fails where its answer rests on a trial without a solution; the nearest other one is reported.
    subroutine check_solved(self, looked, observer, error)
@@ -502,20 +549,6 @@ contains
       end if
       text = text//': remove it, or merge it with a neighbour, and search again'
    end function describe_splinter
-
-   !> A warning when blocks stand inside each other in a stable trial, as a run has it: what stops them there is no
-   !> contact that a model of rock has. Else empty.
-   pure function describe_inside(trials) result(text)
-      type(trial_type), intent(in) :: trials(:)
-      character(len=:), allocatable :: text
-      integer :: i
-      text = ''
-      i = maxloc([0.0_wp, trials%inside], mask=[.true., trials%stable], dim=1) - 1
-      if (i == 0) return
-      text = 'blocks stand inside each other in the stable trial of '//to_string(trials(i)%value, 6)//', by up to '// &
-             to_string(100*trials(i)%inside, 2)//' % of the inradius of the smaller one: the factor is not to be '// &
-             'trusted; rock or joints that are too soft, or a sharp corner in a kink of the ground, let them'
-   end function describe_inside
 
    !> A warning when elastic bolts could hold what fails: they take their force as blocks move. Else empty.
    function describe_unused(failing, settled) result(text)

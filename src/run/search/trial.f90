@@ -42,7 +42,7 @@ module rockdda_run_trial
    use rockdda_stepping_verdict, only : loaded_apart, verdict_type, verdict, typical_size, usual_share
    implicit none
    private
-   public :: trial_facts_type, trial_type, search_observer_type, compute_trial, begin_trial, most_motion
+   public :: trial_facts_type, trial_type, search_observer_type, compute_trial, begin_trial, depth_inside, most_motion
 
    !> A stable trial that moves a block by more than this share of a typical block's size has moved something. So far
    !> elastic bolts are waited for.
@@ -184,7 +184,6 @@ contains
       type(trial_type), intent(out) :: trial
       logical, intent(out) :: interrupted
       type(error_type), allocatable, intent(out) :: error
-      type(lodging_type) :: lodging
       real(wp) :: start
       integer :: beginning
       start = wall_seconds()
@@ -206,13 +205,21 @@ contains
       if (.not. (interrupted .or. allocated(error))) then
          trial%open = open_shares(run%sim, joint_lengths(settled))
          trial%shear = shear_of_linings(run%sim)
-         call lodging%look(run%sim%blocks, run%sim%state)
-         trial%inside = maxval([0.0_wp, lodging%found%share])
+         trial%inside = depth_inside(run%sim)
          call find_uses(run%sim, trial%supports)
       end if
       trial%seconds = wall_seconds() - start
       if (allocated(error)) call add_context(error, 'the trial of '//to_string(value, 6)//' has no verdict')
    end subroutine compute_trial
+
+   !> Depth of blocks in each other, over the inradius of the smaller one, where a run would report it; else 0.
+   function depth_inside(sim) result(depth)
+      type(simulation_type), intent(in) :: sim
+      real(wp) :: depth
+      type(lodging_type) :: lodging
+      call lodging%look(sim%blocks, sim%state)
+      depth = maxval([0.0_wp, lodging%found%share])
+   end function depth_inside
 
    !> Largest mean shear stress of a lining, over its tensile strength.
    real(wp) function shear_of_linings(sim) result(largest)

@@ -16,12 +16,12 @@ module rockdda_stepping_lodging
    use rockdda_model_state, only : block_state_type
    implicit none
    private
-   public :: lodging_type, lodged_pair_type
+   public :: lodging_type, lodged_pair_type, lodged_share, lodged_growth
 
    !> Blocks that are deeper in each other than this share of the smaller inradius are reported.
-   real(wp), parameter :: limit = 0.02_wp
+   real(wp), parameter :: lodged_share = 0.02_wp
    !> Pairs are reported again when they are deeper by this factor.
-   real(wp), parameter :: growth = 5.0_wp
+   real(wp), parameter :: lodged_growth = 5.0_wp
    !> Pairs are listed when their boxes are closer than this share of the mean inradius.
    real(wp), parameter :: reach = 0.5_wp
    !> The search for the least way apart ends with less than this share of the limit.
@@ -160,9 +160,9 @@ contains
       real(wp) :: allowed, smallest
       integer :: k
       smallest = min(self%inradius(a), self%inradius(b))
-      allowed = limit*smallest
+      allowed = lodged_share*smallest
       do k = 1, size(self%told)
-         if (all(self%told(k)%blocks == [a, b])) allowed = growth*self%told(k)%depth
+         if (all(self%told(k)%blocks == [a, b])) allowed = lodged_growth*self%told(k)%depth
       end do
       associate (va => state%vertices(:, blocks%vertex_offset(a) + 1:blocks%vertex_offset(a + 1)), &
                  vb => state%vertices(:, blocks%vertex_offset(b) + 1:blocks%vertex_offset(b + 1)))
@@ -176,7 +176,7 @@ contains
          self%slack = min(self%slack, allowed - pair%depth)
          return
       end if
-      self%slack = min(self%slack, (growth - 1)*pair%depth)
+      self%slack = min(self%slack, (lodged_growth - 1)*pair%depth)
       pair%blocks = [a, b]
       pair%share = pair%depth/smallest
       self%found = [self%found, pair]
