@@ -1094,6 +1094,29 @@ class Refusals(FosTest):
         self.block(LEVEL)
         self.assertIn("stable at 64", self.error("block.nml", code=3))
 
+    def test_what_nothing_fails_is_not_searched_further(self):
+        """Blocks that only bear what presses on them: no larger value than a search tries by itself would be meant."""
+        down = "&loading_point name = 'down', at = 3,2, force = 0,{} /\n"
+        held = "35, cohesion = 1e9, tension = 1e9"
+        told = {
+            (35, -1e3, "load"): r"stable at 1e\+06, .* moved by up to \d.* without a mechanism, .*leave them room",
+            (35, -1e-9, "load"): r"stable at 1e\+06, .* moved by no more than .*; give larger loads",
+            (35, 0, "strength"): "stable at 64, .* shape or supports hold the model",
+            (35, 0, "gravity"): "stable at 64, .* friction bears any weight",
+            (held, 0, "tilt"): "stable at 85, .* nothing slides or falls",
+            (held, 0, "push"): "stable at 10, .* nothing slides or falls",
+        }
+        for (friction, force, search), words in told.items():
+            with self.subTest(search=search, force=force):
+                self.write("block.dc", LEVEL)
+                self.write("block.nml", options(friction, more=down.format(force)).replace(", cohesion = 0 ", " "))
+                message = self.error("block.nml", "--search", search, code=3)
+                self.assertRegex(message, words)
+                self.assertNotIn("search further", message)
+                # an end that the user has chosen
+                end = {"load": "1e3", "tilt": "40", "push": "0.5"}.get(search, "2")
+                self.assertIn("search further", self.error("block.nml", "--search", search, "--to", end, code=3))
+
     def test_no_factor_rests_on_blocks_inside_each_other(self):
         """A load 31 degrees off the normal slides a block with a friction of 30 under 25 times its weight. With soft
         joints the block is 2.6 % of its inradius inside the base by then, and what the joints are decides."""

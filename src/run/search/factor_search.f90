@@ -182,7 +182,7 @@ contains
       end if
       ! a design without a finite reserve stands
       if (self%state%outcome == search_end%never_fails .and. self%options%has_factors()) return
-      call make_error(error, error_code%computation, no_factor(self%options, self%state, self%trials))
+      call make_error(error, error_code%computation, no_factor(self))
    end subroutine run_search
 
    !> No factor rests on a stable trial in which blocks stand inside each other, beyond what they do in the model at
@@ -607,20 +607,24 @@ contains
    end function describe_shear
 
    !> Why there is no factor, and what to do.
-   function no_factor(options, state, trials) result(text)
-      type(search_options_type), intent(in) :: options
-      type(search_state_type), intent(in) :: state
-      type(trial_type), intent(in) :: trials(:)       !! those on the way, in order
+   function no_factor(search) result(text)
+      class(factor_search_type), intent(in) :: search
       character(len=:), allocatable :: text
+      type(search_options_type) :: options
+      type(trial_type) :: last
       real(wp) :: value
-      value = trials(size(trials))%value
-      if (options%kind == search_kind%load .and. state%outcome == search_end%never_stable) then
+      logical :: never_stable
+      options = search%options
+      last = search%trials(size(search%trials))
+      value = last%value
+      never_stable = search%state%outcome == search_end%never_stable
+      if (options%kind == search_kind%load .and. never_stable) then
          text = 'fails under '//to_string(value, 3)//' times the loads: nothing carries them'
          if (is_set(options%from)) text = 'not stable under '//to_string(value, 6)// &
                                           ' times the loads, the lower end of the search: begin lower with --from'
          return
       end if
-      if (state%outcome == search_end%never_stable) then
+      if (never_stable) then
          text = 'not stable at '//to_string(value, 6)//', the lower end of the search of the '
       else
          text = 'stable at '//to_string(value, 6)//', the upper end of the search of the '
@@ -630,11 +634,44 @@ contains
       case (search_kind%push); text = text//'push'
       case default; text = text//trim(search_names(options%kind))
       end select
-      if (state%outcome == search_end%never_stable) then
+      if (never_stable) then
          text = text//': begin lower with --from, or make the model stable there'
-      else
-         text = text//': search further with --to, or check that something can fail (joints, cohesion, supports)'
+         return
       end if
+      ! what a search does not try by itself is hardly meant
+      if (path_is_short()) then
+         text = text//': search further with --to, or check that something can fail (joints, cohesion, supports)'
+         return
+      end if
+      select case (options%kind)
+      case (search_kind%load)
+         text = text//' and the largest value that is tried without --to: '
+         if (last%displacement > apart*usual_share*typical_size(search%settled)) then
+            text = text//'blocks have moved by up to '// &
+                   search%settled%parameters%shown(last%displacement, 'length', 3)//' and bear it without a '// &
+                   'mechanism, confined by each other or by what is fixed; '//make_room
+         else
+            text = text//'blocks have moved by no more than '// &
+                   search%settled%parameters%shown(last%displacement, 'length', 2)//'; give larger loads'
+         end if
+      case (search_kind%gravity)
+         text = text//': friction bears any weight as it bears that of the model, and cohesion alone has a factor, '// &
+                'which --to may find: search the strength'
+      case (search_kind%strength)
+         text = text//': shape or supports hold the model, or cohesion beyond any need: check what can fail (a '// &
+                'free face, supports, cohesion)'
+      case default
+         text = text//': nothing slides or falls: check that something can (a free face, cohesion, supports)'
+      end select
+
+   contains
+
+      !> Does --to end the search before it would end by itself?
+      pure logical function path_is_short()
+         path_is_short = .false.
+         if (is_set(options%to)) path_is_short = abs(options%to) < search%path%highest
+      end function path_is_short
+
    end function no_factor
 
    !> Which joint materials the search reduces.
