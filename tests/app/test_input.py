@@ -273,6 +273,16 @@ class BadInput(ProgramTest):
             "block.df:1:1: error: the file is empty",
         )
 
+    def test_a_model_of_comments_alone(self):
+        """A labelled file that was cut off in its first comment was checked without an error; options may be empty."""
+        for text in ("! a slope\n! with a joint", "\n\n! a slope, in m", "!"):
+            self.write("slope.nml", text)
+            outcome = self.run_program("check", "slope.nml")
+            self.assertEqual((outcome.code, outcome.out), (2, "1 file checked: 1 error, 0 warnings\n"))
+            self.assertRegex(outcome.err, r"^slope.nml: error: the file holds no groups: a model has &model, ")
+            self.assertEqual(self.run_program("check", "block.dc", "block.df", "slope.nml").code, 0)
+            self.assertEqual(self.run_program("check", "block.dc", "slope.nml").code, 0)
+
     def test_binary_file(self):
         self.check({"block.df": bytes(range(256))}, "block.df:1:1: error: this is a binary file, not text")
 

@@ -7,6 +7,7 @@ module rockdda_app_command_check
    use rockdda_base_diagnostics, only : diagnostics_type, severity, origin_type
    use rockdda_base_kinds, only : wp
    use rockdda_base_strings, only : counted, to_string
+   use rockdda_io_namelist_file, only : given_group_type, list_given_options
    use rockdda_io_option_documents, only : options_markdown, options_schema
    use rockdda_io_recognise, only : file_kind, kind_name, ddaml_advice
    use rockdda_run_labelled_text, only : labelled_text
@@ -75,7 +76,8 @@ contains
          readable = readable .and. .not. (is_input(kinds) .or. kinds == file_kind%labelled)
       end if
       do i = 1, size(files)
-         if (readable(i) .and. .not. line%as_namelist) call check_alone(line, files(i)%text, kinds(i), messages)
+         if (readable(i) .and. .not. line%as_namelist) call check_alone(line, files(i)%text, kinds(i), &
+            any(is_input(kinds) .and. kinds /= file_kind%options), messages)
       end do
       exit_code = 0
       if (messages%has_errors() .or. allocated(error)) exit_code = error_code%input
@@ -403,12 +405,14 @@ contains
    end subroutine check_together
 
    !> Check one file by itself.
-   subroutine check_alone(line, path, kind, messages)
+   subroutine check_alone(line, path, kind, has_model, messages)
       type(command_line_type), intent(in) :: line
       character(len=*), intent(in) :: path
       integer, intent(in) :: kind                  !! one of file_kind%...
+      logical, intent(in) :: has_model             !! files of a model that options may belong to are checked, too
       type(diagnostics_type), intent(inout) :: messages
       type(argument_type) :: file(1)
+      type(given_group_type), allocatable :: groups(:)
       type(model_input_type) :: input
       type(file_content_type) :: content
       type(cut_report_type) :: report
@@ -425,6 +429,11 @@ contains
       if (.not. content%valid) return
       origin%file = path
       select case (kind)
+      case (file_kind%options)
+         call list_given_options(path, groups)
+         if (size(groups) == 0 .and. .not. has_model) call messages%add(severity%error, 'the file holds no groups: '// &
+            'a model has &model, which names its geometry; a file of options is checked together with the geometry '// &
+            'and the analysis file of its model', origin)
       case (file_kind%geometry)
          content%geometry%allow_open = line%allow_open
          call cut_blocks(content%geometry, content%blocks, report, messages, error)
