@@ -12,7 +12,7 @@ from rockdda.certainty.random_inputs import RandomInput, correlation_of, parse_i
 from rockdda.certainty.running import FAILS, STANDS, UNKNOWN, Found, _side
 from rockdda.certainty.surrogate import fit, fitting_kinds
 from rockdda.certainty.variants import AS_IT_IS, HALF_STEP, PROPERTY, Variant
-from rockdda.certainty.verdict import judge, number_with_error, percent, rounded
+from rockdda.certainty.verdict import judge, number_with_error, percent, rounded, two_digits
 from rockdda.errors import InputError
 from rockdda.units import Units
 
@@ -95,6 +95,10 @@ def test_shares_beyond_a_hundred_per_cent_have_no_exponent():
 def test_errors_are_rounded_up(error, shown):
     assert rounded(error) == shown
     assert float(shown) >= error
+
+
+def test_errors_have_two_digits():
+    assert [two_digits(error) for error in (0.0752, 0.1, 12.3, 0.8)] == ["0.075", "0.10", "12", "0.80"]
 
 
 def test_values_have_the_digits_of_their_error():

@@ -106,6 +106,9 @@ def test_a_reliability_is_that_of_the_closed_form(folder, capsys):
     again = reliability(SLAB, VARY, back_analysis=1.0, jobs=1, output="again")
     assert answer_of(folder / "again", "reliability") == first
     assert "Spend money on plane.cohesion: measured exactly" in again.verdict
+    errors = replace(again, surface=replace(again.surface, error=0.0752), distance_interval=(1.3, 1.4504))
+    assert "left out by ± 0.075," in errors.verdict  # not rounded up to one digit
+    assert re.search(r"\(1\.\d\d ± 0\.075 standard deviations from the middle\)", errors.verdict)
     unsure = replace(again, sensitivity_interval=dict.fromkeys(again.sensitivity, (0.3, 0.7)))
     assert "plane.cohesion (or tan(plane.friction): the runs do not separate them): measured exactly" in unsure.verdict
     assert len(again.table) == 30

@@ -50,7 +50,7 @@ from .running import (
 )
 from .surrogate import Surrogate, fit, least_runs, mechanisms
 from .template import Placeholders, Source, read_source, write_study
-from .verdict import percent, rounded
+from .verdict import percent, two_digits
 
 if TYPE_CHECKING:
     import pandas
@@ -149,7 +149,7 @@ class Reliability:
         name, unit = search_name(self.plan.search), SEARCH_UNITS.get(self.plan.search, "")
         if len(known) > 1:
             yield (
-                f"{name}: {known.mean():.4g}{unit} ± {known.std(ddof=1):.2g}{unit} (mean and standard "
+                f"{name}: {known.mean():.4g}{unit} ± {two_digits(known.std(ddof=1))}{unit} (mean and standard "
                 f"deviation of {len(known)} of {self.runs} runs)"
             )
         low, high = self.interval
@@ -164,7 +164,7 @@ class Reliability:
             yield f"stopped after {self.runs} networks: the interval is no wider than ± {self.plan.precision:g}"
         if self.design_point and self.distance is not None and self.distance_interval is not None:
             values = ", ".join(f"{name} {value:.4g}" for name, value in self.design_point.items())
-            far = f"{self.distance:.2f} ± {rounded(_half(self.distance_interval))}"
+            far = f"{self.distance:.2f} ± {two_digits(_half(self.distance_interval))}"
             yield f"most likely failure: {values} ({far} standard deviations from the middle)"
         if self.sensitivity:
             ranked = sorted(self.sensitivity.items(), key=lambda item: -item[1])
@@ -180,8 +180,8 @@ class Reliability:
                 )
         if self.surface is not None:
             yield (
-                f"surface: {self.surface.kind}; it misses runs that are left out by ± {rounded(self.surface.error)}, "
-                f"and gives {100 * self.surface.explained:.1f} % of their variance"
+                f"surface: {self.surface.kind}; it misses runs that are left out by ± "
+                f"{two_digits(self.surface.error)}, and gives {100 * self.surface.explained:.1f} % of their variance"
             )
         yield from self.notes
         if self.refusal:

@@ -168,6 +168,11 @@ def rounded(error: float) -> str:
     return _plain(math.ceil(round(error / 10**place, 6)) * 10.0**place, place)
 
 
+def two_digits(error: float) -> str:
+    """An error with two digits, also where the second one is 0."""
+    return f"{error:#.2g}".rstrip(".")
+
+
 def number_with_error(value: float, errors: Sequence[float]) -> str:
     """A value with as many digits as its smallest error has, two to six; with three where it has none."""
     least = min((error for error in errors if error > 0), default=0.0)
