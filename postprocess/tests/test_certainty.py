@@ -54,6 +54,18 @@ def test_a_number_that_jumps_has_no_order_and_a_wide_error():
     assert "refinement changes ever more: there is no answer yet" in found.words(Units())
 
 
+def test_errors_that_are_nothing_do_not_decide():
+    """A point that moved by 0.45 µm, and by 1.6 µm on joints half as stiff, made the factor uncertain: exit 3."""
+    changed = {"joints × 2 as stiff": -4.7e-7, "joints ÷ 2 as stiff": -1.6e-6}
+    for nothing, decides in ((0.0, True), (1e-6, True), (7e-5, False)):
+        one = judge("point 1 y", "", "length", (-4.5e-7, 4.5e-7), changed, [AS_IT_IS, STIFF, SOFT], nothing=nothing)
+        assert one.exceeds(0.05) == ["joint stiffness"] * decides
+        assert ("nothing beside the factor" in one.words(Units())) != decides
+        study = Convergence("", (one,), (), {}, 0.05, Units(), False, "", Path())
+        assert study.exceeded == decides
+        assert ("do not count beside a factor. Half or twice" in study.summary) != decides
+
+
 def test_rounding_has_no_order():
     found = verdict_of(1.0, 1.0 + 1e-9, 1.0 + 1.5e-9, 1.0, 1.0)
     assert found.order is None

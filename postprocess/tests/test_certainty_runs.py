@@ -322,6 +322,12 @@ def test_convergence_of_a_factor(folder):
     assert factor.plus_minus["search"] == pytest.approx(0.004, abs=0.001)
     assert not found.exceeded
     assert "± 0.004 by the search" in found.verdict
+    # the point moves by 0.75 mm, which joints half as stiff nearly double: nothing beside a model of 106 m
+    both = convergence(SLAB, fos=True, joints="plane", jobs=2)
+    assert not both.exceeded
+    assert "nothing beside the factor" in both.verdict
+    assert convergence(SLAB, jobs=2, output="displacements").exceeded
+    assert convergence(SLAB, fos=True, joints="plane", quantities=["point 1 y", "factor"], jobs=2).exceeded
 
 
 def test_slurm_writes_an_array_that_runs_the_cases(folder, capsys):

@@ -18,7 +18,7 @@ from ..study import Study, read_study
 from ..text import PathLike
 from ..units import Units
 from .pictures import draw_convergence
-from .quantities import check_names, measure, quantities_of
+from .quantities import check_names, extent_of, measure, quantities_of
 from .running import (
     WRONG_INPUT,
     Found,
@@ -44,7 +44,7 @@ from .variants import (
     template_of,
     variants_of,
 )
-from .verdict import UNNAMED, WORDS, Finding, judge, listed, percent
+from .verdict import AS_WORD, EQUILIBRIUM, UNNAMED, WORDS, Finding, judge, listed, percent
 
 if TYPE_CHECKING:
     import pandas
@@ -110,8 +110,8 @@ class Convergence:
         if not known:
             return "There is no number to judge."
         wrong = [kind for kind in METHOD if any(kind in one.exceeds(self.limit) for one in known)]
-        most = max(known, key=lambda one: one.share(one.joints))
-        method = max(one.share(one.method) for one in known)
+        most = max(known, key=lambda one: one.deciding(one.joints))
+        method = max(one.deciding(one.method) for one in known)
         if wrong:
             causes = listed([WORDS[kind] for kind in wrong])
             text = f"Numbers of the method matter: refine {causes} before you use these numbers."
@@ -122,14 +122,19 @@ class Convergence:
             )
             if any(one.method > self.limit * abs(one.value or 0.0) for one in known):
                 text += " Shares of a component are shares of the whole displacement of its point."
-        share = most.share(most.joints)
+        errors = [(one, error) for one in known for error in one.plus_minus.values()]
+        few = any(one.share(error) > self.limit >= one.deciding(error) for one, error in errors)
+        if few:
+            text += f" Displacements that change by less than {AS_WORD} do not count beside a factor."
+        share = most.deciding(most.joints)
         if share > self.limit:
             text += (
                 f" The joint stiffness moves {most.title} by {percent(share)} when it is half or twice as "
                 "large: measure it."
             )
         elif PROPERTY in most.plus_minus:
-            text += f" Half or twice the joint stiffness moves no number by more than {percent(max(share, UNNAMED))}."
+            number = "other number" if few else "number"
+            text += f" Half or twice the joint stiffness moves no {number} by more than {percent(max(share, UNNAMED))}."
         return text
 
     def __str__(self) -> str:
@@ -216,8 +221,9 @@ def judge_convergence(
     """Judge the numbers of studies that are done."""
     variants = variants_of(source)
     findings, failed, units = _of_runs(
-        studies[0], variants, quantities, steps_of(source) > 0 and not comes_to_rest(source)
-    )
+        studies[0], variants, quantities, steps_of(source) > 0 and not comes_to_rest(source),
+        EQUILIBRIUM if len(studies) == 2 and not quantities else 0.0,
+    )  # fmt: skip
     if only_factor:
         findings = []
     if len(studies) == 2:
@@ -231,10 +237,11 @@ def judge_convergence(
 
 
 def _of_runs(
-    study: Study, variants: Sequence[Variant], names: Sequence[str], by_steps: bool
+    study: Study, variants: Sequence[Variant], names: Sequence[str], by_steps: bool, nothing: float
 ) -> tuple[list[Finding], dict[str, str], Units]:
     """Findings of the runs, messages of those that failed, and the units. by_steps: a number of steps ends the run, so
-    that variants are read at the time that it reaches."""
+    that variants are read at the time that it reaches. nothing: share of the extent of the model by which a
+    displacement may change without a say in the verdict."""
     from ..study import collect
 
     table = collect(study)
@@ -251,6 +258,7 @@ def _of_runs(
         base = opened.get(variants[0].name)
         if base is None:
             raise ConvergenceError(f"the model as it is has no results: {failed[variants[0].name]}")
+        extent = extent_of(base)
         end = float(base["history/time"][-1]) if by_steps and base.n_steps else math.inf
         found = [
             judge(
@@ -263,6 +271,7 @@ def _of_runs(
                     for variant in variants[1:]
                 },
                 variants,
+                nothing=nothing * extent if one.dimension == "length" else 0.0,
             )
             for one in quantities_of(base, names)
         ]

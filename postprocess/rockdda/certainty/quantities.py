@@ -132,7 +132,12 @@ def _parsed(name: str) -> tuple[str, str, tuple[int, ...]]:
 
 def _is_small(quantity: Quantity, results: Results) -> bool:
     value, scale = quantity.read(results, float("inf"))
-    return abs(value) < SMALL * scale or scale <= AT_REST * float(np.ptp(results.vertices, axis=0).max())
+    return abs(value) < SMALL * scale or scale <= AT_REST * extent_of(results)
+
+
+def extent_of(results: Results) -> float:
+    """The larger side of the box around a model."""
+    return float(np.ptp(results.vertices, axis=0).max())
 
 
 def measure(quantity: Quantity, results: Results, end: float) -> tuple[float, float] | None:

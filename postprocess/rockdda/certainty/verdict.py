@@ -20,8 +20,10 @@ MOST_GROWTH = 4.0
 UNNAMED = 5e-4
 #: Changes over the value below which there is no order: what equilibrium and rounding leave.
 ROUNDING = 1e-6
-#: Error over the value that an equilibrium leaves: its tolerance.
+#: Error over the value that an equilibrium leaves: its tolerance. A displacement of this share of the model's extent
+#: changes arms of forces, and a factor, by no more.
 EQUILIBRIUM = 1e-5
+AS_WORD = "1e-5 of the model's extent"
 WORDS = {
     "step": "the step", "corners": "the corners", "cells": "the cells", "elements": "the elements",
     "solver": "the solver", "search": "the search", PROPERTY: "the joint stiffness",
@@ -43,6 +45,7 @@ class Finding:
     plus_minus: Mapping[str, float] = field(default_factory=dict)  #: by each kind of numbers; without those that failed
     missing: tuple[str, ...] = ()  #: kinds whose variants have no such number
     grows: bool = False  #: does the change grow as the step is refined?
+    nothing: float = 0.0  #: errors that are no larger do not decide
 
     @property
     def title(self) -> str:
@@ -64,9 +67,13 @@ class Finding:
         """An error as a share of the number."""
         return error / self.scale if self.scale > 0 else (math.inf if error > 0 else 0.0)
 
+    def deciding(self, error: float) -> float:
+        """The same, none where the error does not decide."""
+        return self.share(error) if error > self.nothing else 0.0
+
     def exceeds(self, limit: float) -> list[str]:
         """Kinds whose changes are larger than a share of the number, or that have no such number."""
-        found = [kind for kind, error in self.plus_minus.items() if self.share(error) > limit]
+        found = [kind for kind, error in self.plus_minus.items() if self.deciding(error) > limit]
         return [*found, *(kind for kind in self.missing if kind not in found)]
 
     def words(self, units: Units, chosen: bool = False, limit: float = 0.05) -> str:
@@ -82,7 +89,9 @@ class Finding:
             error = self.plus_minus.get(kind, 0.0)
             if self.share(error) >= UNNAMED:
                 remark = ""
-                if kind == PROPERTY:
+                if self.share(error) > limit and error <= self.nothing:
+                    remark = f" (less than {AS_WORD}, nothing beside the factor)"
+                elif kind == PROPERTY:
                     remark = f" (a property{', here chosen by the program' if chosen else ''}: measure it)"
                 elif self.share(error) > limit:
                     remark = " (a number of the method: refine it)"
@@ -99,12 +108,12 @@ class Finding:
 
 def judge(
     name: str, stage: str, dimension: str, base: tuple[float, float] | None, values: Mapping[str, float | None],
-    variants: Sequence[Variant], noise: float = 0.0,
+    variants: Sequence[Variant], noise: float = 0.0, nothing: float = 0.0,
 ) -> Finding:  # fmt: skip
     """Judge a number.
 
     base: the number of the model as it is, and what changes are shares of. values: the number of each variant by its
-    name. noise: half the interval in which a search has found it."""
+    name. noise: half the interval in which a search has found it. nothing: errors that are no larger do not decide."""
     if base is None:
         missing = tuple(dict.fromkeys(variant.kind for variant in variants if variant.kind))
         return Finding(name, stage, None, 0.0, dimension, dict.fromkeys(values), missing=missing)
@@ -140,7 +149,9 @@ def judge(
             errors[kind] = largest
     if noise:
         errors["search"] = noise
-    return Finding(name, stage, value, scale, dimension, changes, order, extrapolated, errors, tuple(failed), grows)
+    return Finding(
+        name, stage, value, scale, dimension, changes, order, extrapolated, errors, tuple(failed), grows, nothing
+    )
 
 
 def _order(half: float, quarter: float, noise: float) -> float | None:
