@@ -9,12 +9,16 @@ import math
 import numpy as np
 from hypothesis import strategies as st
 
-from .bench import Bench, Model, Points, Unsuited, area_of, box, joint, require, rock
-from .drawing import Kind, Values, between, values
-from .limits import Programme, touches
+from .bench import Bench, Model, Points, Unsuited, area_of, box, compare, joint, require, rock, turned
+from .drawing import Kind, Values, between, decades, values
+from .limits import Programme, strength_factor, touches
 
 #: friction without dilation against associated limit analysis, and the interval of the search (1 %)
 BELOW, ABOVE = 0.06, 0.02
+#: blocks that give way by a thousandth of their size before they fall
+BELOW_OF_SOFT = 0.1
+#: two searches of an arch that gives way far before it falls
+STEPS = 0.03
 DEAD, LIVE = (0.0, -1.0), (1.0, 0.0)
 
 
@@ -85,8 +89,8 @@ def pyramid(drawn: Values, bench: Bench) -> None:
     _judge(blocks, {0}, drawn["friction"], drawn, bench, exact=gap > 0)
 
 
-def arch(drawn: Values, bench: Bench) -> None:
-    """A circular arch of equal voussoirs between held springers, without sliding."""
+def _voussoirs(drawn: Values) -> list[Points]:
+    """A circular arch of equal voussoirs, a springer at either end."""
     radius, count = 1.0, drawn["voussoirs"]
     inner, outer = radius - drawn["thick"] / 2, radius + drawn["thick"] / 2
     half = math.radians(drawn["embrace"]) / 2
@@ -97,10 +101,68 @@ def arch(drawn: Values, bench: Bench) -> None:
     def rim(r: float, angle: float) -> list[float]:
         return [r * math.cos(angle), r * math.sin(angle)]
 
-    blocks = [
+    return [
         np.array([rim(inner, a), rim(outer, a), rim(outer, b), rim(inner, b)]) for a, b in itertools.pairwise(angles)
     ]
+
+
+def arch(drawn: Values, bench: Bench) -> None:
+    """A circular arch of equal voussoirs between held springers, without sliding."""
+    blocks = _voussoirs(drawn)
     _judge(blocks, {0, len(blocks) - 1}, 75.0, drawn, bench, exact=True)
+
+
+def _same_by_short_steps(model: Model, search: str, tolerance: float, bench: Bench) -> None:
+    """Trials whose steps move blocks by a third as far find the same."""
+    found = bench.search(model, "--search", search, "--tolerance", f"{tolerance}")
+    if found.code == 3:
+        raise Unsuited
+    require(found.code == 0, f"fos: exit {found.code}: {found.messages.strip()[-200:]}")
+    model.groups.append("&time displacement_ratio=1e-3 /")
+    again = bench.search(model, "--search", search, "--tolerance", f"{tolerance}", name="short")
+    require(again.code == 0, f"fos, short steps: exit {again.code}: {again.messages.strip()[-200:]}")
+    factor, other = (float(run.summary["factor"]) for run in (found, again))
+    require(
+        abs(factor - other) <= 2 * tolerance + STEPS * other, f"{search} {factor:.4g}, with short steps {other:.4g}"
+    )
+
+
+def soft_arch(drawn: Values, bench: Bench) -> None:
+    """An arch on joints that give way, which slides as well."""
+    blocks = _voussoirs(drawn)
+    model = Model(blocks=blocks, held={0, len(blocks) - 1}, e0=1e-5)
+    model.groups = [
+        rock(young=2e10, poisson=0.2, more=", unit_weight=25000.0"),
+        joint(
+            friction=drawn["friction"], normal_stiffness=drawn["stiffness"], shear_stiffness=0.4 * drawn["stiffness"]
+        ),
+        "&stage name='w', until='equilibrium' /",
+    ]
+    _same_by_short_steps(model, "push", 0.005, bench)
+
+
+def columns(drawn: Values, bench: Bench) -> None:
+    """Columns of width 1 on a plane, its downhill side the left: they grow to the highest one and fall from there."""
+    random = np.random.default_rng(drawn["seed"])
+    count, highest = drawn["count"], int(drawn["count"] * random.uniform(0.5, 0.8))
+    top, fall = random.uniform(2.0, 6.0), random.uniform(0.1, 0.3)
+    heights = [
+        top * (0.2 + 0.8 * (k + 1) / highest if k < highest else max(0.2, 1 - (k + 1 - highest) * fall))
+        for k in range(count)
+    ]
+    blocks = [box(float(k), 0, 1, height) for k, height in enumerate(heights)] + [box(-2, -1.5, count + 3, 1.5)]
+    blocks = [turned(points, drawn["dip"]) for points in blocks]
+    friction = math.tan(math.radians(drawn["friction"]))
+    upper = strength_factor(blocks, {count}, touches(blocks, friction))
+    model = Model(blocks=blocks, held={count}, e0=1e-4)
+    model.groups = [
+        rock(young=drawn["modulus"] * 2e4 * count, poisson=0.2, more=", unit_weight=20000.0"),
+        joint(friction=drawn["friction"]),
+        "&stage name='w', until='equilibrium' /",
+    ]
+    if not upper < 10.0:
+        raise Unsuited
+    compare("factor", bench.factor(model), upper, BELOW_OF_SOFT, ABOVE)
 
 
 SEARCH = st.sampled_from(["push", "tilt"])
@@ -151,5 +213,31 @@ KINDS = [
             search=SEARCH,
         ),
         arch,
+    ),
+    Kind(
+        "soft-arches",
+        "masonry",
+        "the same push with steps that move blocks by a third as far: thin arches on soft joints",
+        values(
+            voussoirs=st.integers(4, 20),
+            thick=between(0.07, 0.2, 13),
+            embrace=between(90, 160, 14),
+            friction=between(30, 45, 15),
+            stiffness=decades(1e9, 1e11),
+        ),
+        soft_arch,
+    ),
+    Kind(
+        "columns",
+        "masonry",
+        "limit analysis of columns of soft rock that topple on a plane",
+        values(
+            seed=st.integers(0, 9999),
+            count=st.integers(5, 15),
+            dip=between(10, 35, 25),
+            friction=between(25, 55, 30),
+            modulus=decades(3e4, 1e6),
+        ),
+        columns,
     ),
 ]

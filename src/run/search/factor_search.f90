@@ -58,6 +58,7 @@ module rockdda_run_factor_search
       real(wp) :: strength = 1                       !! of them in the settled state, times their own
       logical :: interrupted = .false.
       real(wp) :: caught = 0                         !! the model stands at this value, and fails at a lower one
+      logical, private :: is_careful = .false.       !! trials fail no longer by few steps: one that did so stands
       type(search_path_type), private :: path
       type(search_journal_type) :: journal
       type(trial_type), allocatable, private :: known(:)   !! all trials with a verdict
@@ -72,6 +73,8 @@ module rockdda_run_factor_search
       procedure, private :: compute_some
       procedure, private :: compute_values
       procedure, private :: look_below
+      procedure, private :: doubtful_trial
+      procedure, private :: drop_doubtful
       procedure, private :: check_solved
       procedure, private :: check_inside
       procedure, private :: compare_springs
@@ -132,7 +135,7 @@ contains
       type(error_type), allocatable, intent(out) :: error
       character(len=:), allocatable :: told
       type(error_type), allocatable :: refusal
-      integer :: i
+      integer :: i, doubtful
       real(wp) :: probe
       real(wp), allocatable :: looked(:)      ! values that were tried below the factor
       logical :: is_shorter
@@ -144,14 +147,19 @@ contains
       self%strength = self%journal%strength
       self%path = new_search_path(self%options, self%strength)
       do
+         call self%drop_doubtful(looked)
          call self%path%follow(self%known%value, self%known%stable, self%known%pull, self%known%limit, self%state)
+         doubtful = self%doubtful_trial()
          if (self%state%outcome == search_end%open) then
             call self%compute_some(observer, error)
+         else if (doubtful > 0) then
+            call self%compute_values([self%known(doubtful)%value], .false., observer, error)
          else
             call self%look_below(looked, probe, is_shorter)
             if (is_shorter) cycle
             if (.not. abs(probe) > 0) exit
-            if (.not. any(abs(self%known%value - probe) <= 0)) call self%compute_values([probe], observer, error)
+            if (.not. any(abs(self%known%value - probe) <= 0)) call self%compute_values([probe], &
+               .not. self%is_careful, observer, error)
             looked = [looked, probe]
          end if
          if (allocated(error) .or. self%interrupted) return
@@ -280,7 +288,8 @@ contains
          value = rest + compared*(self%state%stable - rest)
       end associate
       allocate (run)
-      call compute_trial(self%settled, self%options, springs, value, observer, run, trial, self%interrupted, error)
+      call compute_trial(self%settled, self%options, springs, value, .false., observer, run, trial, &
+                         self%interrupted, error)
       if (self%interrupted) return
       if (allocated(error)) then
          if (error%code /= error_code%computation .or. error%is_fatal) return
@@ -361,8 +370,52 @@ contains
       real(wp), allocatable :: values(:)
       call self%path%candidates(self%known%value, self%known%stable, self%known%pull, self%known%limit, &
                                 max(1, self%options%jobs), values)
-      call self%compute_values(values, observer, error)
+      call self%compute_values(values, .not. self%is_careful, observer, error)
    end subroutine compute_some
+
+   !> The failing trial on which the answer rests, when it failed by few steps; 0: it is sure, or there is none.
+   pure integer function doubtful_trial(self) result(doubtful)
+      class(factor_search_type), intent(in) :: self
+      integer :: i
+      doubtful = 0
+      if (self%state%outcome == search_end%never_fails) return
+      do i = 1, size(self%known)
+         if (abs(self%known(i)%value - self%state%failing) > 0) cycle
+         if (.not. (self%known(i)%stable .or. self%known(i)%is_sure)) doubtful = i
+         ! it was repeated, and has no solution where it goes
+         if (len_trim(self%known(i)%fault) > 0) exit
+      end do
+      if (i <= size(self%known)) doubtful = 0
+   end function doubtful_trial
+
+   !> Leave out trials that failed by few steps and were repeated since. The way keeps their pulls when they fail
+   !> again. When one of them stands, no trial that failed so counts any more, and the way begins anew.
+   subroutine drop_doubtful(self, looked)
+      class(factor_search_type), intent(inout) :: self
+      real(wp), allocatable, intent(inout) :: looked(:)   !! values that were tried below the factor
+      logical :: counts(size(self%known))
+      integer :: i, k
+      counts = .true.
+      do i = 1, size(counts)
+         if (self%known(i)%stable .or. self%known(i)%is_sure) cycle
+         do k = 1, size(counts)
+            if (k == i .or. abs(self%known(k)%value - self%known(i)%value) > 0) cycle
+            if (len_trim(self%known(k)%fault) > 0) cycle
+            counts(i) = .false.
+            if (.not. self%known(k)%stable) then
+               self%known(k)%pull = self%known(i)%pull
+               self%known(k)%limit = self%known(i)%limit
+            else if (.not. self%is_careful) then
+               self%is_careful = .true.
+               self%caught = 0
+               self%path = new_search_path(self%options, self%strength)
+               looked = [real(wp) ::]
+            end if
+         end do
+      end do
+      if (self%is_careful) counts = self%known%stable .or. self%known%is_sure
+      if (.not. all(counts)) self%known = self%known(pack([(i, i=1, size(counts))], counts))
+   end subroutine drop_doubtful
 
    !> A value below the factor that is still to be tried, 0: none. Where the nearest stable trial has moved as far as
    !> others before they fail, blocks may fail at lower values and be caught at this one: values are tried halfway to
@@ -438,9 +491,10 @@ contains
 
    !> Compute trials side by side, and keep them. Only an error of the first one ends the search. Trials without a
    !> solution are not written: they are computed again when the search continues.
-   subroutine compute_values(self, values, observer, error)
+   subroutine compute_values(self, values, preliminary, observer, error)
       class(factor_search_type), intent(inout) :: self
       real(wp), intent(in) :: values(:)
+      logical, intent(in) :: preliminary         !! they may fail by few steps
       class(search_observer_type), intent(in) :: observer
       type(error_type), allocatable, intent(out) :: error
       type(error_type), allocatable :: problem, failure
@@ -450,9 +504,9 @@ contains
       allocate (trials(size(values)), done(size(values)))
       done = .false.
       !$omp parallel do num_threads(size(values)) schedule(static, 1) private(i) shared(self, observer, trials, done, &
-      !$omp values, error)
+      !$omp values, preliminary, error)
       do i = 1, size(values)
-         call compute_one(self, observer, values(i), trials(i), done(i), i == 1, error)
+         call compute_one(self, observer, values(i), preliminary, trials(i), done(i), i == 1, error)
       end do
       !$omp end parallel do
       do i = 1, size(values)
@@ -467,10 +521,11 @@ contains
    end subroutine compute_values
 
    !> One trial. One without a solution counts as failing; the error of one that may never count is none.
-   subroutine compute_one(self, observer, value, trial, done, counts, error)
+   subroutine compute_one(self, observer, value, preliminary, trial, done, counts, error)
       class(factor_search_type), intent(in) :: self
       class(search_observer_type), intent(in) :: observer
       real(wp), intent(in) :: value
+      logical, intent(in) :: preliminary
       type(trial_type), intent(out) :: trial
       logical, intent(out) :: done
       logical, intent(in) :: counts
@@ -479,8 +534,8 @@ contains
       type(error_type), allocatable :: failure
       logical :: interrupted
       allocate (run)
-      call compute_trial(self%settled, self%options, self%searched, value, observer, run, trial, interrupted, &
-                         failure)
+      call compute_trial(self%settled, self%options, self%searched, value, preliminary, observer, run, trial, &
+                         interrupted, failure)
       if (allocated(failure)) then
          if (failure%code == error_code%computation .and. .not. failure%is_fatal) then
             trial%fault = failure%message

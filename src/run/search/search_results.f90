@@ -55,8 +55,8 @@ contains
       run%start = wall_seconds()
       call run%open(request, shown, messages, error)
       if (allocated(error)) return
-      call compute_trial(search%settled, search%options, search%searched, trial%value, observer, run, again, &
-                         interrupted, error)
+      call compute_trial(search%settled, search%options, search%searched, trial%value, .not. trial%is_sure, &
+                         observer, run, again, interrupted, error)
       if (interrupted) run%reason = 'stopped'
       call run%close(error)
       if (allocated(error) .or. interrupted) return

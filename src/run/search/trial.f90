@@ -95,6 +95,7 @@ module rockdda_run_trial
       real(wp) :: value = 0
       logical :: stable = .false.
       logical :: decided = .true.          !! false: neither at rest nor moving on when the steps were used up
+      logical :: is_sure = .true.          !! false: it fails by few steps
       integer :: steps = 0
       integer :: beginning = 1             !! > 1: begun again with shorter steps
       real(wp) :: unbalanced = 0           !! of the last step
@@ -174,11 +175,12 @@ contains
 
    !> Compute a trial until its verdict. `run` holds the simulation; when its results are open they are written.
    !> `interrupted`: a stop was requested, and there is no verdict. Error: the steps cannot be solved.
-   subroutine compute_trial(settled, options, searched, value, observer, run, trial, interrupted, error)
+   subroutine compute_trial(settled, options, searched, value, preliminary, observer, run, trial, interrupted, error)
       type(simulation_type), intent(in) :: settled
       type(search_options_type), intent(in) :: options
       type(searched_type), intent(in) :: searched
       real(wp), intent(in) :: value
+      logical, intent(in) :: preliminary         !! it may fail by few steps
       class(search_observer_type), intent(in) :: observer
       type(run_type), intent(inout) :: run
       type(trial_type), intent(out) :: trial
@@ -198,7 +200,7 @@ contains
          ! loads that a model does not carry yet move it by more than its deformation before
          run%sim%control%brisk%is_on = searched%kind /= search_kind%load
          call run%sim%set_interruption(observer)
-         call advance_trial(options, searched, observer, run, trial, interrupted, error)
+         call advance_trial(options, searched, preliminary, observer, run, trial, interrupted, error)
          if (.not. allocated(error)) exit
          if (error%code /= error_code%computation .or. error%is_fatal .or. run%is_open) exit
       end do
@@ -234,9 +236,10 @@ contains
    end function shear_of_linings
 
    !> The steps of a trial.
-   subroutine advance_trial(options, searched, observer, run, trial, interrupted, error)
+   subroutine advance_trial(options, searched, preliminary, observer, run, trial, interrupted, error)
       type(search_options_type), intent(in) :: options
       type(searched_type), intent(in) :: searched
+      logical, intent(in) :: preliminary
       class(search_observer_type), intent(in) :: observer
       type(run_type), intent(inout) :: run
       type(trial_type), intent(inout) :: trial
@@ -254,9 +257,10 @@ contains
       limits = 0
       if (options%kind == search_kind%load) then
          ! the model at rest does not carry these loads yet
-         call judgement%begin(run%sim, usual_share, any(abs(run%sim%state%stress) > 0), growth=loaded_apart)
+         call judgement%begin(run%sim, usual_share, any(abs(run%sim%state%stress) > 0), growth=loaded_apart, &
+                              preliminary=preliminary)
       else
-         call judgement%begin(run%sim, is_trial=.true.)
+         call judgement%begin(run%sim, is_trial=.true., preliminary=preliminary)
       end if
       trial%steps = 0
       do while (outcome == verdict%open .and. trial%steps < options%max_steps)
@@ -295,6 +299,7 @@ contains
       trial%decided = outcome /= verdict%open
       trial%stable = outcome == verdict%stable
       if (outcome == verdict%failing) then
+         trial%is_sure = judgement%is_sure
          trial%pull = pull
          if (any(abs(limits) > 0)) trial%limit = limits(minloc(abs(limits - trial%value), dim=1, mask=abs(limits) > 0))
       end if
