@@ -133,6 +133,7 @@ contains
             if (n_shortened >= max(method%least_patience, &
                                    nint(method%patience*context%parameters%max_open_close)) .and. &
                 .not. (conditions%at_floor .or. conditions%slack > 0)) return
+            if (is_lost()) return
             if (converged()) then
                report%outcome = attempt_end%converged
                return
@@ -153,6 +154,12 @@ contains
          if (converged .and. found%fraction < 1) converged = conditions%is_trial .and. .not. report%left > 0 .and. &
             found%missing <= conditions%slack/sqrt(real(equations%n_rows(), wp))
       end function converged
+
+      !> Do forces miss their laws by more than all loads together, in a trial that can fall back to a shorter step? Rounds
+      !> do not find back from such a motion.
+      pure logical function is_lost()
+         is_lost = conditions%is_trial .and. found%missing > 1 .and. .not. conditions%at_floor
+      end function is_lost
 
       !> Is the motion the whole one of the last solve, with the arms that it had?
       pure logical function is_of_solve()
