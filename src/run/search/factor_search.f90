@@ -20,7 +20,7 @@ module rockdda_run_factor_search
    use rockdda_model_material_names, only : number_of_material
    use rockdda_stepping_lodging, only : lodged_share, lodged_growth
    use rockdda_stepping_simulation, only : simulation_type
-   use rockdda_stepping_verdict, only : apart, typical_size, usual_share
+   use rockdda_stepping_verdict, only : apart, deformation_of, typical_size, usual_share
    use rockdda_run_input, only : model_input_type
    use rockdda_run_model_run, only : run_type
    use rockdda_run_search_journal, only : search_journal_type, new_journal
@@ -444,8 +444,8 @@ contains
          stable = pack(values(self%state%used), self%known(self%state%used)%stable)
          low = minval(stable)
       else
-         calm = counts .and. self%known%stable .and. &
-                .not. self%known%displacement > apart*usual_share*typical_size(self%settled)
+         calm = counts .and. self%known%stable .and. .not. self%known%displacement > apart* &
+                max(usual_share*typical_size(self%settled), deformation_of(self%settled, self%settled%contacts))
          if (any(calm .and. abs(values - high) <= 0) .or. .not. any(calm .and. values < high)) return
          low = maxval(values, mask=calm .and. values < high)
          if (low < self%path%start) return
