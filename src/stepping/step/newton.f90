@@ -155,8 +155,8 @@ contains
             found%missing <= conditions%slack/sqrt(real(equations%n_rows(), wp))
       end function converged
 
-      !> Do forces miss their laws by more than all loads together, in a trial that can fall back to a shorter step? Rounds
-      !> do not find back from such a motion.
+      !> Do forces miss their laws by more than all loads together, in a trial that can fall back to a shorter step?
+      !> Rounds do not find back from such a motion.
       pure logical function is_lost()
          is_lost = conditions%is_trial .and. found%missing > 1 .and. .not. conditions%at_floor
       end function is_lost
