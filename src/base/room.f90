@@ -7,6 +7,12 @@ module rockdda_base_room
    private
    public :: reserve, resize, grow
 
+   !> Allocate at least n numbers. A quarter more makes that rare while n grows; contents are lost then.
+   interface reserve
+      module procedure reserve_integers
+      module procedure reserve_reals
+   end interface reserve
+
    !> Give an array exactly n columns; contents are lost when the number changes.
    interface resize
       module procedure resize_real32
@@ -27,16 +33,27 @@ module rockdda_base_room
 
 contains
 
-   !> Allocate at least n numbers. A quarter more makes that rare while n grows; contents are lost then.
-   pure subroutine reserve(array, n)
-      integer, allocatable, intent(inout) :: array(:)   !! (>= n)
+   !> Integers.
+   pure subroutine reserve_integers(array, n)
+      integer, allocatable, intent(inout) :: array(:)    !! (>= n)
       integer, intent(in) :: n
       if (allocated(array)) then
          if (size(array) >= n) return
          deallocate (array)
       end if
       allocate (array(n + n/4 + 16))
-   end subroutine reserve
+   end subroutine reserve_integers
+
+   !> Reals.
+   pure subroutine reserve_reals(array, n)
+      real(wp), allocatable, intent(inout) :: array(:)   !! (>= n)
+      integer, intent(in) :: n
+      if (allocated(array)) then
+         if (size(array) >= n) return
+         deallocate (array)
+      end if
+      allocate (array(n + n/4 + 16))
+   end subroutine reserve_reals
 
    !> Columns in single precision.
    pure subroutine resize_real32(array, rows, n)

@@ -23,7 +23,7 @@ module rockdda_interaction_families
    use rockdda_interaction_initial_traction, only : start_with_stress
    use rockdda_interaction_interaction, only : interaction_type
    use rockdda_interaction_kinematics, only : mass_matrix
-   use rockdda_interaction_linked_interaction, only : linked_interaction_type
+   use rockdda_interaction_linked_interaction, only : linked_interaction_type, motion_change_type
    use rockdda_interaction_liners, only : liners_type
    use rockdda_interaction_loads, only : loads_type
    use rockdda_interaction_quiet_boundaries, only : quiet_boundaries_type
@@ -175,16 +175,9 @@ contains
       type(attempt_type), intent(in) :: attempt
       type(equations_type), intent(inout) :: equations
       class(linked_interaction_type), pointer :: item
-      integer :: i, n_links
+      integer :: i
       if (self%liners%n_nodes() > 0) self%liners%laws = self%contacts%laws
-      n_links = 0
-      do i = 1, self%count()
-         item => self%linked(i)
-         if (.not. associated(item)) cycle
-         item%first_link = n_links
-         n_links = n_links + item%count_links()
-      end do
-      call equations%set_size(context%blocks%n_blocks, n_links)
+      call equations%set_size(context%blocks%n_blocks, 0)
       equations%same_pairs = .true.
       do i = 1, self%count()
          item => self%linked(i)
@@ -230,7 +223,6 @@ contains
       type(attempt_type), intent(in) :: attempt
       type(equations_type), intent(inout) :: equations
       class(interaction_type), pointer :: item
-      class(linked_interaction_type), pointer :: links
       integer :: i
       if (all(attempt%renewed)) then
          call equations%clear_blocks()
@@ -239,9 +231,7 @@ contains
       end if
       do i = 1, self%count()
          item => self%family(i)
-         links => self%linked(i)
-         if (associated(links)) call links%place(context, attempt, equations)
-         call item%add_to_blocks(context, attempt, equations)
+         call item%place(context, attempt, equations)
       end do
    end subroutine place
 
@@ -259,38 +249,38 @@ contains
 
    !> Motion of all links for the solution x.
    subroutine predict(self, equations)
-      class(families_type), intent(inout), target :: self
+      class(families_type), intent(inout) :: self
       type(equations_type), intent(in) :: equations
-      class(linked_interaction_type), pointer :: item
-      integer :: i
-      do i = 1, self%count()
-         item => self%linked(i)
-         if (associated(item)) call item%predict(equations)
-      end do
+      call set_motion(self, equations, motion_change_type(to_solution=.true.))
    end subroutine predict
 
    !> Keep the present motion.
-   subroutine keep(self)
-      class(families_type), intent(inout), target :: self
-      class(linked_interaction_type), pointer :: item
-      integer :: i
-      do i = 1, self%count()
-         item => self%linked(i)
-         if (associated(item)) call item%keep()
-      end do
+   subroutine keep(self, equations)
+      class(families_type), intent(inout) :: self
+      type(equations_type), intent(in) :: equations
+      call set_motion(self, equations, motion_change_type(keeps=.true.))
    end subroutine keep
 
    !> Replace the present motion by one between that which was kept (fraction 0) and itself (1).
-   subroutine shorten(self, fraction)
-      class(families_type), intent(inout), target :: self
+   subroutine shorten(self, equations, fraction)
+      class(families_type), intent(inout) :: self
+      type(equations_type), intent(in) :: equations
       real(wp), intent(in) :: fraction
+      call set_motion(self, equations, motion_change_type(fraction=fraction))
+   end subroutine shorten
+
+   !> Change the motion of all links.
+   subroutine set_motion(self, equations, change)
+      class(families_type), intent(inout), target :: self
+      type(equations_type), intent(in) :: equations
+      type(motion_change_type), intent(in) :: change
       class(linked_interaction_type), pointer :: item
       integer :: i
       do i = 1, self%count()
          item => self%linked(i)
-         if (associated(item)) call item%shorten(fraction)
+         if (associated(item)) call item%set_motion(equations, change)
       end do
-   end subroutine shorten
+   end subroutine set_motion
 
    !> Forces that all links would have at such a motion if they followed their laws there, or, of contacts, those of
    !> some runs of rows.
@@ -312,7 +302,9 @@ contains
       end do
    end subroutine lawful_forces
 
-   !> How far lengths by the expected motion are off at the solution x, for all links and single blocks.
+   !> How far lengths by the expected motion are off at the solution x: forces that come from lengths which both give
+   !> differently, as a share of the link's own force, or of the load (with inertia) of the less loaded of its blocks if
+   !> that is larger: link_off of the links of a family, and block_off, which is only to be raised.
    subroutine measure_placement(self, context, attempt, was_judged, mixed_only, equations)
       class(families_type), intent(in), target :: self
       type(step_context_type), intent(in) :: context
@@ -320,14 +312,14 @@ contains
       logical, intent(in) :: was_judged     !! states of contacts are those of a judgement, not of the last solve
       logical, intent(in) :: mixed_only     !! of contacts only those of which one block alone is renewed
       type(equations_type), intent(inout) :: equations
-      class(interaction_type), pointer :: item
-      integer :: i
       call equations%clear_placement()
-      call self%contacts%measure_contacts(context, attempt, was_judged, mixed_only, equations)
-      do i = 2, self%count()
-         item => self%family(i)
-         call item%measure_placement(context, attempt, equations)
-      end do
+      call self%contacts%measure_placement(context, attempt, was_judged, mixed_only, equations)
+      call self%supports%measure_placement(context, attempt, equations)
+      call self%bolts%measure_placement(context, attempt, equations)
+      call self%boundaries%springs%measure_placement(context, attempt, equations)
+      call self%water%measure_placement(context, attempt, equations)
+      call self%bars%measure_placement(attempt, equations)
+      call self%liners%measure_placement(context, equations)
    end subroutine measure_placement
 
    !> Trial states by the present motion.
@@ -427,17 +419,17 @@ contains
       end do
    end subroutine add_forces
 
-   !> Save or load the states of the families of the program; those that were added are not in checkpoints.
+   !> Save or load what families keep from step to step, beside the contact table and the state of the blocks. What is
+   !> loaded is checked by `archive%check`: shapes, and ranges of numbers. Families that were added are not in
+   !> checkpoints.
    subroutine exchange_state(self, context, archive)
-      class(families_type), intent(inout), target :: self
-      type(step_context_type), intent(in) :: context
+      class(families_type), intent(inout) :: self
+      type(step_context_type), intent(in) :: context   !! its blocks and numbers have been checked
       class(state_archive_type), intent(inout) :: archive
-      class(interaction_type), pointer :: item
-      integer :: i
-      do i = 1, n_own
-         item => self%family(i)
-         call item%exchange_state(context, archive)
-      end do
+      call self%quiet%field%exchange_state(archive)
+      call self%held%exchange_state(context, archive)
+      call self%bars%exchange_state(archive)
+      call self%liners%exchange_state(context, archive)
    end subroutine exchange_state
 
 end module rockdda_interaction_families

@@ -29,7 +29,7 @@ module rockdda_interaction_elasticity
       real(wp), allocatable :: c(:, :, :)   !! (3, 3, materials) inverse of e
    contains
       procedure :: init
-      procedure :: add_to_blocks
+      procedure :: place
       procedure :: add_energies
       procedure :: add_moved_energies
    end type elasticity_type
@@ -136,7 +136,7 @@ contains
    end subroutine init
 
    !> Stiffness, load of the stress at the start of the step, damping.
-   subroutine add_to_blocks(self, context, attempt, equations)
+   subroutine place(self, context, attempt, equations)
       class(elasticity_type), intent(inout) :: self
       type(step_context_type), intent(in) :: context
       type(attempt_type), intent(in) :: attempt
@@ -165,7 +165,7 @@ contains
          end associate
       end do
       !$omp end parallel do
-   end subroutine add_to_blocks
+   end subroutine place
 
    !> Dissipation, and the strain energy at the end of the step with the areas of its start.
    subroutine add_energies(self, context, attempt, d, balance)

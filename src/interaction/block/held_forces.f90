@@ -35,7 +35,7 @@ module rockdda_interaction_held_forces
       procedure :: drop
       procedure :: relaxation
       procedure :: is_releasing
-      procedure :: add_to_blocks
+      procedure :: place
       procedure :: add_energies
       procedure :: commit
       procedure :: add_forces
@@ -136,7 +136,7 @@ contains
    end function load_of
 
    !> Loads of the step.
-   subroutine add_to_blocks(self, context, attempt, equations)
+   subroutine place(self, context, attempt, equations)
       class(held_forces_type), intent(inout) :: self
       type(step_context_type), intent(in) :: context
       type(attempt_type), intent(in) :: attempt
@@ -149,7 +149,7 @@ contains
          equations%block_load(:, b) = equations%block_load(:, b) + load
          equations%block_magnitude(:, b) = equations%block_magnitude(:, b) + abs(load)
       end do
-   end subroutine add_to_blocks
+   end subroutine place
 
    !> Their work is that of loads.
    subroutine add_energies(self, context, attempt, d, balance)

@@ -33,7 +33,7 @@ module rockdda_interaction_inertia
 
    type, extends(interaction_type) :: inertia_type
    contains
-      procedure :: add_to_blocks
+      procedure :: place
       procedure :: add_energies
       procedure, nopass :: add_moved_energies
    end type inertia_type
@@ -121,7 +121,7 @@ contains
    end function mass_damping_dissipation
 
    !> Inertia of all blocks.
-   subroutine add_to_blocks(self, context, attempt, equations)
+   subroutine place(self, context, attempt, equations)
       class(inertia_type), intent(inout) :: self
       type(step_context_type), intent(in) :: context
       type(attempt_type), intent(in) :: attempt
@@ -146,7 +146,7 @@ contains
          equations%block_magnitude(:, i) = equations%block_magnitude(:, i) + abs(f)
       end do
       !$omp end parallel do
-   end subroutine add_to_blocks
+   end subroutine place
 
    !> Kinetic energy at the end of the step with the masses of its start; in a scheme of second order, and in a static
    !> step that carries accelerations on, what the work of all forces exceeds its change by is numerical dissipation.

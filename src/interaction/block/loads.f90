@@ -36,7 +36,7 @@ module rockdda_interaction_loads
    contains
       procedure :: init
       procedure :: make_room
-      procedure :: add_to_blocks
+      procedure :: place
       procedure :: add_energies
       procedure :: commit
       procedure :: add_forces
@@ -96,7 +96,7 @@ contains
    end subroutine make_room
 
    !> All loads of the step.
-   subroutine add_to_blocks(self, context, attempt, equations)
+   subroutine place(self, context, attempt, equations)
       class(loads_type), intent(inout) :: self
       type(step_context_type), intent(in) :: context
       type(attempt_type), intent(in) :: attempt
@@ -134,7 +134,7 @@ contains
          equations%block_magnitude(:, i) = equations%block_magnitude(:, i) + abs(self%external(:, i))
       end do
       !$omp end parallel do
-   end subroutine add_to_blocks
+   end subroutine place
 
    !> Point loads and line loads at the time of the step for which forces are taken, its end in Shi's scheme.
    pure subroutine add_points_and_lines(self, context, attempt)

@@ -303,7 +303,6 @@ contains
       type(equations_type), intent(in) :: equations
       real(wp) :: along(2)
       integer :: c, k
-      if (size(bolt%acting) == 0) return
       bolt%e = 0
       bolt%sway = 0
       do k = 1, size(bolt%acting) - 1

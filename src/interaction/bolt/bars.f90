@@ -22,7 +22,7 @@ module rockdda_interaction_bars
    use rockdda_interaction_context, only : step_context_type
    use rockdda_interaction_equations, only : equations_type
    use rockdda_interaction_kinematics, only : move_point
-   use rockdda_interaction_linked_interaction, only : linked_interaction_type
+   use rockdda_interaction_linked_interaction, only : linked_interaction_type, motion_change_type
    implicit none
    private
    public :: bars_type
@@ -52,14 +52,11 @@ module rockdda_interaction_bars
       procedure :: n_nodes
       procedure :: show_nodes
       procedure :: show_bolts
-      procedure :: count_links
       procedure :: prepare
       procedure :: begin
       procedure :: place
       procedure :: add_to_links
-      procedure :: predict
-      procedure :: keep
-      procedure :: shorten
+      procedure :: set_motion
       procedure :: lawful_forces
       procedure :: measure_placement
       procedure :: judge
@@ -232,29 +229,18 @@ contains
       call measure_between(context%state%active, measured)
    end function measured
 
-   !> Links of all bolts.
-   pure integer function count_links(self) result(n)
-      class(bars_type), intent(in) :: self
-      integer :: l
-      n = 0
-      do l = 1, n_bolts(self)
-         n = n + links_of(self%bolts(l))
-      end do
-   end function count_links
-
    !> Places and blocks at the start of the step.
    subroutine prepare(self, context, attempt, equations)
       class(bars_type), intent(inout) :: self
       type(step_context_type), intent(in) :: context
       type(attempt_type), intent(in) :: attempt
       type(equations_type), intent(inout) :: equations
-      integer :: l, n
-      n = self%first_link
+      integer :: l
+      self%first_link = equations%n_links
       do l = 1, n_bolts(self)
-         self%bolts(l)%first_link = n
+         call equations%add_links(links_of(self%bolts(l)), self%bolts(l)%first_link)
          if (.not. self%bolts(l)%is_measured) call measure_bolt(context%state%active, self%bolts(l))
          call join_bolt(self%bolts(l), context%state%active, equations)
-         n = n + links_of(self%bolts(l))
       end do
    end subroutine prepare
 
@@ -307,49 +293,34 @@ contains
       end do
    end subroutine add_to_links
 
-   !> Elongations and displacements of joints.
-   subroutine predict(self, equations)
+   !> Elongations, displacements of joints, and motion across of all bolts; forces by their laws where they are kept.
+   subroutine set_motion(self, equations, change)
       class(bars_type), intent(inout) :: self
       type(equations_type), intent(in) :: equations
-      integer :: l
-      do l = 1, n_bolts(self)
-         call predict_bolt(self%bolts(l), self%level, equations)
-      end do
-   end subroutine predict
-
-   !> Keep the present motion.
-   subroutine keep(self)
-      class(bars_type), intent(inout) :: self
+      type(motion_change_type), intent(in) :: change
       integer :: l, n
       do l = 1, n_bolts(self)
          associate (bolt => self%bolts(l))
             if (size(bolt%acting) == 0) cycle
-            if (.not. bolt%is_found) call find_forces(bolt, near=.true.)
-            bolt%kept_e(:) = bolt%e
-            bolt%kept_shift(:) = bolt%shift
-            bolt%kept_sway(:) = bolt%sway
-            bolt%kept_chain(:) = bolt%chain
-            n = size(bolt%response%f_limit)
-            bolt%kept_limits(:n) = bolt%response%f_limit
-            bolt%kept_limits(n + 1:) = bolt%response%t_limit
+            if (change%to_solution) then
+               call predict_bolt(bolt, self%level, equations)
+               cycle
+            end if
+            if (change%keeps) then
+               if (.not. bolt%is_found) call find_forces(bolt, near=.true.)
+               bolt%kept_chain(:) = bolt%chain
+               n = size(bolt%response%f_limit)
+               bolt%kept_limits(:n) = bolt%response%f_limit
+               bolt%kept_limits(n + 1:) = bolt%response%t_limit
+            else
+               bolt%is_found = .false.
+            end if
+            call change%apply(bolt%e, bolt%kept_e)
+            call change%apply(bolt%shift, bolt%kept_shift)
+            call change%apply(bolt%sway, bolt%kept_sway)
          end associate
       end do
-   end subroutine keep
-
-   !> A motion at a fraction of the way.
-   subroutine shorten(self, fraction)
-      class(bars_type), intent(inout) :: self
-      real(wp), intent(in) :: fraction
-      integer :: l
-      do l = 1, n_bolts(self)
-         associate (bolt => self%bolts(l))
-            bolt%e = bolt%kept_e + fraction*(bolt%e - bolt%kept_e)
-            bolt%shift = bolt%kept_shift + fraction*(bolt%shift - bolt%kept_shift)
-            bolt%sway = bolt%kept_sway + fraction*(bolt%sway - bolt%kept_sway)
-            bolt%is_found = .false.
-         end associate
-      end do
-   end subroutine shorten
+   end subroutine set_motion
 
    !> Forces by the laws at a fraction of the way.
    subroutine lawful_forces(self, fraction, force)
@@ -364,9 +335,8 @@ contains
    end subroutine lawful_forces
 
    !> Lengths that the expected motion gives otherwise than the solution.
-   subroutine measure_placement(self, context, attempt, equations)
+   subroutine measure_placement(self, attempt, equations)
       class(bars_type), intent(in) :: self
-      type(step_context_type), intent(in) :: context
       type(attempt_type), intent(in) :: attempt
       type(equations_type), intent(inout) :: equations
       integer :: l
@@ -506,9 +476,8 @@ contains
    end subroutine add_forces
 
    !> Save or load what lasts of all bolts.
-   subroutine exchange_state(self, context, archive)
+   subroutine exchange_state(self, archive)
       class(bars_type), intent(inout) :: self
-      type(step_context_type), intent(in) :: context
       class(state_archive_type), intent(inout) :: archive
       integer :: l
       if (.not. allocated(self%bolts)) allocate (self%bolts(0))

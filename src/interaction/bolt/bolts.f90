@@ -22,7 +22,7 @@ module rockdda_interaction_bolts
    use rockdda_interaction_context, only : step_context_type
    use rockdda_interaction_equations, only : equations_type
    use rockdda_interaction_finite_rotation, only : moving_block_type, mean_load, mean_displacement, end_displacement
-   use rockdda_interaction_linked_interaction, only : linked_interaction_type
+   use rockdda_interaction_linked_interaction, only : linked_interaction_type, motion_change_type
    implicit none
    private
    public :: is_there, bolts_type, bolt_vectors, bolt_force, bolt_response, bolt_energy
@@ -40,14 +40,11 @@ module rockdda_interaction_bolts
    contains
       procedure :: init
       procedure :: present_forces
-      procedure :: count_links
       procedure :: prepare
       procedure :: begin
       procedure :: place
       procedure :: add_to_links
-      procedure :: predict
-      procedure :: keep
-      procedure :: shorten
+      procedure :: set_motion
       procedure :: lawful_forces
       procedure :: measure_placement
       procedure :: judge
@@ -138,19 +135,14 @@ contains
       self%strength = bolts%strength(1:self%n)
    end subroutine init
 
-   !> One per bolt.
-   pure integer function count_links(self) result(n)
-      class(bolts_type), intent(in) :: self
-      n = self%n
-   end function count_links
-
-   !> Blocks of all bolts, and forces at the start of the step.
+   !> One link per bolt, its blocks, and forces at the start of the step.
    subroutine prepare(self, context, attempt, equations)
       class(bolts_type), intent(inout) :: self
       type(step_context_type), intent(in) :: context
       type(attempt_type), intent(in) :: attempt
       type(equations_type), intent(inout) :: equations
       integer :: c, l, pair(2)
+      call equations%add_links(self%n, self%first_link)
       do l = 1, self%n
          c = self%first_link + l
          pair = context%blocks%bolts%blocks(:, l)
@@ -257,11 +249,17 @@ contains
    end subroutine add_to_links
 
    !> Change of length of every bolt.
-   subroutine predict(self, equations)
+   subroutine set_motion(self, equations, change)
       class(bolts_type), intent(inout) :: self
       type(equations_type), intent(in) :: equations
+      type(motion_change_type), intent(in) :: change
       real(wp) :: v(6, 2)
       integer :: c, l, side
+      if (self%n == 0) return
+      if (.not. change%to_solution) then
+         call change%apply(self%stretch, self%kept_stretch)
+         return
+      end if
       do l = 1, self%n
          c = self%first_link + l
          self%stretch(l) = 0
@@ -272,20 +270,7 @@ contains
          end do
          self%stretch(l) = self%level*self%stretch(l)
       end do
-   end subroutine predict
-
-   !> Keep the changes of length.
-   subroutine keep(self)
-      class(bolts_type), intent(inout) :: self
-      if (self%n > 0) self%kept_stretch = self%stretch
-   end subroutine keep
-
-   !> Changes of length at a fraction of the way.
-   subroutine shorten(self, fraction)
-      class(bolts_type), intent(inout) :: self
-      real(wp), intent(in) :: fraction
-      if (self%n > 0) self%stretch = self%kept_stretch + fraction*(self%stretch - self%kept_stretch)
-   end subroutine shorten
+   end subroutine set_motion
 
    !> Forces by the law of the bolts at a fraction of the way.
    subroutine lawful_forces(self, fraction, force)

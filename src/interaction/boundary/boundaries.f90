@@ -57,8 +57,7 @@ module rockdda_interaction_boundaries
    contains
       procedure :: init
       procedure :: become_quiet
-      procedure :: add_to_blocks
-      procedure :: measure_placement
+      procedure :: place => place_forces
       procedure :: add_energies
       procedure :: commit
       procedure :: add_forces
@@ -155,23 +154,14 @@ contains
    end subroutine become_quiet
 
    !> Springs and tractions.
-   subroutine add_to_blocks(self, context, attempt, equations)
+   subroutine place_forces(self, context, attempt, equations)
       class(boundaries_type), intent(inout) :: self
       type(step_context_type), intent(in) :: context
       type(attempt_type), intent(in) :: attempt
       type(equations_type), intent(inout) :: equations
       call self%springs%add_to_blocks(context, attempt, equations)
       call self%tractions%add_to_blocks(context, attempt, equations)
-   end subroutine add_to_blocks
-
-   !> Displacements of springs that the expected motion gives otherwise than the solution.
-   subroutine measure_placement(self, context, attempt, equations)
-      class(boundaries_type), intent(in) :: self
-      type(step_context_type), intent(in) :: context
-      type(attempt_type), intent(in) :: attempt
-      type(equations_type), intent(inout) :: equations
-      call self%springs%measure_placement(context, attempt, equations)
-   end subroutine measure_placement
+   end subroutine place_forces
 
    !> Springs, and work of moving boundaries and tractions.
    subroutine add_energies(self, context, attempt, d, balance)

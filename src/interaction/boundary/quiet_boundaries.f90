@@ -8,7 +8,6 @@
 !> integrate the work exactly; it is the mean of the step, as is w. They act once the model has moved in a dynamic step.
 module rockdda_interaction_quiet_boundaries
    use rockdda_base_kinds, only : wp
-   use rockdda_base_state_archive, only : state_archive_type
    use rockdda_model_blocks, only : block_system_type
    use rockdda_model_ground_options, only : is_quiet
    use rockdda_model_parameters, only : parameters_type
@@ -49,11 +48,10 @@ module rockdda_interaction_quiet_boundaries
    contains
       procedure :: init
       procedure :: begin
-      procedure :: add_to_blocks
+      procedure :: place
       procedure :: add_energies
       procedure :: commit
       procedure :: add_forces
-      procedure :: exchange_state
    end type quiet_boundaries_type
 
 contains
@@ -189,7 +187,7 @@ contains
    end subroutine begin
 
    !> Dashpots of all edges, and the stress of the free field.
-   subroutine add_to_blocks(self, context, attempt, equations)
+   subroutine place(self, context, attempt, equations)
       class(quiet_boundaries_type), intent(inout) :: self
       type(step_context_type), intent(in) :: context
       type(attempt_type), intent(in) :: attempt
@@ -216,7 +214,7 @@ contains
             end do
          end associate
       end do
-   end subroutine add_to_blocks
+   end subroutine place
 
    !> At a viscous edge what the dashpots take, c (row . d)**2/dt, is dissipated, and the waves that come in do the work
    !> c outside (row . d)/dt. Beside a free field the dashpots take c (row . d - outside)**2/dt, the free field works by
@@ -292,13 +290,5 @@ contains
          end associate
       end do
    end subroutine add_forces
-
-   !> Save or load the free field.
-   subroutine exchange_state(self, context, archive)
-      class(quiet_boundaries_type), intent(inout) :: self
-      type(step_context_type), intent(in) :: context
-      class(state_archive_type), intent(inout) :: archive
-      call self%field%exchange_state(archive)
-   end subroutine exchange_state
 
 end module rockdda_interaction_quiet_boundaries

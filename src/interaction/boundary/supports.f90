@@ -30,7 +30,7 @@ module rockdda_interaction_supports
       real(wp), allocatable :: stiffness(:)        !! (nf) of the springs [force/length]
    contains
       procedure :: init
-      procedure :: add_to_blocks
+      procedure :: place
       procedure :: measure_placement
       procedure :: add_energies
       procedure :: commit
@@ -69,7 +69,7 @@ contains
    end function fixed_target
 
    !> Springs of all points that are not released.
-   subroutine add_to_blocks(self, context, attempt, equations)
+   subroutine place(self, context, attempt, equations)
       class(supports_type), intent(inout) :: self
       type(step_context_type), intent(in) :: context
       type(attempt_type), intent(in) :: attempt
@@ -92,7 +92,7 @@ contains
          call pack_lower(k, equations%block_matrix(:, b))
          equations%block_magnitude(:, b) = equations%block_magnitude(:, b) + abs(equations%block_load(:, b) - before)
       end do
-   end subroutine add_to_blocks
+   end subroutine place
 
    !> Stretch of the springs of a point at the start of a step and at its end, with its target there.
    pure subroutine support_stretch(self, point, context, attempt, d, x0, x1)

@@ -73,6 +73,7 @@ module rockdda_interaction_equations
       integer, allocatable, private :: inner(:, :), inner_slot(:)
    contains
       procedure :: set_size
+      procedure :: add_links
       procedure :: set_rows
       procedure :: n_rows
       procedure :: join
@@ -97,13 +98,13 @@ module rockdda_interaction_equations
 
 contains
 
-   !> Room for nb blocks and n links. Room that is not used is not touched, so that it takes no memory.
+   !> Room for nb blocks and n links.
    pure subroutine set_size(self, n_blocks, n_links)
       class(equations_type), intent(inout) :: self
       integer, intent(in) :: n_blocks, n_links
-      integer :: m
+      integer :: before
       self%n_blocks = n_blocks
-      self%n_links = n_links
+      self%n_links = 0
       self%same_pairs = .false.
       self%n_matrices = 0
       if (.not. allocated(self%f)) then
@@ -115,9 +116,25 @@ contains
          allocate (self%start(n_blocks + 1), self%row_change(n_blocks), source=0)
          allocate (self%row_new(n_blocks), source=.false.)
       end if
+      call self%add_links(n_links, before)
+   end subroutine set_size
+
+   !> n links more, after `before`. Room that is not used is not touched, so that it takes no memory.
+   pure subroutine add_links(self, n, before)
+      class(equations_type), intent(inout) :: self
+      integer, intent(in) :: n
+      integer, intent(out) :: before
+      integer, allocatable :: joined(:, :)
+      integer :: m, n_links
+      before = self%n_links
+      n_links = before + n
+      self%n_links = n_links
       if (allocated(self%slot)) then
-         if (size(self%slot) < n_links) deallocate (self%pair, self%slot, self%vectors, self%force, &
-            self%stiffness, self%incident, self%changed, self%inner, self%inner_slot, self%link_off, self%coupling)
+         if (size(self%slot) < n_links) then
+            joined = self%pair(:, 1:before)
+            deallocate (self%pair, self%slot, self%vectors, self%force, self%stiffness, self%incident, self%changed, &
+                        self%inner, self%inner_slot, self%link_off, self%coupling)
+         end if
       end if
       if (.not. allocated(self%slot)) then
          m = n_links + n_links/4 + 16
@@ -136,7 +153,8 @@ contains
       self%force(:, m:n_links) = 0
       self%coupling(m:n_links) = 0
       self%n_begun = n_links
-   end subroutine set_size
+      if (allocated(joined)) self%pair(:, 1:before) = joined
+   end subroutine add_links
 
    !> Give rows of the matrix to all blocks but those asleep, which keep their places.
    subroutine set_rows(self, asleep)

@@ -7,6 +7,7 @@ module rockdda_interaction_contacts
    use, intrinsic :: iso_c_binding, only : c_int, c_double, c_signed_char
    use rockdda_base_kinds, only : wp, i2
    use rockdda_base_parallel, only : parallel_contacts, piece, n_pieces, n_ranges, range_of
+   use rockdda_base_room, only : reserve
    use rockdda_contact_table, only : contact_table_type, contact_state, is_of_interval, other_row
    use rockdda_interaction_attempt, only : attempt_type
    use rockdda_interaction_balance, only : energy_balance_type
@@ -23,7 +24,7 @@ module rockdda_interaction_contacts
    use rockdda_interaction_intervals, only : share_slips, couple_of
    use rockdda_interaction_joint_response, only : joint_settings_type, joint_type, new_joint_settings, &
       linearise_joints
-   use rockdda_interaction_linked_interaction, only : linked_interaction_type
+   use rockdda_interaction_linked_interaction, only : linked_interaction_type, motion_change_type
    use rockdda_interaction_time_scheme, only : time_scheme_type
    use rockdda_interaction_open_close, only : open_close_type
    use rockdda_interaction_trial_states, only : at_level
@@ -42,26 +43,22 @@ module rockdda_interaction_contacts
       type(joint_stiffness_type) :: stiffness
       logical :: stiffness_is_new = .false.            !! of joints, with this step: forces stay
       logical :: delays = .false.                      !! dilation opens within the step: `expect_dilation`
-      real(wp), allocatable :: kept_gap(:), kept_slip(:)   !! (>= n) of `keep` [length]
+      real(wp), allocatable :: kept_gap(:), kept_slip(:)   !! (>= n) of the line search [length]
       real(wp), allocatable :: lean(:, :)              !! (3, >= n) of `share_slips` [length]
       real(wp), allocatable :: twist(:)                !! (>= n) of `share_slips` [length]
       type(joint_end_type), allocatable :: ends(:)     !! (>= n) of `find_ends`
    contains
-      procedure :: count_links
       procedure :: prepare
       procedure :: begin_slips
       procedure :: begin
       procedure :: place
-      procedure :: add_to_blocks
       procedure :: add_to_links
       procedure :: add_friction
-      procedure :: predict
+      procedure :: set_motion
       procedure :: predict_sliding
-      procedure :: keep
-      procedure :: shorten
       procedure :: lawful_forces
       procedure :: lawful_forces_of
-      procedure :: measure_contacts
+      procedure :: measure_placement
       procedure :: judge
       procedure :: take_back
       procedure :: foresee
@@ -96,13 +93,7 @@ module rockdda_interaction_contacts
 
 contains
 
-   !> One per row.
-   pure integer function count_links(self) result(n)
-      class(contacts_type), intent(in) :: self
-      n = self%table%n
-   end function count_links
-
-   !> Blocks and springs of all rows.
+   !> One link per row: blocks and springs.
    subroutine prepare(self, context, attempt, equations)
       class(contacts_type), intent(inout) :: self
       type(step_context_type), intent(in) :: context
@@ -110,6 +101,7 @@ contains
       type(equations_type), intent(inout) :: equations
       integer :: c
       logical :: is_same
+      call equations%add_links(self%table%n, self%first_link)
       is_same = equations%same_pairs
       !$omp parallel do default(none) shared(self, equations) private(c) reduction(.and.:is_same) schedule(static) &
       !$omp if (self%table%n > parallel_contacts)
@@ -132,23 +124,16 @@ contains
       call share_slips(self%laws, self%table, self%lean, self%twist)
    end subroutine begin_slips
 
-   !> Vectors of all rows.
+   !> Vectors of all rows, and couples of the shear springs of intervals, for the blocks of which the expected motion is
+   !> new.
    subroutine place(self, context, attempt, equations)
-      class(contacts_type), intent(inout) :: self
-      type(step_context_type), intent(in) :: context
-      type(attempt_type), intent(in) :: attempt
-      type(equations_type), intent(inout) :: equations
-      call place_contacts(self%table, self%lean, self%first_link, attempt, equations)
-   end subroutine place
-
-   !> Couples of the shear springs of intervals, for the blocks of which the expected motion is new.
-   subroutine add_to_blocks(self, context, attempt, equations)
       class(contacts_type), intent(inout) :: self
       type(step_context_type), intent(in) :: context
       type(attempt_type), intent(in) :: attempt
       type(equations_type), intent(inout) :: equations
       real(wp) :: load(3)
       integer :: c
+      call place_contacts(self%table, self%lean, self%first_link, attempt, equations)
       do c = 1, self%table%n
          if (.not. abs(self%twist(c)) > 0 .or. self%table%station(c) /= 1) cycle
          load = couple_of(self%table, self%twist, c)
@@ -159,7 +144,7 @@ contains
             equations%block_magnitude(4:6, b) = equations%block_magnitude(4:6, b) + abs(load)
          end associate
       end do
-   end subroutine add_to_blocks
+   end subroutine place
 
    !> Begin an attempt with the states of the last step.
    subroutine begin(self, context, attempt)
@@ -246,20 +231,28 @@ contains
       !$omp end parallel do
    end subroutine add_friction
 
-   !> Predicted gap and slip of every contact.
-   subroutine predict(self, equations)
+   !> Gap and slip of every contact.
+   subroutine set_motion(self, equations, change)
       class(contacts_type), intent(inout) :: self
       type(equations_type), intent(in) :: equations
-      integer :: p
-      !$omp parallel do default(none) shared(self, equations) private(p) schedule(static) &
-      !$omp if (self%table%n > parallel_contacts)
-      do p = 1, n_pieces(self%table%n)
-         call predict_rows((p - 1)*piece + 1, min(p*piece, self%table%n), self, equations)
+      type(motion_change_type), intent(in) :: change
+      integer :: n, p
+      n = self%table%n
+      if (.not. change%to_solution) then
+         call reserve(self%kept_gap, n)
+         call reserve(self%kept_slip, n)
+         call change%apply(self%trial%gap(:n), self%kept_gap(:n))
+         call change%apply(self%trial%slip(:n), self%kept_slip(:n))
+         return
+      end if
+      !$omp parallel do default(none) shared(self, equations, n) private(p) schedule(static) if (n > parallel_contacts)
+      do p = 1, n_pieces(n)
+         call predict_rows((p - 1)*piece + 1, min(p*piece, n), self, equations)
       end do
       !$omp end parallel do
-   end subroutine predict
+   end subroutine set_motion
 
-   !> `predict` for some of the rows.
+   !> Motion of some of the rows for the solution.
    pure subroutine predict_rows(first, last, self, equations)
       integer, intent(in) :: first, last               !! at most a piece
       class(contacts_type), intent(inout) :: self
@@ -325,34 +318,6 @@ contains
       slip = level*along(2)
    end subroutine predict_contact
 
-   !> Keep gaps and slips.
-   subroutine keep(self)
-      class(contacts_type), intent(inout) :: self
-      integer :: c, n
-      n = self%table%n
-      if (allocated(self%kept_gap)) then
-         if (size(self%kept_gap) < n) deallocate (self%kept_gap, self%kept_slip)
-      end if
-      if (.not. allocated(self%kept_gap)) allocate (self%kept_gap(n + n/4), self%kept_slip(n + n/4))
-      !$omp parallel do default(none) shared(self, n) private(c) schedule(static) if (n > parallel_contacts)
-      do c = 1, n
-         self%kept_gap(c) = self%trial%gap(c)
-         self%kept_slip(c) = self%trial%slip(c)
-      end do
-      !$omp end parallel do
-   end subroutine keep
-
-   !> Gaps and slips at a fraction of the way from those that were kept.
-   subroutine shorten(self, fraction)
-      class(contacts_type), intent(inout) :: self
-      real(wp), intent(in) :: fraction
-      integer :: c
-      do c = 1, self%table%n
-         self%trial%gap(c) = self%kept_gap(c) + fraction*(self%trial%gap(c) - self%kept_gap(c))
-         self%trial%slip(c) = self%kept_slip(c) + fraction*(self%trial%slip(c) - self%kept_slip(c))
-      end do
-   end subroutine shorten
-
    !> Forces by the joint laws at a fraction of the way.
    subroutine lawful_forces(self, fraction, force)
       class(contacts_type), intent(in) :: self
@@ -390,7 +355,7 @@ contains
    end subroutine weigh_impacts
 
    !> Gaps of closed contacts, and slips of locked ones, that the expected motion gives otherwise than the solution.
-   subroutine measure_contacts(self, context, attempt, was_judged, mixed_only, equations)
+   subroutine measure_placement(self, context, attempt, was_judged, mixed_only, equations)
       class(contacts_type), intent(in) :: self
       type(step_context_type), intent(in) :: context
       type(attempt_type), intent(in) :: attempt
@@ -399,7 +364,7 @@ contains
       type(equations_type), intent(inout) :: equations
       call measure_lengths(self%table, self%lean, self%trial, self%first_link, context, attempt, was_judged, &
                            mixed_only, equations)
-   end subroutine measure_contacts
+   end subroutine measure_placement
 
    !> Closed contacts at the end of the step, from their motion there.
    subroutine reach_end(self, scheme, closed_part_slips)

@@ -30,7 +30,7 @@ module rockdda_interaction_liners
    use rockdda_interaction_finite_rotation, only : moving_block_type, mean_load, mean_displacement
    use rockdda_interaction_time_scheme, only : time_scheme_type
    use rockdda_interaction_liner_ties, only : tie_response_type, tie_state
-   use rockdda_interaction_linked_interaction, only : linked_interaction_type
+   use rockdda_interaction_linked_interaction, only : linked_interaction_type, motion_change_type
    use rockdda_interaction_liner, only : liner_type, beam_links, links_of, energy_of, moved_beam, moved_tie, &
       on_segment, &
       first_point, acts, respond, largest_pressure
@@ -65,14 +65,11 @@ module rockdda_interaction_liners
       procedure :: shear_stress
       procedure :: find_peak
       procedure :: stored_energy
-      procedure :: count_links
       procedure :: prepare
       procedure :: begin
       procedure :: place
       procedure :: add_to_links
-      procedure :: predict
-      procedure :: keep
-      procedure :: shorten
+      procedure :: set_motion
       procedure :: lawful_forces
       procedure :: measure_placement
       procedure :: judge
@@ -285,30 +282,17 @@ contains
       largest = maxval(n(1:m))
    end subroutine find_peak
 
-   !> Four of a beam, one of a tie.
-   pure integer function count_links(self) result(n)
-      class(liners_type), intent(in) :: self
-      integer :: k
-      n = 0
-      do k = 1, n_liners(self)
-         n = n + links_of(self%liners(k))
-      end do
-   end function count_links
-
-   !> Links at the start of the step.
+   !> Links at the start of the step: four of a beam, one of a tie.
    subroutine prepare(self, context, attempt, equations)
       class(liners_type), intent(inout) :: self
       type(step_context_type), intent(in) :: context
       type(attempt_type), intent(in) :: attempt
       type(equations_type), intent(inout) :: equations
-      integer :: c, first, i, k, l
-      first = self%first_link
-      do k = 1, n_liners(self)
-         self%liners(k)%first_link = first
-         first = first + links_of(self%liners(k))
-      end do
+      integer :: c, i, k, l
+      self%first_link = equations%n_links
       do k = 1, n_liners(self)
          associate (liner => self%liners(k))
+            call equations%add_links(links_of(liner), liner%first_link)
             if (.not. liner%is_there) cycle
             c = liner%first_link
             do i = 1, size(liner%joints)
@@ -437,9 +421,10 @@ contains
    end subroutine add_to_links
 
    !> Changes of deformation.
-   subroutine predict(self, equations)
+   subroutine set_motion(self, equations, change)
       class(liners_type), intent(inout) :: self
       type(equations_type), intent(in) :: equations
+      type(motion_change_type), intent(in) :: change
       real(wp) :: motion(2)
       integer :: c, i, j, k
       do k = 1, n_liners(self)
@@ -447,55 +432,31 @@ contains
             if (.not. liner%is_there) cycle
             c = liner%first_link
             do i = 1, size(liner%joints)
-               do j = 1, 3
-                  call equations%link_motion(c + j, motion)
-                  liner%joints(i)%move(j) = self%level*motion(1)
-               end do
+               associate (joint => liner%joints(i))
+                  if (.not. change%to_solution) call change%apply(joint%move, joint%kept)
+                  do j = 1, merge(3, 0, change%to_solution)
+                     call equations%link_motion(c + j, motion)
+                     joint%move(j) = self%level*motion(1)
+                  end do
+               end associate
                c = c + beam_links
             end do
             do i = 1, size(liner%ties)
-               c = c + 1
-               liner%ties(i)%move = 0
-               if (.not. liner%ties(i)%acts) cycle
-               call equations%link_motion(c, motion)
-               liner%ties(i)%move = liner%ties(i)%level*motion
+               associate (tie => liner%ties(i))
+                  c = c + 1
+                  if (.not. change%to_solution) then
+                     call change%apply(tie%move, tie%kept)
+                  else if (tie%acts) then
+                     call equations%link_motion(c, motion)
+                     tie%move = tie%level*motion
+                  else
+                     tie%move = 0
+                  end if
+               end associate
             end do
          end associate
       end do
-   end subroutine predict
-
-   !> Keep the present motion.
-   subroutine keep(self)
-      class(liners_type), intent(inout) :: self
-      integer :: i, k
-      do k = 1, n_liners(self)
-         do i = 1, size(self%liners(k)%joints)
-            self%liners(k)%joints(i)%kept = self%liners(k)%joints(i)%move
-         end do
-         do i = 1, size(self%liners(k)%ties)
-            self%liners(k)%ties(i)%kept = self%liners(k)%ties(i)%move
-         end do
-      end do
-   end subroutine keep
-
-   !> A motion at a fraction of the way.
-   subroutine shorten(self, fraction)
-      class(liners_type), intent(inout) :: self
-      real(wp), intent(in) :: fraction
-      integer :: i, k
-      do k = 1, n_liners(self)
-         do i = 1, size(self%liners(k)%joints)
-            associate (joint => self%liners(k)%joints(i))
-               joint%move = joint%kept + fraction*(joint%move - joint%kept)
-            end associate
-         end do
-         do i = 1, size(self%liners(k)%ties)
-            associate (tie => self%liners(k)%ties(i))
-               tie%move = tie%kept + fraction*(tie%move - tie%kept)
-            end associate
-         end do
-      end do
-   end subroutine shorten
+   end subroutine set_motion
 
    !> Forces by the laws at a fraction of the way.
    subroutine lawful_forces(self, fraction, force)
@@ -532,10 +493,9 @@ contains
    end subroutine lawful_forces
 
    !> Deformations that the expected motion gives otherwise than the solution.
-   subroutine measure_placement(self, context, attempt, equations)
+   subroutine measure_placement(self, context, equations)
       class(liners_type), intent(in) :: self
       type(step_context_type), intent(in) :: context
-      type(attempt_type), intent(in) :: attempt
       type(equations_type), intent(inout) :: equations
       real(wp) :: way(2), d(3), scale, largest
       integer :: c, i, k

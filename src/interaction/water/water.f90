@@ -68,7 +68,7 @@ module rockdda_interaction_water
    contains
       procedure :: init
       procedure :: begin
-      procedure :: add_to_blocks
+      procedure :: place
       procedure :: measure_placement
       procedure :: add_energies
       procedure :: add_forces
@@ -122,7 +122,7 @@ contains
    end subroutine begin
 
    !> Pressure on all wetted stretches.
-   subroutine add_to_blocks(self, context, attempt, equations)
+   subroutine place(self, context, attempt, equations)
       class(water_family_type), intent(inout) :: self
       type(step_context_type), intent(in) :: context
       type(attempt_type), intent(in) :: attempt
@@ -137,7 +137,7 @@ contains
             equations%block_magnitude(:, b) = equations%block_magnitude(:, b) + abs(self%load(:, i))
          end associate
       end do
-   end subroutine add_to_blocks
+   end subroutine place
 
    !> Loads that the expected motion gives otherwise than the solution.
    subroutine measure_placement(self, context, attempt, equations)

@@ -9,7 +9,7 @@ module ground_spring
    use rockdda_interaction_equations, only : equations_type
    use rockdda_interaction_finite_rotation, only : mean_load
    use rockdda_interaction_kinematics, only : move_point
-   use rockdda_interaction_linked_interaction, only : linked_interaction_type
+   use rockdda_interaction_linked_interaction, only : linked_interaction_type, motion_change_type
    implicit none
    private
    public :: ground_spring_type
@@ -20,16 +20,13 @@ module ground_spring
       real(wp) :: direction(2) = 0   !! unit vector from the ground to the point
       real(wp) :: stiffness = 0      !! [force/length]
       real(wp) :: elongation = 0     !! at the start of the step [length]
-      real(wp) :: stretch = 0        !! predicted change in the step [length]
-      real(wp) :: kept = 0           !! the same at the motion that was kept [length]
+      real(wp) :: stretch(1) = 0     !! predicted change in the step [length]
+      real(wp) :: kept(1) = 0        !! the same at the motion that was kept [length]
    contains
-      procedure :: count_links
       procedure :: prepare
       procedure :: place
       procedure :: add_to_links
-      procedure :: predict
-      procedure :: keep
-      procedure :: shorten
+      procedure :: set_motion
       procedure :: lawful_forces
       procedure :: add_energies
       procedure :: commit
@@ -37,18 +34,13 @@ module ground_spring
 
 contains
 
-   !> One, between the block and the fixed outside.
-   pure integer function count_links(self) result(n)
-      class(ground_spring_type), intent(in) :: self
-      n = merge(1, 0, self%block > 0)
-   end function count_links
-
-   !> The block of the link.
+   !> One link, between the block and the fixed outside.
    subroutine prepare(self, context, attempt, equations)
       class(ground_spring_type), intent(inout) :: self
       type(step_context_type), intent(in) :: context
       type(attempt_type), intent(in) :: attempt
       type(equations_type), intent(inout) :: equations
+      call equations%add_links(merge(1, 0, self%block > 0), self%first_link)
       if (self%block > 0) equations%pair(:, self%first_link + 1) = [self%block, 0]
    end subroutine prepare
 
@@ -75,27 +67,19 @@ contains
    end subroutine add_to_links
 
    !> Change of the elongation.
-   subroutine predict(self, equations)
+   subroutine set_motion(self, equations, change)
       class(ground_spring_type), intent(inout) :: self
       type(equations_type), intent(in) :: equations
+      type(motion_change_type), intent(in) :: change
       real(wp) :: a(6, 2)
       if (self%block == 0) return
-      a = equations%vectors_of(self%first_link + 1, 1)
-      self%stretch = dot_product(a(:, 1), equations%x(:, self%block))
-   end subroutine predict
-
-   !> Keep the change.
-   subroutine keep(self)
-      class(ground_spring_type), intent(inout) :: self
-      self%kept = self%stretch
-   end subroutine keep
-
-   !> Change at a fraction of the way.
-   subroutine shorten(self, fraction)
-      class(ground_spring_type), intent(inout) :: self
-      real(wp), intent(in) :: fraction
-      self%stretch = self%kept + fraction*(self%stretch - self%kept)
-   end subroutine shorten
+      if (change%to_solution) then
+         a = equations%vectors_of(self%first_link + 1, 1)
+         self%stretch = [dot_product(a(:, 1), equations%x(:, self%block))]
+      else
+         call change%apply(self%stretch, self%kept)
+      end if
+   end subroutine set_motion
 
    !> Force by the law.
    subroutine lawful_forces(self, fraction, force)
@@ -114,8 +98,8 @@ contains
       type(attempt_type), intent(in) :: attempt
       real(wp), intent(in), contiguous :: d(:, :)
       class(energy_balance_type), intent(inout) :: balance
-      balance%other_energy = balance%other_energy + 0.5_wp*self%stiffness*(self%elongation + self%stretch)**2
-      call balance%add(energy%dissipated, 0.5_wp*self%stiffness*self%stretch**2)
+      balance%other_energy = balance%other_energy + 0.5_wp*self%stiffness*(self%elongation + self%stretch(1))**2
+      call balance%add(energy%dissipated, 0.5_wp*self%stiffness*self%stretch(1)**2)
    end subroutine add_energies
 
    !> Elongation and point at the end of the step.
@@ -125,7 +109,7 @@ contains
       type(attempt_type), intent(inout) :: attempt
       real(wp), intent(in), contiguous :: d(:, :)
       if (self%block == 0) return
-      self%elongation = self%elongation + self%stretch
+      self%elongation = self%elongation + self%stretch(1)
       call move_point(d(:, self%block), context%state%centroid(:, self%block), context%parameters%exact_rotation, &
                       self%point)
    end subroutine commit

@@ -69,7 +69,7 @@ contains
          self%is_stuck = .false.
       end if
       self%x = equations%x
-      call families%keep()
+      call families%keep(equations)
    end subroutine keep
 
    !> Go from the motion that was kept towards the one just solved for; `fraction` is 1 when all the way.
@@ -119,7 +119,7 @@ contains
       if (.not. fraction < 1) return
       missing = least/max(loads, tiny(1.0_wp))
       equations%x = self%x + fraction*(equations%x - self%x)
-      call families%shorten(fraction)
+      call families%shorten(equations, fraction)
    end subroutine search
 
    !> Is |R| at the present motion below a share of that at the motion that was kept? There need not be a matrix yet:
