@@ -74,6 +74,7 @@ FACES = {
     "lines": "generate joint_sets outlines report statistics statistics_options",
     "cutting": "assignment cell_lattice cut location subdivision",
     "cutting/cut": "line_report outlines",
+    "cutting/subdivision": "cell_lines cell_merging",
     "contact/find": "broad_phase narrow_search",
     "contact/transfer": "inheritance merging",
     "contact": "search",
@@ -83,6 +84,7 @@ FACES = {
     "interaction/joint/contacts": "contact_end contact_start friction_search striking_ends",
     "interaction/bolt": "bars bolts",
     "interaction/lining": "liner_places liner_placing liners",
+    "interaction/lining/liners": "liner_friction liner_nodes liner_state",
     "interaction/boundary": "boundaries boundary_edges quiet_boundaries supports",
     "interaction/water": "water water_at_start",
     "interaction": "families",
@@ -106,6 +108,8 @@ FACES = {
     "read_files step_loop stop_request supports thread_choice",
     "run/search": "factor_search mechanism search_options search_results support_uses trial",
     "run/search/factor_search": "design_factors search_path settled_run",
+    "app/command": "command_check command_cut command_fos command_help command_info command_lines command_new "
+    "command_options command_run",
 }
 # The figure begins here and shows calls of procedures in these folders.
 ROOT_CALL = ("simulation_type", "advance")

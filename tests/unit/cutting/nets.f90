@@ -7,7 +7,7 @@ module nets
    use rockdda_cutting_faces, only : face_set_type, prune_dead_ends, trace_faces
    use rockdda_cutting_graph, only : graph_type, pieces_type, build_graph
    use rockdda_cutting_intersections, only : meeting_list_type, find_meetings
-   use rockdda_cutting_nodes, only : node_set_type, merge_meetings
+   use rockdda_cutting_net, only : node_set_type, merge_meetings
    use line_sets, only : random_type
    implicit none
    private
