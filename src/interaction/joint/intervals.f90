@@ -9,13 +9,13 @@ module rockdda_interaction_intervals
    use rockdda_base_kinds, only : wp
    use rockdda_base_parallel, only : parallel_contacts
    use rockdda_contact_interval_law, only : closed_part_type, first_place, overhang, at_end, end_gaps, &
-      find_closed_part, cut_bond
+      find_closed_part, cut_bond, part_forces
    use rockdda_contact_table, only : contact_table_type, contact_state, is_of_interval, other_row
    use rockdda_interaction_joint_strength, only : joint_law_type, tension_at
    implicit none
    private
    public :: find_extremes, share_slips, slipping_share, couple_of, end_gap, mean_gap, interval_response_type, &
-      respond, place_to_linearise, bond_after
+      is_two_springs, respond, place_to_linearise, bond_after
 
    !> Largest closure at which a joint that has been open is linearised, share of the largest one of its law.
    real(wp), parameter :: first_closure = 0.9_wp
@@ -88,6 +88,13 @@ contains
       end do
    end subroutine find_extremes
 
+   !> Are the rows of an interval two springs like others at these gaps: by a linear law, closed on all its length?
+   pure logical function is_two_springs(law, gap)
+      type(joint_law_type), intent(in) :: law
+      real(wp), intent(in) :: gap(2)                   !! [length]
+      is_two_springs = maxval(end_gaps(gap)) <= 0 .and. .not. law%normal%is_curved()
+   end function is_two_springs
+
    !> How rows slip in a step. Both of an interval slip in the middle of the part that is closed (`lean`), others at
    !> their points: that blocks of other strain stretch along each other costs nothing. With a slip at each point layers
    !> that a stiff joint bonds bend by 3 to 80 % of a beam of the same cells.
@@ -146,7 +153,7 @@ contains
       type(interval_response_type) :: interval
       real(wp) :: bond(2)
       high = 0.5_wp
-      if (max(table%gap(c), table%gap(c + 1)) + overhang*abs(table%gap(c) - table%gap(c + 1)) <= 0) return
+      if (maxval(end_gaps(table%gap(c:c + 1))) <= 0) return
       ! where it touches without force, rounding would decide on which part it is closed
       if (.not. any(abs(table%normal_force(c:c + 1)) > 0)) return
       bond = table%bond_end(c:c + 1)
@@ -249,10 +256,7 @@ contains
       interval%own = stiffness*interval%part%own
       interval%cross = stiffness*interval%part%cross
       interval%push = stiffness*interval%part%push
-      associate (part => interval%part)
-         interval%force = -stiffness*[part%own(1)*gap(1) + part%cross*gap(2), part%cross*gap(1) + part%own(2)*gap(2)]
-         if (law%normal%is_curved()) interval%force = interval%force + interval%push
-      end associate
+      interval%force = part_forces(interval%part, stiffness, gap)
       ! half of force times closure, and of a curved law what it has beyond
       interval%energy = 0.5_wp*stiffness*interval%part%surplus - 0.5_wp*interval%force*gap
       interval%pressing = 0.5_wp*sum(interval%force)
@@ -260,7 +264,7 @@ contains
       interval%broken = broken_length(interval%length, bond(2) - bond(1), interval%part%length)
    end subroutine respond
 
-   !> Gaps of both rows at which the law of an interval is to be linearised after a solve. Those of the motion, unless
+   !> Gaps of both rows at which a curved law of an interval is to be linearised after a solve. Those of the motion, unless
    !> the law is so curved that its stiffness there says nothing of the one at the force that the solve gave it:
    !> then those at which it has this force. One that has been open has no force yet, and begins within the curve.
    pure function place_to_linearise(law, k_n, gap, used) result(place)
@@ -270,7 +274,6 @@ contains
       real(wp), intent(in) :: used(2)                  !! forces of the solve, compression positive
       real(wp) :: place(2)
       place = gap
-      if (.not. law%normal%is_curved()) return
       if (all(used > 0)) then
          place = -used/law%normal%secant(k_n, used)
          if (.not. law%normal%is_stiff_at(minval(end_gaps(gap)), minval(end_gaps(place)))) place = gap

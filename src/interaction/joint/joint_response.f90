@@ -42,8 +42,7 @@ module rockdda_interaction_joint_response
    private
    public :: joint_settings_type, new_joint_settings, joint_state_type, joint_extra_type, joint_type, recall_joint, &
       joint_response_type, map_joint, map_steady, keep_steady, miss_of_joint, opening_gap, sliding_friction, &
-      strength, spring_force, spring_energy, joint_end_type, end_joint, end_joints, linearise_joint, &
-      linearise_joints
+      strength, spring_force, spring_energy, joint_end_type, end_joint, linearise_joint, linearise_joints
 
    !> A closed contact at the end of an accepted step.
    type :: joint_end_type
@@ -437,52 +436,32 @@ contains
    end function slip_rate
 
    !> A contact that was closed in the last solve, at the end of the step: what the step leaves in its memory. State,
-   !> slip direction and friction force are those of the solve, which the joint may have left since.
-   pure subroutine end_joint(joint, state, slip_sign, friction, gap, slip, last)
-      type(joint_type), intent(in) :: joint
+   !> slip direction and friction force are those of the solve.
+   pure subroutine end_joint(k_n, k_s, shear, state, slip_sign, friction, gap, slip, last)
+      real(wp), intent(in) :: k_n, k_s             !! [force/length]
+      real(wp), intent(in) :: shear                !! elongation at the start of the step [length]
       integer(i1), intent(in) :: state, slip_sign
       real(wp), intent(in) :: friction             !! [force]
       real(wp), intent(in) :: gap, slip            !! [length]
       type(joint_end_type), intent(out) :: last
       real(wp) :: limit
-      last%shear = joint%shear + slip
-      last%normal_force = -joint%k_n*gap
+      last%shear = shear + slip
+      last%normal_force = spring_force(k_n, gap)
       if (state == contact_state%locked) then
-         last%shear_force = -joint%k_s*last%shear
+         last%shear_force = -k_s*last%shear
          last%slipped = 0
       else
-         limit = friction/joint%k_s
+         limit = friction/k_s
          last%shear = max(-limit, min(limit, last%shear))
          last%shear_force = -slip_sign*friction
          last%slipped = abs(slip)
       end if
-      last%energy = 0.5_wp*joint%k_n*gap**2 + 0.5_wp*joint%k_s*last%shear**2
+      last%energy = spring_energy(k_n, k_s, gap, last%shear)
       last%carried = last%shear
       last%lost = 0
       last%closed = 1
       last%core = [1, 0]
    end subroutine end_joint
-
-   !> `end_joint` for rows of the table at the start of the step; nothing for those that were open.
-   pure subroutine end_joints(n, k_n, k_s, shear, joint, state, slip_sign, friction, gap, slip, last)
-      integer, intent(in) :: n
-      real(wp), intent(in) :: k_n(n), k_s(n)         !! [force/length]
-      real(wp), intent(in) :: shear(n)               !! elongation at the start of the step [length]
-      type(joint_state_type), intent(in) :: joint(n)
-      integer(i1), intent(in) :: state(n), slip_sign(n)
-      real(wp), intent(in) :: friction(n), gap(n), slip(n)
-      type(joint_end_type), intent(inout) :: last(n)
-      type(joint_type) :: whole
-      integer :: c
-      do c = 1, n
-         if (state(c) == contact_state%open) cycle
-         whole%shear = shear(c)
-         if (joint(c)%worn) whole%shear = 0
-         whole%k_n = k_n(c)
-         whole%k_s = k_s(c)
-         call end_joint(whole, state(c), slip_sign(c), friction(c), gap(c), slip(c), last(c))
-      end do
-   end subroutine end_joints
 
    !> Stiffness and load of a contact in its present state, along the normal (1) and the edge (2). The normal force that
    !> friction depends on is left to the iteration, so that the stiffness is symmetric.

@@ -127,9 +127,8 @@ contains
                   is_apart = self%joint(i)%state == contact_state%open .and. lowest(i - first + 1) >= 0 .and. &
                              .not. (self%joint(i)%partly .or. an_end_strikes(self, table, i))
                   if (.not. is_apart .and. &
-                      is_one_contact(widest(i - first + 1), self%joint(i), table%station(i), self%joint(i)%partly .or. &
-                                     self%start(i) == at_level%may_strike .or. &
-                                     laws(table%joint(i))%normal%is_curved())) then
+                      is_one_contact(widest(i - first + 1), self%joint(i), table%station(i), laws(table%joint(i)), &
+                                     self%joint(i)%partly .or. self%start(i) == at_level%may_strike)) then
                      ! both rows at a time
                      judged = i + 1
                      if (table%station(i) == 1) &
@@ -160,14 +159,15 @@ contains
 
    !> Is a row one of an interval whose rows are not two contacts by themselves: open, closed on a part, or of a law
    !> that is not linear?
-   pure logical function is_one_contact(widest, joint, station, is_sure)
+   pure logical function is_one_contact(widest, joint, station, law, is_sure)
       real(wp), intent(in) :: widest                  !! `find_extremes` [length]
       type(joint_state_type), intent(in) :: joint
       integer(i1), intent(in) :: station
+      type(joint_law_type), intent(in) :: law
       logical, intent(in) :: is_sure                  !! it is, if it is one of an interval
       is_one_contact = (station == 1 .or. station == 2) .and. .not. joint%tied
       if (is_one_contact) is_one_contact = widest > 0 .or. is_sure .or. joint%strikes .or. &
-                                           joint%state == contact_state%open
+                                           joint%state == contact_state%open .or. law%normal%is_curved()
    end function is_one_contact
 
    !> Judge an interval that is open, or closed on a part, or was so in the last solve.
@@ -427,7 +427,7 @@ contains
          do c = first, last
             k = c - first + 1
             if (steady(k)) cycle
-            if (is_one_contact(widest(k), joint(c), table%station(c), laws(law(c))%normal%is_curved())) then
+            if (is_one_contact(widest(k), joint(c), table%station(c), laws(law(c)), .false.)) then
                force(:, c) = 0
                if (joint(c)%state == contact_state%open .and. lowest(k) >= 0) cycle
                ! both rows at a time

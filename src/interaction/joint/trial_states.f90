@@ -3,14 +3,14 @@
 module rockdda_interaction_trial_states
    use rockdda_base_kinds, only : wp, i1, i2, l1
    use rockdda_base_parallel, only : parallel_contacts, piece, n_pieces
-   use rockdda_contact_interval_law, only : overhang
+   use rockdda_contact_interval_law, only : end_gaps
    use rockdda_contact_table, only : contact_table_type, contact_state, cut_no_interval, is_of_interval, &
       other_row
    use rockdda_interaction_dashpots, only : has_dashpots
    use rockdda_interaction_joint_strength, only : joint_law_type, is_friction_alone
-   use rockdda_interaction_intervals, only : interval_response_type, mean_gap, respond
+   use rockdda_interaction_intervals, only : interval_response_type, is_two_springs, mean_gap, respond
    use rockdda_interaction_joint_response, only : joint_settings_type, joint_state_type, joint_extra_type, &
-      joint_type, recall_joint, sliding_friction, spring_force_of => spring_force, joint_end_type, end_joints
+      joint_type, recall_joint, sliding_friction, spring_force_of => spring_force, joint_end_type, end_joint
    implicit none
    private
    public :: trial_states_type, no_state, at_level, piece_of_rows, widest_piece
@@ -151,8 +151,8 @@ contains
       type(joint_type) :: joint
       real(wp) :: widest
       integer :: i
-      widest = max(table%gap(c), table%gap(c + 1)) + overhang*abs(table%gap(c) - table%gap(c + 1))
-      if (widest <= 0 .and. .not. laws(table%joint(c))%normal%is_curved()) return
+      if (is_two_springs(laws(table%joint(c)), table%gap(c:c + 1))) return
+      widest = maxval(end_gaps(table%gap(c:c + 1)))
       ! where it touches without force, rounding would decide on which part it is closed, or that it has no stiffness;
       ! in a dynamic step it may have none
       if (.not. any(abs(table%normal_force(c:c + 1)) > 0) .and. &
@@ -240,9 +240,13 @@ contains
       type(contact_table_type), intent(in) :: table    !! at the start of the step
       integer, intent(in) :: first, last               !! rows, at most a piece of them
       type(joint_end_type), intent(inout) :: ends(:)   !! of row first at 1
-      call end_joints(last - first + 1, table%k_n(first:last), table%k_s(first:last), table%shear(first:last), &
-                      self%joint(first:last), self%state_used(first:last), self%sign_used(first:last), &
-                      self%friction_used(first:last), self%gap(first:last), self%slip(first:last), ends)
+      integer :: c
+      do c = first, last
+         if (self%state_used(c) == contact_state%open) cycle
+         call end_joint(table%k_n(c), table%k_s(c), merge(0.0_wp, table%shear(c), self%joint(c)%worn), &
+                        self%state_used(c), self%sign_used(c), self%friction_used(c), self%gap(c), self%slip(c), &
+                        ends(c - first + 1))
+      end do
    end subroutine find_ends
 
    !> A contact with its memory in the table.

@@ -4,7 +4,7 @@ module rockdda_interaction_contact_end
    use rockdda_base_kinds, only : wp
    use rockdda_base_parallel, only : parallel_contacts, n_pieces
    use rockdda_model_state, only : energy
-   use rockdda_contact_interval_law, only : end_gaps, overhang
+   use rockdda_contact_interval_law, only : end_gaps
    use rockdda_contact_table, only : contact_table_type, contact_state, is_of_interval, other_row
    use rockdda_interaction_attempt, only : attempt_type
    use rockdda_interaction_balance, only : energy_balance_type
@@ -12,8 +12,8 @@ module rockdda_interaction_contact_end
    use rockdda_interaction_contact_lengths, only : move_contacts
    use rockdda_interaction_contact_stiffness, only : joint_stiffness_type
    use rockdda_interaction_context, only : step_context_type
-   use rockdda_interaction_intervals, only : find_extremes, interval_response_type, respond, bond_after, couple_of, &
-      slipping_share
+   use rockdda_interaction_intervals, only : find_extremes, interval_response_type, is_two_springs, respond, bond_after, &
+      couple_of, slipping_share
    use rockdda_interaction_joint_response, only : joint_end_type, joint_settings_type, joint_type, opening_gap, &
       spring_energy, spring_force
    use rockdda_interaction_open_close, only : open_close_type
@@ -394,8 +394,7 @@ contains
       end do
       do c = first, last
          if (table%station(c) /= 1 .or. trial%state_used(c) == contact_state%open .or. table%tied(c)) cycle
-         if (max(trial%gap(c), trial%gap(c + 1)) + overhang*abs(trial%gap(c) - trial%gap(c + 1)) <= 0 .and. &
-             .not. (table%closed(c) < 1 .or. laws(table%joint(c))%normal%is_curved())) cycle
+         if (is_two_springs(laws(table%joint(c)), trial%gap(c:c + 1)) .and. .not. table%closed(c) < 1) cycle
          bond = trial%bond(c:c + 1)
          call respond(laws(table%joint(c)), table, c, trial%both_bonded(c), trial%gap(c:c + 1), 0.0_wp, bond, interval)
          after = table%closed(c)
