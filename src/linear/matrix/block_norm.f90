@@ -21,6 +21,7 @@ module rockdda_linear_block_norm
    use rockdda_linear_matrix, only : block_matrix_type
    use rockdda_linear_small_blocks, only : factorize_packed, n_packed, unpack_lower
    use rockdda_base_parallel, only : parallel_blocks, piece, n_pieces
+   use rockdda_base_room, only : reserve
    implicit none
    private
    public :: block_norm_type, norm_anew_type
@@ -252,10 +253,7 @@ contains
       real(wp), intent(out) :: size_of_v                     !! |v|
       logical, intent(out) :: ok                             !! all blocks have a factor
       integer :: p
-      if (allocated(self%partial)) then
-         if (size(self%partial) < n_pieces(n)) deallocate (self%partial)
-      end if
-      if (.not. allocated(self%partial)) allocate (self%partial(n_pieces(n)))
+      call reserve(self%partial, n_pieces(n))
       ok = .true.
       !$omp parallel do default(none) shared(self, n, v, width, values, place) private(p) reduction(.and.:ok) &
       !$omp schedule(static) if (n > parallel_blocks)
