@@ -8,7 +8,7 @@
 !> lie a little beyond.
 !>
 !> The other searches beside this one: vertices that meet vertices (rockdda_contact_corner_search), edges that face
-!> edges (`search_faces` of rockdda_contact_narrow_search). rockdda_contact_narrow_search calls all three for all close pairs.
+!> edges (`search_faces`). rockdda_contact_narrow_search calls all three for all close pairs.
 !>
 !> The innermost loops of a step read arrays of constant shape: these are arguments beside `given`.
 !>

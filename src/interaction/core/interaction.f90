@@ -53,8 +53,8 @@ contains
       type(attempt_type), intent(in) :: attempt
    end subroutine begin
 
-   !> Terms of blocks, added to block_matrix, block_load and block_magnitude, and vectors of links, for the motion that is
-   !> expected of the blocks.
+   !> Terms of blocks, added to block_matrix, block_load and block_magnitude, and vectors of links, for the motion that
+   !> is expected of the blocks.
    subroutine place(self, context, attempt, equations)
       class(interaction_type), intent(inout) :: self
       type(step_context_type), intent(in) :: context

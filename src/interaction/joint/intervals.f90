@@ -264,8 +264,8 @@ contains
       interval%broken = broken_length(interval%length, bond(2) - bond(1), interval%part%length)
    end subroutine respond
 
-   !> Gaps of both rows at which a curved law of an interval is to be linearised after a solve. Those of the motion, unless
-   !> the law is so curved that its stiffness there says nothing of the one at the force that the solve gave it:
+   !> Gaps of both rows at which a curved law of an interval is to be linearised after a solve. Those of the motion,
+   !> unless the law is so curved that its stiffness there says nothing of the one at the force that the solve gave it:
    !> then those at which it has this force. One that has been open has no force yet, and begins within the curve.
    pure function place_to_linearise(law, k_n, gap, used) result(place)
       type(joint_law_type), intent(in) :: law

@@ -3,11 +3,10 @@
 module nets
    use rockdda_base_kinds, only : wp
    use rockdda_base_error, only : error_type
-   use rockdda_cutting_net, only : clean_pieces
+   use rockdda_cutting_net, only : clean_pieces, node_set_type, merge_meetings
    use rockdda_cutting_faces, only : face_set_type, prune_dead_ends, trace_faces
    use rockdda_cutting_graph, only : graph_type, pieces_type, build_graph
    use rockdda_cutting_intersections, only : meeting_list_type, find_meetings
-   use rockdda_cutting_net, only : node_set_type, merge_meetings
    use line_sets, only : random_type
    implicit none
    private

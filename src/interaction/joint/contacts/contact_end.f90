@@ -12,8 +12,8 @@ module rockdda_interaction_contact_end
    use rockdda_interaction_contact_lengths, only : move_contacts
    use rockdda_interaction_contact_stiffness, only : joint_stiffness_type
    use rockdda_interaction_context, only : step_context_type
-   use rockdda_interaction_intervals, only : find_extremes, interval_response_type, is_two_springs, respond, bond_after, &
-      couple_of, slipping_share
+   use rockdda_interaction_intervals, only : find_extremes, interval_response_type, is_two_springs, respond, &
+      bond_after, couple_of, slipping_share
    use rockdda_interaction_joint_response, only : joint_end_type, joint_settings_type, joint_type, opening_gap, &
       spring_energy, spring_force
    use rockdda_interaction_open_close, only : open_close_type
