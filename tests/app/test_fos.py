@@ -757,6 +757,31 @@ class Loads(FosTest):
         self.assertEqual(outcome.code, 3)
         self.assertIn("times the loads: nothing carries them", outcome.err)
 
+    def test_motion_of_the_trial_on_which_the_factor_rests_is_told(self):
+        """A soft spring with 30 kN stops a block that slides: by 50 mm under 53 kN, by 71 mm under 59.5 kN."""
+        text = (
+            "&loading_point name = 'push', at = 2,1.1, force = 1000,0 /\n"
+            "&bolt kind = 'spring', from = 2.2,1.2, to = 0.5,0.9, stiffness = 5e5, yield_force = 30e3 /\n"
+        )
+        result = self.load(text)
+        trials = {trial["value"]: trial for trial in result["trials"]}
+        moved = [one for one in result["trials"] if one["stable"] and one["displacement"] > 0.01 * math.sqrt(2)]
+        first = min(moved, key=lambda trial: trial["value"])
+        last = trials[result["low"]]
+        self.assertLess(first["value"], last["value"])
+        (warned,) = [one["message"] for one in result["messages"] if "only after a motion" in one["message"]]
+        self.assertIn(
+            f"the trial of {last['value']:g} came to rest only after a motion of {last['displacement'] * 1e3:.3g} mm, "
+            f"and that of {first['value']:g}, the nearest to the start that moved so, after "
+            f"{first['displacement'] * 1e3:.3g} mm",
+            warned,
+        )
+        self.assertIn(f"--to {first['value']:g}", warned)
+        # one that moved so alone is named once
+        result = self.search("block.nml", "--search", "load", "--to", "70", "--tolerance", "0.5")
+        self.assertEqual(sum("and that of" in one["message"] for one in result["messages"]), 0)
+        self.assertEqual(sum("only after a motion" in one["message"] for one in result["messages"]), 1)
+
     def test_names_that_do_not_exist(self):
         def error(*arguments):
             outcome = self.run_program("fos", "block.nml", "--quiet", *arguments)

@@ -173,7 +173,7 @@ contains
                         ' neither came to rest nor moved on in '//to_string(self%trials(i)%steps)// &
                         ' steps: it counts as failing; --max-steps gives it more')
       end do
-      call self%warn(observer, describe_motion(self%trials, self%settled, self%path))
+      call self%warn(observer, describe_motion(self%trials, self%state%stable, self%settled, self%path))
       call self%warn(observer, describe_caught(self))
       call self%check_inside(observer, refusal)
       call self%warn(observer, describe_shear(self%trials))
@@ -548,29 +548,29 @@ contains
    end subroutine compute_one
 
    !> A warning when a stable trial came to rest only after motion, beyond any deformation: a mechanism may have moved
-   !> and stopped below the factor, so that verdicts need not be monotonic. Else empty.
-   function describe_motion(trials, settled, path) result(text)
+   !> and stopped below the factor, so that verdicts need not be monotonic. It names the trial on which the factor
+   !> rests, where that has moved so, and the one nearest to the start. Else empty.
+   function describe_motion(trials, last, settled, path) result(text)
       type(trial_type), intent(in) :: trials(:)      !! those on the way, in order
+      real(wp), intent(in) :: last                   !! value of the stable one on which the factor rests
       type(simulation_type), intent(in) :: settled
       type(search_path_type), intent(in) :: path
       character(len=:), allocatable :: text
-      integer :: i, first
+      logical :: has_moved(size(trials))
+      integer :: first, own
       type(unit_system_type) :: system
       text = ''
       system = unit_system(settled%parameters%units)
-      first = 0
-      do i = 1, size(trials)
-         if (.not. trials(i)%stable) cycle
-         if (.not. trials(i)%displacement > most_motion*typical_size(settled)) cycle
-         if (first > 0) then
-            if (abs(path%sign*trials(i)%value - path%start) >= abs(path%sign*trials(first)%value - path%start)) cycle
-         end if
-         first = i
-      end do
-      if (first == 0) return
-      text = 'the trial of '//to_string(trials(first)%value, 6)//' came to rest only after a motion of '// &
-             system%shown(trials(first)%displacement, 'length', 3)// &
-             ': something may have failed below the factor and stopped; '// &
+      has_moved = trials%stable .and. trials%displacement > most_motion*typical_size(settled)
+      if (.not. any(has_moved)) return
+      first = minloc(abs(path%sign*trials%value - path%start), dim=1, mask=has_moved)
+      own = findloc(has_moved .and. abs(trials%value - last) <= 0, .true., dim=1)
+      if (own == 0) own = first
+      text = 'the trial of '//to_string(trials(own)%value, 6)//' came to rest only after a motion of '// &
+             system%shown(trials(own)%displacement, 'length', 3)
+      if (own /= first) text = text//', and that of '//to_string(trials(first)%value, 6)//', the nearest to the '// &
+                               'start that moved so, after '//system%shown(trials(first)%displacement, 'length', 3)
+      text = text//': something may have failed below the factor and stopped; '// &
              'examine it with --to '//to_string(trials(first)%value, 6)//' and a model in which it cannot stop'
    end function describe_motion
 
