@@ -389,6 +389,17 @@ class Values(FosTest):
         # a linear programme of rigid blocks with all bolts at yield: 1.792
         self.assertAlmostEqual(json.loads(outcome.out)["factor"], 1.792, delta=0.018)
         self.assertRegex(outcome.err, r"warning: the model stands at 2\.\d+ after a motion, and fails at lower values")
+        # the trials have all values that counted: also that at which it is caught, and those below
+        caught = float(re.search(r"the model stands at (\S+) after a motion", outcome.err)[1])
+        trials = json.loads(outcome.out)["trials"]
+        self.assertTrue(next(one["stable"] for one in trials if abs(one["value"] - caught) < 1e-4))
+        self.assertTrue(any(not one["stable"] and one["value"] < caught for one in trials))
+        values = [one["value"] for one in trials]
+        self.assertEqual(len(values), len(set(values)))
+        self.assertIn(f"; {len(values)} trials)", self.run_program("fos", "c.nml", "--quiet", "-o", "c.h5").out)
+        if h5py is not None:
+            with h5py.File(self.folder / "c.h5") as file:
+                self.assertEqual(list(file["search/value"]), values)
         # trials that were computed ahead have changed which lower values were tried
         for jobs in ("2", "5"):
             other = self.search("c.nml", "--jobs", jobs)

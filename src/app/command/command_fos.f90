@@ -403,7 +403,7 @@ contains
       character(len=:), allocatable :: text
       text = name_of(search%options)//': '//decimals(search, middle(search))//' (stable at '// &
              decimals(search, search%state%stable)//', fails at '//decimals(search, search%state%failing)//'; '// &
-             to_string(size(search%trials))//' trials)'
+             to_string(size(search%tried))//' trials)'
    end function factor_text
 
    !> The searched quantity.
@@ -498,8 +498,8 @@ contains
       end do
       call json%close(']')
       call json%open('[', 'trials')
-      do i = 1, size(search%trials)
-         associate (trial => search%trials(i))
+      do i = 1, size(search%tried)
+         associate (trial => search%tried(i))
             call json%open('{', '')
             call json%put('value', trial%value)
             call json%put('stable', trial%stable)

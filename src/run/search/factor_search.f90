@@ -3,7 +3,7 @@
 !>
 !>     call search%prepare(request, input, options, error)   names, files; nothing is computed
 !>     call search%run(observer, error)                      settled state, trials
-!>     search%state, search%trials                           what was found
+!>     search%state, search%trials, search%tried             what was found
 !>
 !> Trials run side by side when `jobs` > 1, each by one thread; which of them count, and in which order, depends on
 !> their verdicts alone.
@@ -51,6 +51,7 @@ module rockdda_run_factor_search
       type(search_options_type) :: options
       type(search_state_type) :: state
       type(trial_type), allocatable :: trials(:)     !! those on the way, in order
+      type(trial_type), allocatable :: tried(:)      !! all that counted, in order: also those at other values
       type(simulation_type) :: settled               !! the state from which all trials begin
       type(searched_type) :: searched                !! the part of the model that changes
       type(design_factors_type) :: factors           !! with which a design is judged
@@ -138,8 +139,9 @@ contains
       integer :: i, doubtful
       real(wp) :: probe
       real(wp), allocatable :: looked(:)      ! values that were tried below the factor
+      real(wp), allocatable :: tried(:)       ! all values that counted
       logical :: is_shorter
-      allocate (self%known(0), looked(0))
+      allocate (self%known(0), looked(0), tried(0))
       call find_settled_state(input, self%options, self%searched, self%journal, observer, self%settled, self%known, &
                               told, self%interrupted, error)
       if (allocated(error) .or. self%interrupted) return
@@ -147,8 +149,10 @@ contains
       self%strength = self%journal%strength
       self%path = new_search_path(self%options, self%strength)
       do
-         call self%drop_doubtful(looked)
+         call self%drop_doubtful(looked, tried)
          call self%path%follow(self%known%value, self%known%stable, self%known%pull, self%known%limit, self%state)
+         ! of a way that is not at its end trials that were computed ahead may be a part
+         if (self%state%outcome /= search_end%open) call add_new(self%known(self%state%used)%value, tried)
          doubtful = self%doubtful_trial()
          if (self%state%outcome == search_end%open) then
             call self%compute_some(observer, error)
@@ -161,10 +165,12 @@ contains
             if (.not. any(abs(self%known%value - probe) <= 0)) call self%compute_values([probe], &
                .not. self%is_careful, observer, error)
             looked = [looked, probe]
+            call add_new([probe], tried)
          end if
          if (allocated(error) .or. self%interrupted) return
       end do
       self%trials = self%known(self%state%used)
+      self%tried = self%known([(findloc(abs(self%known%value - tried(i)) <= 0, .true., dim=1), i=1, size(tried))])
       call self%check_solved(looked, observer, error)
       if (allocated(error)) return
       do i = 1, size(self%trials)
@@ -390,9 +396,10 @@ contains
 
    !> Leave out trials that failed by few steps and were repeated since. The way keeps their pulls when they fail
    !> again. When one of them stands, no trial that failed so counts any more, and the way begins anew.
-   subroutine drop_doubtful(self, looked)
+   subroutine drop_doubtful(self, looked, tried)
       class(factor_search_type), intent(inout) :: self
       real(wp), allocatable, intent(inout) :: looked(:)   !! values that were tried below the factor
+      real(wp), allocatable, intent(inout) :: tried(:)    !! all values that counted
       logical :: counts(size(self%known))
       integer :: i, k
       counts = .true.
@@ -410,12 +417,23 @@ contains
                self%caught = 0
                self%path = new_search_path(self%options, self%strength)
                looked = [real(wp) ::]
+               tried = [real(wp) ::]
             end if
          end do
       end do
       if (self%is_careful) counts = self%known%stable .or. self%known%is_sure
       if (.not. all(counts)) self%known = self%known(pack([(i, i=1, size(counts))], counts))
    end subroutine drop_doubtful
+
+   !> Add values that are not there yet.
+   pure subroutine add_new(values, all)
+      real(wp), intent(in) :: values(:)
+      real(wp), allocatable, intent(inout) :: all(:)
+      integer :: i
+      do i = 1, size(values)
+         if (.not. any(abs(all - values(i)) <= 0)) all = [all, values(i)]
+      end do
+   end subroutine add_new
 
    !> A value below the factor that is still to be tried, 0: none. Where the nearest stable trial has moved as far as
    !> others before they fail, blocks may fail at lower values and be caught at this one: values are tried halfway to
