@@ -1215,7 +1215,9 @@ class Refusals(FosTest):
                 continue
             message = self.error("block.nml", "--search", "load", code=3)
             self.assertRegex(
-                message, r"error: no factor: blocks stand inside each other in the stable trial of \d+, by up to 2\.\d"
+                message,
+                r"error: no factor: blocks stand inside each other in the stable trial of \d+, by up to 2\.\d % of the "
+                r"inradius of the smaller one \(blocks 1 and 2 at \([234]\S*, (0\.9|1)\S*\)\)",
             )
             self.assertRegex(message, r"the model stands without it up to \d+\n")
         # other searches: 10 % more than at rest; 4.8 times the weight, and the strength, which presses nothing

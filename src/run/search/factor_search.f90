@@ -33,7 +33,7 @@ module rockdda_run_factor_search
    use rockdda_run_settled_run, only : find_settled_state, splinter_text
    use rockdda_run_settled_state, only : add_trial_stage
    use rockdda_run_support_uses, only : find_pushed, n_bolts_of, name_of_support
-   use rockdda_run_trial, only : trial_type, search_observer_type, compute_trial, depth_inside, most_motion
+   use rockdda_run_trial, only : trial_type, search_observer_type, compute_trial, find_inside, most_motion
    implicit none
    private
    public :: factor_search_type
@@ -209,15 +209,20 @@ contains
       class(search_observer_type), intent(in) :: observer
       type(error_type), allocatable, intent(out) :: error
       character(len=:), allocatable :: text
-      real(wp) :: most
-      integer :: i, sound
+      real(wp) :: most, at_rest, place(2)
+      integer :: i, sound, blocks(2)
       i = maxloc([0.0_wp, self%trials%inside], mask=[.true., self%trials%stable], dim=1) - 1
       if (i == 0) return
       most = lodged_share
       if (self%options%kind /= search_kind%load) most = lodged_growth*lodged_share
-      most = most + depth_inside(self%settled)
-      text = 'blocks stand inside each other in the stable trial of '//to_string(self%trials(i)%value, 6)// &
-             ', by up to '//to_string(100*self%trials(i)%inside, 2)//' % of the inradius of the smaller one'
+      call find_inside(self%settled, at_rest, blocks, place)
+      most = most + at_rest
+      associate (one => self%trials(i))
+         text = 'blocks stand inside each other in the stable trial of '//to_string(one%value, 6)//', by up to '// &
+                to_string(100*one%inside, 2)//' % of the inradius of the smaller one (blocks '// &
+                to_string(one%inside_blocks(1))//' and '//to_string(one%inside_blocks(2))//' at ('// &
+                to_string(one%inside_place(1), 5)//', '//to_string(one%inside_place(2), 5)//'))'
+      end associate
       if (.not. (self%has_factor() .and. self%trials(i)%inside > most)) then
          call self%warn(observer, text//': what holds there is not to be trusted; rock or joints that are too '// &
                         'soft, or a sharp corner in a kink of the ground, let them')

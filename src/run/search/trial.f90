@@ -42,7 +42,7 @@ module rockdda_run_trial
    use rockdda_stepping_verdict, only : loaded_apart, verdict_type, verdict, typical_size, usual_share
    implicit none
    private
-   public :: trial_facts_type, trial_type, search_observer_type, compute_trial, begin_trial, depth_inside, most_motion
+   public :: trial_facts_type, trial_type, search_observer_type, compute_trial, begin_trial, find_inside, most_motion
 
    !> A stable trial that moves a block by more than this share of a typical block's size has moved something. So far
    !> elastic bolts are waited for.
@@ -104,6 +104,8 @@ module rockdda_run_trial
       real(wp) :: limit = 0                !! value at which its work would be none; 0: not known
       real(wp) :: shear = 0                !! largest of a lining over its tensile strength, at the end
       real(wp) :: inside = 0               !! depth of blocks in each other at the end, over the smaller inradius
+      integer :: inside_blocks(2) = 0      !! those that are deepest; 0: none
+      real(wp) :: inside_place(2) = 0      !! of these [length]
       integer :: unused = 0                !! a bolt that could hold what fails, alone or with others; 0: none could
       real(wp) :: seconds = 0              !! on the wall clock
    end type trial_facts_type
@@ -207,21 +209,32 @@ contains
       if (.not. (interrupted .or. allocated(error))) then
          trial%open = open_shares(run%sim, joint_lengths(settled))
          trial%shear = shear_of_linings(run%sim)
-         trial%inside = depth_inside(run%sim)
+         call find_inside(run%sim, trial%inside, trial%inside_blocks, trial%inside_place)
          call find_uses(run%sim, trial%supports)
       end if
       trial%seconds = wall_seconds() - start
       if (allocated(error)) call add_context(error, 'the trial of '//to_string(value, 6)//' has no verdict')
    end subroutine compute_trial
 
-   !> Depth of blocks in each other, over the inradius of the smaller one, where a run would report it; else 0.
-   function depth_inside(sim) result(depth)
+   !> Depth of blocks in each other, over the inradius of the smaller one, where a run would report it, and the two that
+   !> are deepest; else 0.
+   subroutine find_inside(sim, depth, blocks, place)
       type(simulation_type), intent(in) :: sim
-      real(wp) :: depth
+      real(wp), intent(out) :: depth
+      integer, intent(out) :: blocks(2)
+      real(wp), intent(out) :: place(2)      !! [length]
       type(lodging_type) :: lodging
+      integer :: k
+      depth = 0
+      blocks = 0
+      place = 0
       call lodging%look(sim%blocks, sim%state)
-      depth = maxval([0.0_wp, lodging%found%share])
-   end function depth_inside
+      k = maxloc(lodging%found%share, dim=1)
+      if (k == 0) return
+      depth = lodging%found(k)%share
+      blocks = lodging%found(k)%blocks
+      place = lodging%found(k)%place + sim%state%datum
+   end subroutine find_inside
 
    !> Largest mean shear stress of a lining, over its tensile strength.
    real(wp) function shear_of_linings(sim) result(largest)
