@@ -4,6 +4,7 @@ module rockdda_run_find_files
    use rockdda_base_error, only : error_type, error_code, make_error
    use rockdda_base_diagnostics, only : diagnostics_type, origin_type, severity
    use rockdda_io_checkpoint, only : checkpoint_path
+   use rockdda_io_namelist_file, only : given_group_type, list_given_options
    use rockdda_io_namelist_parser, only : beside
    use rockdda_io_posix, only : get_path_kind, path_kind
    use rockdda_io_recognise, only : recognise, file_kind, kind_name, ddaml_advice, find_model_files
@@ -11,7 +12,11 @@ module rockdda_run_find_files
    use rockdda_run_input, only : model_input_type
    implicit none
    private
-   public :: find_files, find_named_files, recognise_file, with_article
+   public :: find_files, find_named_files, recognise_file, with_article, holds_groups, no_groups
+
+   !> The problem of a file without groups that is no options file beside the files of a model.
+   character(len=*), parameter :: no_groups = 'the file holds no groups: a model has &model, which names its '// &
+      'geometry; a file of options is checked together with the geometry and the analysis file of its model'
 
 contains
 
@@ -65,6 +70,8 @@ contains
          origin%file = path
          if (kind == file_kind%ddaml) then
             call messages%add(severity%error, ddaml_advice, origin)
+         else if (kind == file_kind%options .and. .not. holds_groups(path)) then
+            call messages%add(severity%error, no_groups, origin)
          else
             call messages%add(severity%error, 'expected '//expected//', found '//with_article(kind_name(kind))// &
                               to_continue(path, kind), origin)
@@ -72,6 +79,14 @@ contains
       end subroutine wrong_kind
 
    end subroutine find_files
+
+   !> Does a file of options hold any group?
+   logical function holds_groups(path)
+      character(len=*), intent(in) :: path
+      type(given_group_type), allocatable :: groups(:)
+      call list_given_options(path, groups)
+      holds_groups = size(groups) > 0
+   end function holds_groups
 
    !> How a run with these results, or this checkpoint, is continued; '' for other files and without a checkpoint.
    function to_continue(path, kind) result(text)

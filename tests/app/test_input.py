@@ -280,6 +280,8 @@ class BadInput(ProgramTest):
             outcome = self.run_program("check", "slope.nml")
             self.assertEqual((outcome.code, outcome.out), (2, "1 file checked: 1 error, 0 warnings\n"))
             self.assertRegex(outcome.err, r"^slope.nml: error: the file holds no groups: a model has &model, ")
+            for command in ("run", "fos"):
+                self.assertFails(self.run_program(command, "slope.nml"), 2, outcome.err.strip())
             self.assertEqual(self.run_program("check", "block.dc", "block.df", "slope.nml").code, 0)
             self.assertEqual(self.run_program("check", "block.dc", "slope.nml").code, 0)
 

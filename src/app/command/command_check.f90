@@ -7,11 +7,10 @@ module rockdda_app_command_check
    use rockdda_base_diagnostics, only : diagnostics_type, severity, origin_type
    use rockdda_base_kinds, only : wp
    use rockdda_base_strings, only : counted, to_string
-   use rockdda_io_namelist_file, only : given_group_type, list_given_options
    use rockdda_io_option_documents, only : options_markdown, options_schema
    use rockdda_io_recognise, only : file_kind, kind_name, ddaml_advice
    use rockdda_run_labelled_text, only : labelled_text
-   use rockdda_run_find_files, only : recognise_file
+   use rockdda_run_find_files, only : holds_groups, no_groups, recognise_file
    use rockdda_run_input, only : model_input_type
    use rockdda_app_arguments, only : command_line_type
    use rockdda_app_conversion, only : list_files
@@ -412,7 +411,6 @@ contains
       logical, intent(in) :: has_model             !! files of a model that options may belong to are checked, too
       type(diagnostics_type), intent(inout) :: messages
       type(argument_type) :: file(1)
-      type(given_group_type), allocatable :: groups(:)
       type(model_input_type) :: input
       type(file_content_type) :: content
       type(cut_report_type) :: report
@@ -430,10 +428,7 @@ contains
       origin%file = path
       select case (kind)
       case (file_kind%options)
-         call list_given_options(path, groups)
-         if (size(groups) == 0 .and. .not. has_model) call messages%add(severity%error, 'the file holds no groups: '// &
-            'a model has &model, which names its geometry; a file of options is checked together with the geometry '// &
-            'and the analysis file of its model', origin)
+         if (.not. (has_model .or. holds_groups(path))) call messages%add(severity%error, no_groups, origin)
       case (file_kind%geometry)
          content%geometry%allow_open = line%allow_open
          call cut_blocks(content%geometry, content%blocks, report, messages, error)
