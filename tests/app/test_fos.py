@@ -97,6 +97,23 @@ class FosTest(ResumeTest):
         self.write("block.nml", options(**values))
         return "block.nml"
 
+    def soft_arch(self):
+        """20 voussoirs, R 4, t 0.4, 120 degrees, on joints that give way by millimetres before it falls."""
+        polygons = voussoirs(4.0, 0.4, 22, 132)
+        self.write("block.blk", block_file(polygons, e0=1e-4))
+        held = "".join(
+            f"&boundary along = {p[0]!r},{p[1]!r}, {q[0]!r},{q[1]!r}, kind = 'fixed' /\n"
+            for p, q in (polygons[0][:2], polygons[-1][2:])
+        )
+        self.write(
+            "block.nml",
+            "&model geometry = 'block.blk' /\n&load gravity = 9.81 /\n"
+            "&block_material number = 1, density = 2500, young = 20e9, poisson = 0.2 /\n"
+            "&joint_material number = 1, friction = 35, normal_stiffness = 5e9, shear_stiffness = 2e9 /\n"
+            "&stage name = 'weight', until = 'equilibrium' /\n" + held,
+        )
+        return "block.nml"
+
     @staticmethod
     def without_time(result):
         for trial in result["trials"]:
@@ -937,23 +954,6 @@ class Promises(FosTest):
         for jobs in ("2", "5"):
             self.assertEqual(self.without_time(self.search(STACK, "--search", "tilt", "--jobs", jobs)), one)
 
-    def soft_arch(self):
-        """20 voussoirs, R 4, t 0.4, 120 degrees, on joints that give way by millimetres before it falls."""
-        polygons = voussoirs(4.0, 0.4, 22, 132)
-        self.write("block.blk", block_file(polygons, e0=1e-4))
-        held = "".join(
-            f"&boundary along = {p[0]!r},{p[1]!r}, {q[0]!r},{q[1]!r}, kind = 'fixed' /\n"
-            for p, q in (polygons[0][:2], polygons[-1][2:])
-        )
-        self.write(
-            "block.nml",
-            "&model geometry = 'block.blk' /\n&load gravity = 9.81 /\n"
-            "&block_material number = 1, density = 2500, young = 20e9, poisson = 0.2 /\n"
-            "&joint_material number = 1, friction = 35, normal_stiffness = 5e9, shear_stiffness = 2e9 /\n"
-            "&stage name = 'weight', until = 'equilibrium' /\n" + held,
-        )
-        return "block.nml"
-
     def test_a_trial_that_fails_by_few_steps_is_repeated(self):
         """Few long steps pass by the equilibrium of an arch (0.455), which stands up to 0.498."""
         one = self.without_time(self.search(self.soft_arch(), "--search", "push"))
@@ -1119,6 +1119,28 @@ class Refusals(FosTest):
         text = self.error(self.block(slope(30), friction=20, more=more), "--search", "tilt", code=3)
         self.assertIn("did not come to equilibrium", text)
         self.assertIn("a search begins at rest", text)
+
+    def test_a_model_that_nearly_comes_to_rest_is_no_failure(self):
+        """No forces balance to 1e-16: it is not said that something fails, and what may help is."""
+        self.soft_arch()
+        text = self.path("block.nml").read_text().replace("'equilibrium'", "'equilibrium', tolerance = 1e-16{}")
+        for more, steps in (("", "1000"), (", max_steps = 20", r"\d+")):
+            self.write("block.nml", text.format(more))
+            for kind in ("push", "strength"):
+                with self.subTest(kind=kind, more=more):
+                    message = self.error("block.nml", "--search", kind, code=3)
+                    self.assertRegex(
+                        message,
+                        rf"did not come to rest.*: stage 'weight' did not come to equilibrium in {steps} steps "
+                        r"\(unbalanced .*, tolerance 1e-16\)",
+                    )
+                    self.assertIn("nothing was found to slide or fall", message)
+                    self.assertIn("(&time max_open_close = 40, now 20)", message)
+                    self.assertNotIn("no finite factor", message)
+                    self.assertNotIn("does not stand", message)
+        # the numbers that it has are valid options
+        self.write("block.nml", text.replace(", tolerance = 1e-16{}", "") + "&time max_open_close = 40 /\n")
+        self.assertEqual(self.run_program("fos", "block.nml", "--search", "push").code, 0)
 
     def test_a_block_that_slides_for_ever_is_refused_early(self):
         """30° of slope, 20° of friction: it would use all 5,000 steps of the stage."""

@@ -38,6 +38,8 @@ module rockdda_run_settled_run
    real(wp), parameter :: most_strength = 64
    !> Blocks are splinters when all that move have less than this share of a typical block's area.
    real(wp), parameter :: splinter = 0.01_wp
+   !> A model in which nothing fails misses rest by little when its forces do by less than this times the tolerance.
+   real(wp), parameter :: little = 100
    character(len=*), parameter :: what_to_do = "  a search begins at rest: examine the model with 'rockdda run', "// &
                                                'or name an earlier stage with --stage'
 
@@ -61,6 +63,7 @@ contains
       type(parameters_type) :: parameters
       character(len=digest_length) :: digest
       character(len=:), allocatable :: fault, first_fault, splinters
+      logical :: nearly_rests
       interrupted = .false.
       told = ''
       if (journal%has_state()) then
@@ -79,12 +82,12 @@ contains
          parameters = input%parameters
          call searched%scale(searched%value_at_rest(journal%strength), parameters)
          call settle(input%blocks, parameters, journal%strength, observer, settled, told, interrupted, fault, &
-                     splinters, error)
+                     splinters, nearly_rests, error)
          if (interrupted .or. allocated(error)) return
          if (len(fault) == 0) exit
          if (.not. allocated(first_fault)) first_fault = fault
          if (options%kind /= search_kind%strength .or. .not. journal%strength < most_strength) then
-            call refuse(options, journal%strength, fault, splinters, error)
+            call refuse(options, journal%strength, fault, splinters, nearly_rests, parameters%max_open_close, error)
             return
          end if
          journal%strength = 2*journal%strength
@@ -109,19 +112,27 @@ contains
    end function begun_with
 
    !> The error of a model that does not stand.
-   subroutine refuse(options, strength, fault, splinters, error)
+   subroutine refuse(options, strength, fault, splinters, nearly_rests, rounds, error)
       type(search_options_type), intent(in) :: options
       real(wp), intent(in) :: strength
       character(len=*), intent(in) :: fault
       character(len=*), intent(in) :: splinters        !! that move alone; '': none
+      logical, intent(in) :: nearly_rests              !! nothing fails, and forces are nearly in balance
+      integer, intent(in) :: rounds                    !! of open and close that a step may take
       type(error_type), allocatable, intent(out) :: error
       character(len=:), allocatable :: text
       text = 'the model does not stand'
+      if (nearly_rests) text = 'the model did not come to rest'
       if (strength > 1) text = text//' even with '//to_string(strength)//' times the strength of the joints searched'
       text = text//': '//fault//new_line('a')
       if (len(splinters) > 0) then
          text = text//'  what moves is no more than a splinter: '//splinters// &
                 ': remove it, or merge it with a neighbour, and search again'
+      else if (nearly_rests) then
+         text = text//'  nothing was found to slide or fall, and the forces are nearly in balance; contacts that '// &
+                'go on opening and closing keep a model so: allow more rounds of them (&time max_open_close = '// &
+                to_string(2*rounds)//', now '//to_string(rounds)//"), or more steps (&stage until = 'equilibrium', "// &
+                'max_steps)'
       else if (options%kind == search_kind%strength) then
          text = text//'  what fails has no finite factor: supports, gaps, blocks that topple, joints that --joints '// &
                 'leaves out'
@@ -155,7 +166,8 @@ contains
    end subroutine begin_journal
 
    !> Bring a model to rest. `fault`: why it does not stand, '' when it does. Errors: those that no strength changes.
-   subroutine settle(blocks, parameters, strength, observer, sim, moved, interrupted, fault, splinters, error)
+   subroutine settle(blocks, parameters, strength, observer, sim, moved, interrupted, fault, splinters, nearly_rests, &
+                     error)
       type(block_system_type), intent(in) :: blocks
       type(parameters_type), intent(in) :: parameters
       real(wp), intent(in) :: strength                 !! times that of the model
@@ -165,6 +177,7 @@ contains
       logical, intent(out) :: interrupted
       character(len=:), allocatable, intent(out) :: fault
       character(len=:), allocatable, intent(out) :: splinters   !! that move alone where it does not stand; '': none
+      logical, intent(out) :: nearly_rests             !! nothing fails, and forces are nearly in balance
       type(error_type), allocatable, intent(out) :: error
       type(verdict_type) :: drawn, judgement
       type(progress_type) :: waiting
@@ -174,6 +187,7 @@ contains
       fault = ''
       splinters = ''
       moved = ''
+      nearly_rests = .false.
       call begin_anew(sim)
       call sim%init(blocks, parameters, error)
       if (allocated(error)) return
@@ -193,6 +207,8 @@ contains
             if (error%code /= error_code%computation .or. error%is_fatal) return
             fault = error%message
             deallocate (error)
+            if (stage == 0) return
+            if (sim%control%steps >= sim%parameters%stages(stage)%max_steps) nearly_rests = is_near_rest(sim, stage)
             return
          end if
          interrupted = sim%interrupted .or. observer%is_requested()
@@ -204,8 +220,11 @@ contains
                fault = slide_text(sim, judgement)
                splinters = splinter_text(sim, moved_blocks(sim, judgement))
             end if
-            if (waiting%stalls(sim%record%unbalanced, sim%parameters%stages(stage)%max_steps) .and. len(fault) == 0) &
+            if (waiting%stalls(sim%record%unbalanced, sim%parameters%stages(stage)%max_steps) .and. &
+                len(fault) == 0) then
                fault = restless_text(sim)
+               nearly_rests = is_near_rest(sim, stage)
+            end if
             if (len(fault) > 0) return
          end if
          call observer%progress('state at rest'//strength_text(strength)//', step '//to_string(sim%state%step)// &
@@ -222,6 +241,13 @@ contains
       moved = motion_text(sim, drawn, apart*usual_share)
       if (len(moved) > 0) moved = moved//': something may have failed before the search and stopped'
    end subroutine settle
+
+   !> Do forces miss the balance by little?
+   pure logical function is_near_rest(sim, stage)
+      type(simulation_type), intent(in) :: sim
+      integer, intent(in) :: stage
+      is_near_rest = .not. sim%record%unbalanced > little*sim%parameters%stages(stage)%tolerance
+   end function is_near_rest
 
    !> " with 4 times the strength".
    pure function strength_text(strength) result(text)
@@ -247,7 +273,8 @@ contains
       type(simulation_type), intent(in) :: sim
       character(len=:), allocatable :: text
       text = "stage '"//stage_name(sim%parameters%stages, sim%control%stage)//"' did not come to equilibrium in "// &
-             counted(sim%control%steps, 'step')//' (unbalanced '//to_string(sim%record%unbalanced, 3)//')'
+             counted(sim%control%steps, 'step')//' (unbalanced '//to_string(sim%record%unbalanced, 3)// &
+             ', tolerance '//to_string(sim%parameters%stages(sim%control%stage)%tolerance)//')'
    end function restless_text
 
    !> A model at rest that is not where it was drawn; '' when it is.
