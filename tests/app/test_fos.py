@@ -1114,6 +1114,15 @@ class Refusals(FosTest):
         result = self.search("block.nml", "--to", "1.5", code=3)
         self.assertEqual((result["status"], result["exit_code"]), ("error", 3))
 
+    def test_a_first_trial_without_a_verdict_asks_for_steps(self):
+        """It is not known whether the model is stable there."""
+        way = (self.soft_arch(), "--search", "push", "--from", "0.4")
+        message = self.error(*way, "--max-steps", "4", code=3)
+        self.assertIn("not found to be stable at 0.4, the lower end of the search", message)
+        self.assertIn("steps; give it more with --max-steps, now 4\n", message)
+        self.assertNotIn("begin lower", message)
+        self.assertGreater(self.search(*way)["low"], 0.4)
+
     def test_no_rest_before_the_search(self):
         more = "&stage name = 'weight', kind = 'static', until = 'equilibrium', max_steps = 30 /\n"
         text = self.error(self.block(slope(30), friction=20, more=more), "--search", "tilt", code=3)

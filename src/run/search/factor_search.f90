@@ -702,6 +702,12 @@ contains
                                           ' times the loads, the lower end of the search: begin lower with --from'
          return
       end if
+      if (never_stable .and. .not. last%decided .and. len_trim(last%fault) == 0) then
+         text = 'not found to be stable at '//to_string(value, 6)//', the lower end of the search: that trial '// &
+                'neither came to rest nor moved on in '//counted(last%steps, 'step')//'; give it more with '// &
+                '--max-steps, now '//to_string(options%max_steps)
+         return
+      end if
       if (never_stable) then
          text = 'not stable at '//to_string(value, 6)//', the lower end of the search of the '
       else
