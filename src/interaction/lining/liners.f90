@@ -433,11 +433,14 @@ contains
             c = liner%first_link
             do i = 1, size(liner%joints)
                associate (joint => liner%joints(i))
-                  if (.not. change%to_solution) call change%apply(joint%move, joint%kept)
-                  do j = 1, merge(3, 0, change%to_solution)
-                     call equations%link_motion(c + j, motion)
-                     joint%move(j) = self%level*motion(1)
-                  end do
+                  if (change%to_solution) then
+                     do j = 1, 3
+                        call equations%link_motion(c + j, motion)
+                        joint%move(j) = self%level*motion(1)
+                     end do
+                  else
+                     call change%apply(joint%move, joint%kept)
+                  end if
                end associate
                c = c + beam_links
             end do
