@@ -387,16 +387,13 @@ contains
    !> The failing trial on which the answer rests, when it failed by few steps; 0: it is sure, or there is none.
    pure integer function doubtful_trial(self) result(doubtful)
       class(factor_search_type), intent(in) :: self
-      integer :: i
+      logical :: is_it(size(self%known))
       doubtful = 0
       if (self%state%outcome == search_end%never_fails) return
-      do i = 1, size(self%known)
-         if (abs(self%known(i)%value - self%state%failing) > 0) cycle
-         if (.not. (self%known(i)%stable .or. self%known(i)%is_sure)) doubtful = i
-         ! it was repeated, and has no solution where it goes
-         if (len_trim(self%known(i)%fault) > 0) exit
-      end do
-      if (i <= size(self%known)) doubtful = 0
+      is_it = abs(self%known%value - self%state%failing) <= 0
+      ! it was repeated, and has no solution where it goes
+      if (any(is_it .and. len_trim(self%known%fault) > 0)) return
+      doubtful = findloc(is_it .and. .not. (self%known%stable .or. self%known%is_sure), .true., dim=1, back=.true.)
    end function doubtful_trial
 
    !> Leave out trials that failed by few steps and were repeated since. The way keeps their pulls when they fail
