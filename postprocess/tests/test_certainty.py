@@ -288,6 +288,8 @@ def test_an_interval_of_what_was_counted():
             FAILS,
         ),
         ("the model does not stand: stage 'a' did not come to equilibrium in 5000 steps (unbalanced 1e-3)", UNKNOWN),
+        ("the model did not come to rest: stage 'a' did not come to equilibrium in 5000 steps", UNKNOWN),
+        ("not found to be stable at 0.5, the lower end of the search: that trial neither came to rest", UNKNOWN),
         ("killed by signal 9", UNKNOWN),
     ],
 )
