@@ -65,8 +65,8 @@ contains
    end function dashpots_of
 
    !> Viscosity of the blocks: the stress of their strain rate over that of their strain. That of all blocks, and where
-   !> a block has a contact that slides beta = 2 zeta/omega with the run's ratio for sliding contacts: it vibrates by its
-   !> strain with omega**2 = E/(rho r**2), r the radius of gyration.
+   !> a block has a contact that slides beta = 2 zeta/omega with the run's ratio for sliding contacts: it vibrates by
+   !> its strain with omega**2 = E/(rho r**2), r the radius of gyration.
    pure function viscosities(context, table) result(beta)
       type(step_context_type), intent(in) :: context
       type(contact_table_type), intent(in) :: table
