@@ -42,7 +42,8 @@ module rockdda_interaction_joint_response
    private
    public :: joint_settings_type, new_joint_settings, mean_drag, joint_state_type, joint_extra_type, joint_type, &
       recall_joint, joint_response_type, map_joint, map_steady, keep_steady, miss_of_joint, opening_gap, &
-      sliding_friction, strength, spring_force, spring_energy, joint_end_type, end_joint, linearise_joint, linearise_joints
+      sliding_friction, strength, spring_force, spring_energy, joint_end_type, end_joint, linearise_joint, &
+      linearise_joints
 
    !> A closed contact at the end of an accepted step.
    type :: joint_end_type
