@@ -385,7 +385,6 @@ contains
          call demand('finite', messages, 'close_tolerance', [p%close_tolerance])
          call demand('finite', messages, 'open_tolerance', [p%open_tolerance])
          call demand('finite', messages, 'mass_proportional', [p%mass_damping])
-         call demand('finite', messages, 'stiffness_proportional', [p%stiffness_damping])
          call demand('finite', messages, 'gravity', [p%gravity])
          call demand('finite and above 0', messages, 'solver tolerance', [p%solver_tolerance])
          call demand('finite', messages, 'SOR factor', [p%sor_factor])

@@ -16,7 +16,6 @@ module rockdda_interaction_families
    use rockdda_interaction_joint_strength, only : new_joint_laws, act_along_length
    use rockdda_interaction_contacts, only : contacts_type
    use rockdda_interaction_context, only : step_context_type
-   use rockdda_interaction_dashpots, only : viscosities
    use rockdda_interaction_elasticity, only : elasticity_type
    use rockdda_interaction_equations, only : equations_type
    use rockdda_interaction_held_forces, only : held_forces_type
@@ -29,7 +28,6 @@ module rockdda_interaction_families
    use rockdda_interaction_loads, only : loads_type
    use rockdda_interaction_quiet_boundaries, only : quiet_boundaries_type
    use rockdda_interaction_supports, only : supports_type
-   use rockdda_interaction_time_scheme, only : purpose
    use rockdda_interaction_water, only : water_family_type
    use rockdda_interaction_water_at_start, only : pressure_on_contacts, pressure_on_edges
    use rockdda_linear_small_blocks, only : factorize_block, solve_block
@@ -216,10 +214,6 @@ contains
          item => self%family(i)
          call item%begin(context, attempt)
       end do
-      if (allocated(self%elasticity%viscosity)) deallocate (self%elasticity%viscosity)
-      if ((attempt%scheme%is_dynamic .or. attempt%scheme%purpose == purpose%acceleration) .and. &
-          max(context%parameters%stiffness_damping, context%parameters%sliding_damping) > 0) &
-         self%elasticity%viscosity = viscosities(context, self%contacts%table)
    end subroutine begin
 
    !> Vectors of links and terms of blocks for the motion that is expected of the blocks.

@@ -144,20 +144,14 @@ def newmark(drawn: Values, bench: Bench) -> None:
     truth = _rigid_slip(times, base, angle, friction)
     if truth < 1e-4:
         raise Unsuited
-    length = drawn.get("length", 2.0)
     model = Model(e0=1e-4)
-    model.blocks = [turned(box(-2 * length - 4, -1, 4 * length + 8, 1), angle), turned(box(-1, 0, length, 1), angle)]
-    model.materials = [1, 2]
+    model.blocks = [turned(box(-6, -1, 12, 1), angle), turned(box(-1, 0, 2, 1), angle)]
     model.held = {0}
-    young = drawn.get("young", 2e10)
-    more = f", normal_stiffness={drawn['stiffness'] * young!r}" if "stiffness" in drawn else ""
-    more += f", damping_ratio={drawn['damping']!r}" if drawn.get("damping", 0) > 0 else ""
     rows = "".join(f"{t:.6f},{a:.9g},0\n" for t, a in zip(times, base, strict=True))
     model.files = {"a.csv": "t,ax,ay\n" + rows}
     model.groups = [
-        rock(young=1e13 if "young" in drawn else young, more=", unit_weight=24525.0"),
-        rock(2, young=young, more=", unit_weight=24525.0"),
-        joint(friction=friction, more=more),
+        rock(young=2e10, more=", unit_weight=24525.0"),
+        joint(friction=friction),
         "&load base_acceleration='a.csv' /",
         f"&time dt_max={drawn['step']!r} /",
         "&stage name='w', until='equilibrium' /",
@@ -168,7 +162,7 @@ def newmark(drawn: Values, bench: Bench) -> None:
     moved = run.moved() - run.moved(first)
     relative = moved[1] - moved[0]
     along = -float(relative @ np.array([cosine, sine]))
-    compare(f"slip with steps of {drawn['step']:g} s [m]", along, truth, drawn.get("tolerance", 0.02))
+    compare(f"slip with steps of {drawn['step']:g} s [m]", along, truth, 0.02)
 
 
 def run_out(drawn: Values, bench: Bench) -> None:
@@ -282,24 +276,6 @@ KINDS = [
             frequency=between(1, 4, 12),
             strength=between(1.5, 3, 15),
             step=decades(1e-4, 2e-3, 12),
-        ),
-        newmark,
-    ),
-    Kind(
-        "newmark-soft",
-        "sliding",
-        "the same of flat and tall blocks, soft and stiff, on joints of any stiffness and damping",
-        values(
-            angle=between(5, 25, 20),
-            reserve=between(5, 20, 10),
-            frequency=between(1, 4, 12),
-            strength=between(1.5, 3, 15),
-            step=decades(1e-4, 2e-3, 12),
-            length=decades(1, 6),
-            young=decades(3e8, 3e10),
-            stiffness=decades(0.3, 30),
-            damping=st.sampled_from([0.0, 0.1, 0.5]),
-            tolerance=st.just(0.04),
         ),
         newmark,
     ),

@@ -18,22 +18,18 @@ module rockdda_interaction_elasticity
    use rockdda_interaction_inertia, only : add_mass_damping, mass_damping_dissipation, carried_velocity
    use rockdda_interaction_interaction, only : interaction_type
    use rockdda_interaction_kinematics, only : mass_matrix
-   use rockdda_interaction_time_scheme, only : purpose
    use rockdda_linear_small_blocks, only : pack_lower, unpack_lower
    implicit none
    private
    public :: elasticity_type, elasticity, compliance, stress_of, add_elastic, add_stress, strain_energy, elastic_energy
 
-   !> Elasticity, initial stress, mass-proportional and viscous damping of the blocks.
+   !> Elasticity, initial stress and mass-proportional damping of the blocks.
    type, extends(interaction_type) :: elasticity_type
       real(wp), allocatable :: e(:, :, :)   !! (3, 3, materials)
       real(wp), allocatable :: c(:, :, :)   !! (3, 3, materials) inverse of e
-      !> (nb) Stress of a strain rate over that of the strain, in the steps of a dynamic stage; else none [time].
-      real(wp), allocatable :: viscosity(:)
    contains
       procedure :: init
       procedure :: place
-      procedure :: add_viscous_stress
       procedure :: add_energies
       procedure :: add_moved_energies
    end type elasticity_type
@@ -145,26 +141,19 @@ contains
       type(step_context_type), intent(in) :: context
       type(attempt_type), intent(in) :: attempt
       type(equations_type), intent(inout) :: equations
-      real(wp) :: m(6, 6), k(6, 6), f(6), r, s, stiff
+      real(wp) :: m(6, 6), k(6, 6), f(6), r, s
       integer :: i
-      logical :: is_viscous
-      is_viscous = allocated(self%viscosity) .and. attempt%scheme%purpose == purpose%step
       call attempt%scheme%velocity_shares(r, s)
-      !$omp parallel do default(none) shared(self, context, attempt, equations, r, is_viscous) &
-      !$omp private(i, m, k, f, stiff) &
+      !$omp parallel do default(none) shared(self, context, attempt, equations, r) private(i, m, k, f) &
       !$omp schedule(static) if (context%blocks%n_blocks > parallel_blocks)
       do i = 1, context%blocks%n_blocks
          if (attempt%is_left_out(i)) cycle
          associate (area => context%state%area(i), alpha => context%parameters%mass_damping)
-            stiff = attempt%scheme%level
-            if (is_viscous) stiff = stiff + r*self%viscosity(i)/attempt%dt
             call unpack_lower(equations%block_matrix(:, i), k)
-            call add_elastic(self%e(:, :, context%blocks%block_material(i)), stiff*area, k)
+            call add_elastic(self%e(:, :, context%blocks%block_material(i)), attempt%scheme%level*area, k)
             call pack_lower(k, equations%block_matrix(:, i))
             call add_stress(context%state%stress(:, i), area, equations%block_load(:, i))
             equations%block_magnitude(4:6, i) = equations%block_magnitude(4:6, i) + area*abs(context%state%stress(:, i))
-            if (is_viscous) call self%add_viscous_stress(context, i, carried_velocity(context, attempt, i), &
-                                                         equations%block_load(:, i))
             if (.not. alpha > 0) cycle
             m = mass_matrix(context%state%mass(i), area, context%state%moments(:, i))
             call add_mass_damping(r*alpha, m, attempt%dt, k)
@@ -178,18 +167,6 @@ contains
       !$omp end parallel do
    end subroutine place
 
-   !> Load of the viscous stress of block i at a velocity of its unknowns.
-   pure subroutine add_viscous_stress(self, context, i, velocity, f)
-      class(elasticity_type), intent(in) :: self
-      type(step_context_type), intent(in) :: context
-      integer, intent(in) :: i
-      real(wp), intent(in) :: velocity(6)
-      real(wp), intent(inout) :: f(6)        !! load
-      if (.not. self%viscosity(i) > 0) return
-      call add_stress(self%viscosity(i)*stress_of(self%e(:, :, context%blocks%block_material(i)), velocity(4:6)), &
-                      context%state%area(i), f)
-   end subroutine add_viscous_stress
-
    !> Dissipation, and the strain energy at the end of the step with the areas of its start.
    subroutine add_energies(self, context, attempt, d, balance)
       class(elasticity_type), intent(in) :: self
@@ -197,13 +174,13 @@ contains
       type(attempt_type), intent(in) :: attempt
       real(wp), intent(in), contiguous :: d(:, :)
       class(energy_balance_type), intent(inout) :: balance
-      real(wp) :: stored, lost, mass(6, 6), load(6), r, s
+      real(wp) :: stored, lost, mass(6, 6), r, s
       integer :: i, p, n, m
       n = n_pieces(context%blocks%n_blocks)
       call balance%make_room(context%blocks%n_blocks)
       call attempt%scheme%velocity_shares(r, s)
       !$omp parallel do default(none) shared(self, context, attempt, d, balance, n, r) &
-      !$omp private(i, p, m, mass, load, stored, lost) schedule(static) if (context%blocks%n_blocks > parallel_blocks)
+      !$omp private(i, p, m, mass, stored, lost) schedule(static) if (context%blocks%n_blocks > parallel_blocks)
       do p = 1, n
          balance%sums(1:2, p) = 0
          do i = (p - 1)*piece + 1, min(p*piece, context%blocks%n_blocks)
@@ -211,12 +188,6 @@ contains
                m = context%blocks%block_material(i)
                call elastic_energy(self%e(:, :, m), state%stress(:, i), d(4:6, i), state%area(i), stored, lost, &
                                    attempt%scheme%level)
-               if (allocated(self%viscosity)) then
-                  load = 0
-                  call self%add_viscous_stress(context, i, (r/attempt%dt)*d(:, i) + &
-                                               carried_velocity(context, attempt, i), load)
-                  lost = lost - dot_product(load, d(:, i))
-               end if
                if (alpha > 0) then
                   mass = mass_matrix(state%mass(i), state%area(i), state%moments(:, i))
                   lost = lost + mass_damping_dissipation(r*alpha, mass, attempt%dt, d(:, i))

@@ -192,7 +192,7 @@ contains
       real(wp), intent(in) :: velocity(:), acceleration(:)   !! (nodes) at the start of the step
       real(wp), intent(out) :: motion(:)                     !! (nodes)
       real(wp) :: diagonal(size(motion)), beside(size(motion)), load(size(motion))   !! `beside`: to the next node
-      real(wp) :: carried(2), base(2), ground(2), mass, stiffness, viscous, k, c, r, s
+      real(wp) :: carried(2), base(2), ground(2), mass, k, c, r, s
       integer :: l, i, n
       n = size(motion)
       diagonal = 0
@@ -200,23 +200,19 @@ contains
       load = 0
       base = base_motion(context, attempt)
       call scheme%velocity_shares(r, s)
-      viscous = 0
-      if (scheme%is_dynamic) viscous = context%parameters%stiffness_damping
       associate (dt => attempt%dt, damping => context%parameters%mass_damping, u => self%displacement(axis, :))
          do l = first, last
             i = 2*(l - first) + 1
             mass = self%density(l)*self%height(l)/6
             c = mass*(scheme%inertia/dt**2 + r*damping/dt)
-            stiffness = self%modulus(axis, l)/self%height(l)
-            k = (scheme%level + r*viscous/dt)*stiffness
+            k = scheme%level*self%modulus(axis, l)/self%height(l)
             diagonal(i:i + 1) = diagonal(i:i + 1) + 2*c + k
             beside(i) = c - k
             carried = mass*((scheme%inertia/dt)*velocity(i:i + 1) + (0.5_wp*scheme%inertia - 1)*acceleration(i:i + 1) &
                             - base(axis))
             if (damping > 0 .and. scheme%second_order) &
                carried = carried - mass*damping*((1 - r)*velocity(i:i + 1) + s*dt*acceleration(i:i + 1))
-            k = stiffness*((u(2*l) - u(2*l - 1)) + viscous*((1 - r)*(velocity(i + 1) - velocity(i)) + &
-                                                             s*dt*(acceleration(i + 1) - acceleration(i))))
+            k = self%modulus(axis, l)/self%height(l)*(u(2*l) - u(2*l - 1))
             load(i:i + 1) = load(i:i + 1) + [2*carried(1) + carried(2) + k, carried(1) + 2*carried(2) - k]
             if (l == first) cycle
             k = scheme%level*self%joint(axis, l) + self%drag(axis, l)/dt

@@ -11,9 +11,8 @@
 !> heavy. Contacts count that are closed, or close in the step with the velocities of its start. Where the contacts of a
 !> block act in different directions the ratio along one of them is smaller than zeta.
 !>
-!> In dynamic stages the contacts that slide have the run's ratio where their joint has none, and so have the strains of
-!> blocks on them (`viscosities`): undamped, friction lets the vibrations of joint and block feed on each other, and
-!> blocks slide further with shorter steps.
+!> In dynamic stages the contacts that slide have the run's ratio where their joint has a smaller one or none: undamped,
+!> friction feeds the vibration of normal forces, and blocks slide further with shorter steps.
 module rockdda_interaction_dashpots
    use rockdda_base_kinds, only : wp
    use rockdda_contact_interval_law, only : end_gaps
@@ -24,7 +23,7 @@ module rockdda_interaction_dashpots
    use rockdda_interaction_joint_response, only : joint_extra_type
    implicit none
    private
-   public :: has_dashpots, set_dashpots, viscosities, dashpots_of, dashpot_coefficient, opening_speed
+   public :: has_dashpots, set_dashpots, dashpots_of, dashpot_coefficient, opening_speed
 
 contains
 
@@ -63,31 +62,6 @@ contains
          drag(:, c) = attempt%dt*[extra(c)%normal_drag, extra(c)%drag]
       end do
    end function dashpots_of
-
-   !> Viscosity of the blocks: the stress of their strain rate over that of their strain. That of all blocks, and where
-   !> a block has a contact that slides beta = 2 zeta/omega with the run's ratio for sliding contacts: it vibrates by
-   !> its strain with omega**2 = E/(rho r**2), r the radius of gyration.
-   pure function viscosities(context, table) result(beta)
-      type(step_context_type), intent(in) :: context
-      type(contact_table_type), intent(in) :: table
-      real(wp) :: beta(context%blocks%n_blocks)          !! [time]
-      real(wp) :: squared
-      logical :: slides(context%blocks%n_blocks)
-      integer :: b, c
-      beta = context%parameters%stiffness_damping
-      slides = .false.
-      do c = 1, merge(table%n, 0, context%parameters%sliding_damping > 0)
-         if (table%state(c) == contact_state%sliding) slides([table%block_a(c), table%block_b(c)]) = .true.
-      end do
-      do b = 1, size(beta)
-         if (.not. slides(b)) cycle
-         associate (state => context%state, &
-                    material => context%parameters%block_materials(context%blocks%block_material(b)))
-            squared = material%youngs_modulus*state%area(b)**2/(state%mass(b)*sum(state%moments(1:2, b)))
-         end associate
-         beta(b) = max(beta(b), dashpot_coefficient(context%parameters%sliding_damping, 1.0_wp, squared))
-      end do
-   end function viscosities
 
    !> Dashpots of all contacts, for which the springs of each block are added up.
    pure subroutine share_damping(context, attempt, laws, table, level, extra)

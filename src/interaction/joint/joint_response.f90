@@ -40,10 +40,9 @@ module rockdda_interaction_joint_response
    use rockdda_interaction_time_scheme, only : time_scheme_type
    implicit none
    private
-   public :: joint_settings_type, new_joint_settings, mean_drag, joint_state_type, joint_extra_type, joint_type, &
-      recall_joint, joint_response_type, map_joint, map_steady, keep_steady, miss_of_joint, opening_gap, &
-      sliding_friction, strength, spring_force, spring_energy, joint_end_type, end_joint, linearise_joint, &
-      linearise_joints
+   public :: joint_settings_type, new_joint_settings, joint_state_type, joint_extra_type, joint_type, recall_joint, &
+      joint_response_type, map_joint, map_steady, keep_steady, miss_of_joint, opening_gap, sliding_friction, &
+      strength, spring_force, spring_energy, joint_end_type, end_joint, linearise_joint, linearise_joints
 
    !> A closed contact at the end of an accepted step.
    type :: joint_end_type
@@ -192,13 +191,13 @@ contains
       real(wp), intent(in) :: gap, slip        !! at the end of the step, of the step [length]
       type(joint_response_type), intent(out) :: response
       !> Normal force that gives the friction, compression positive [force]: of a row of an interval half of that of
-      !> the interval; absent: that of its own spring and dashpot.
+      !> the interval; absent: the force of its own spring.
       real(wp), intent(in), optional :: normal_force
       real(wp) :: trial, limit, slip_tolerance, pressing
       logical :: has_slid   ! in the last solve
       response%spring = spring_force(joint%k_n, gap)
       response%normal = response%spring - joint%normal_drag*(gap - joint%drag_gap)
-      pressing = response%normal
+      pressing = response%spring
       if (present(normal_force)) pressing = normal_force
       if (joint%tied) then
          limit = huge(limit)
@@ -237,21 +236,6 @@ contains
          response%friction = sliding_friction(law, settings, joint, pressing, slip)
    end subroutine map_joint
 
-   !> Force of the normal dashpot of a closed contact at a motion, against the opening: of a row of an interval that is
-   !> closed on all its length half of that of the interval, as friction has it.
-   pure real(wp) function mean_drag(extra, table, c, mean) result(drag)
-      type(joint_extra_type), allocatable, intent(in) :: extra(:)   !! (>= rows), or none
-      type(contact_table_type), intent(in) :: table
-      integer, intent(in) :: c                     !! row
-      real(wp), intent(in) :: mean                 !! gap, of an interval the mean of both rows [length]
-      real(wp) :: start
-      drag = 0
-      if (.not. allocated(extra)) return
-      start = extra(c)%drag_gap
-      if (is_of_interval(table, c)) start = 0.5_wp*(start + extra(other_row(table, c))%drag_gap)
-      drag = extra(c)%normal_drag*(mean - start)
-   end function mean_drag
-
    !> The kernel beside `map_joint`: which rows of the table are steady, as most are mostly, and their forces along the
    !> lines of their links, bit by bit those of `map_joint`. Steady are closed rows that stay locked, or slide on
    !> without a bond, if their law is Coulomb's, linear along the normal, and they have no partner; rows of an interval
@@ -283,7 +267,6 @@ contains
             force(1, k) = table%k_n(c)*gap(k)
             if (has_extra) force(1, k) = force(1, k) + extra(c)%normal_drag*(gap(k) - extra(c)%drag_gap)
             pressing = -table%k_n(c)*mean(k)
-            if (has_extra) pressing = pressing - mean_drag(extra, table, c, mean(k))
             ! `shear_strength` of Coulomb's law, without a call
             limit = law%friction*max(pressing, 0.0_wp)
             if (.not. friction_alone) then

@@ -13,8 +13,7 @@ module rockdda_interaction_open_close
    use rockdda_interaction_intervals, only : find_extremes, mean_gap, interval_response_type, respond, &
       place_to_linearise
    use rockdda_interaction_joint_response, only : joint_settings_type, joint_state_type, joint_extra_type, &
-      joint_type, joint_response_type, map_joint, map_steady, keep_steady, miss_of_joint, spring_force, opening_gap, &
-      mean_drag
+      joint_type, joint_response_type, map_joint, map_steady, keep_steady, miss_of_joint, spring_force, opening_gap
    use rockdda_interaction_trial_states, only : trial_states_type, no_state, at_level, piece_of_rows, widest_piece
    implicit none
    private
@@ -182,7 +181,7 @@ contains
       type(interval_response_type) :: interval, next
       type(joint_type) :: memory
       type(joint_response_type) :: response
-      real(wp) :: used(2), bond(2), again(2), at_end(2), place(2), drag(2), missed
+      real(wp) :: used(2), bond(2), again(2), at_end(2), place(2), missed
       integer :: old, new, new_sign, i, r
       logical :: is_closed, was_open, is_new, is_stiffer, keeps_matrix, strikes
       was_open = self%joint(c)%state == contact_state%open
@@ -206,8 +205,6 @@ contains
          place = place_to_linearise(law, table%k_n(c), self%gap(c:c + 1), used)
          call respond(law, table, c, self%both_bonded(c), place, settings%open_tolerance, again, next)
       end if
-      drag = 0
-      if (allocated(self%extra)) drag = interval_drag(self%extra(c:c + 1), table%k_n(c), interval, self%gap(c:c + 1))
       is_new = strikes
       keeps_matrix = is_closed .and. law%normal%is_curved() .and. .not. (was_open .or. strikes)
       do r = c, c + 1
@@ -234,8 +231,7 @@ contains
             new_sign = 0
             joint%friction = 0
             if (is_closed) then
-               call map_joint(law, settings, memory, self%gap(r), self%slip(r), response, &
-                              interval%pressing - 0.5_wp*sum(drag))
+               call map_joint(law, settings, memory, self%gap(r), self%slip(r), response, interval%pressing)
                new = response%state
                new_sign = response%slip_sign
                joint%bonded = response%bonded
@@ -310,7 +306,7 @@ contains
       integer, intent(inout) :: n_changes
       type(joint_type) :: memory
       type(joint_response_type) :: response
-      real(wp) :: gap, slip, mean
+      real(wp) :: gap, slip
       integer :: old, new, new_sign
       logical :: is_closed
       associate (joint => self%joint(c), friction_used => self%friction_used(c), sign_used => self%sign_used(c))
@@ -336,9 +332,8 @@ contains
             joint%worn = .true.
             call self%recall(table, c, memory)
          end if
-         mean = mean_gap(table, self%gap, c)
          if (is_closed) call map_joint(laws(table%joint(c)), settings, memory, gap, slip, response, &
-                                       spring_force(memory%k_n, mean) - mean_drag(self%extra, table, c, mean))
+                                       spring_force(memory%k_n, mean_gap(table, self%gap, c)))
          if (old /= contact_state%open) self%normal_force(c) = spring_force(memory%k_n, gap)
          new = contact_state%open
          new_sign = sign_used
@@ -472,8 +467,7 @@ contains
       force = 0
       call self%recall(table, c, joint)
       if (.not. stays_closed(joint, self%joint, table, law, settings, c, gap, partner_gap)) return
-      call map_joint(law, settings, joint, gap, slip, response, &
-                     spring_force(joint%k_n, mean) - mean_drag(self%extra, table, c, mean))
+      call map_joint(law, settings, joint, gap, slip, response, spring_force(joint%k_n, mean))
       force = [-response%normal, response%shear]
    end subroutine lawful_force
 
@@ -506,7 +500,7 @@ contains
          call self%recall(table, c + i - 1, joint)
          joint%length = interval%length
          joint%broken = interval%broken
-         call map_joint(law, settings, joint, gap(i), slip(i), response, interval%pressing - 0.5_wp*sum(drag))
+         call map_joint(law, settings, joint, gap(i), slip(i), response, interval%pressing)
          force(:, i) = [drag(i) - interval%force(i), response%shear]
       end do
    end subroutine lawful_interval

@@ -10,7 +10,7 @@ module rockdda_interaction_trial_states
    use rockdda_interaction_joint_strength, only : joint_law_type, is_friction_alone
    use rockdda_interaction_intervals, only : interval_response_type, is_two_springs, mean_gap, respond
    use rockdda_interaction_joint_response, only : joint_settings_type, joint_state_type, joint_extra_type, &
-      joint_type, recall_joint, sliding_friction, mean_drag, spring_force_of => spring_force, joint_end_type, end_joint
+      joint_type, recall_joint, sliding_friction, spring_force_of => spring_force, joint_end_type, end_joint
    implicit none
    private
    public :: trial_states_type, no_state, at_level, piece_of_rows, widest_piece
@@ -234,17 +234,6 @@ contains
       end associate
    end function drag_used
 
-   !> Forces of the normal dashpots of both rows of an interval that is closed on a part, against the opening.
-   pure function drags(self, own, cross, table, c) result(force)
-      class(trial_states_type), intent(in) :: self
-      real(wp), intent(in), contiguous :: own(:), cross(:)   !! (>= rows) stiffness of the closed part [force/length]
-      type(contact_table_type), intent(in) :: table
-      integer, intent(in) :: c                         !! first row
-      real(wp) :: force(2), moved(2)
-      moved = self%gap(c:c + 1) - self%extra(c:c + 1)%drag_gap
-      force = self%extra(c)%normal_drag/table%k_n(c)*(own(c:c + 1)*moved + cross(c)*moved([2, 1]))
-   end function drags
-
    !> Contacts first to last that were closed in the last solve, at the end of the step.
    pure subroutine find_ends(self, table, first, last, ends)
       class(trial_states_type), intent(in) :: self
@@ -313,16 +302,13 @@ contains
       integer, intent(in) :: c                        !! row
       type(joint_type) :: joint
       type(interval_response_type) :: interval
-      real(wp) :: pressing, mean, bond(2)
+      real(wp) :: pressing, bond(2)
       integer :: r
+      pressing = spring_force_of(table%k_n(c), mean_gap(table, self%gap, c))
       r = c
       if (self%joint(c)%partly) then
          r = min(c, other_row(table, c))
          pressing = 0.5_wp*(self%spring_force(table, r) + self%spring_force(table, r + 1))
-         if (allocated(self%extra)) pressing = pressing - 0.5_wp*sum(drags(self, self%own, self%cross, table, r))
-      else
-         mean = mean_gap(table, self%gap, c)
-         pressing = spring_force_of(table%k_n(c), mean) - mean_drag(self%extra, table, c, mean)
       end if
       associate (law => laws(table%joint(c)))
          if (is_friction_alone(law)) then

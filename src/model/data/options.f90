@@ -248,7 +248,6 @@ module rockdda_model_options
       type(joint_material_type), allocatable :: joint_materials(:) !! groups that change or add joint materials
       type(joint_material_type), allocatable :: joint_laws(:)      !! the same for materials of the analysis file
       real(wp) :: mass_damping = unset_real           !! &block_damping mass_proportional [1/time]
-      real(wp) :: stiffness_damping = unset_real      !! &block_damping stiffness_proportional [time]
       type(origin_type) :: gravity_origin, mass_damping_origin          !! where they were read
       type(stage_type), allocatable :: stages(:)
       type(change_type), allocatable :: changes(:)

@@ -52,7 +52,6 @@ module rockdda_model_parameters
       type(block_material_type), allocatable :: block_materials(:)
       type(joint_material_type), allocatable :: joint_materials(:)
       real(wp) :: mass_damping = 0            !! [1/time]
-      real(wp) :: stiffness_damping = 0       !! [time]
       ! loads
       real(wp) :: gravity = -1                !! acceleration in -y, < 0: from weight/density of each material
       real(wp) :: given_gravity = -1          !! also where materials have weights of their own; < 0: not given

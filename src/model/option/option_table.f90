@@ -277,9 +277,8 @@ contains
       call table%add_computed('smooth_step', 'largest step in a surface that a block slides over', 'length', &
                               p%smooth_step)
       call table%add(option('shear_ratio', 'normal over shear stiffness', above=0.0_wp, default=2.5_wp), o%shear_ratio)
-      call table%add(option('sliding_damping', 'dashpot of contacts that slide in dynamic stages, of joints '// &
-                            'without damping_ratio, and of the strain of blocks on them, fraction of critical', &
-                            least=0.0_wp, &
+      call table%add(option('sliding_damping', 'dashpot of contacts that slide in dynamic stages, fraction of '// &
+                            'critical, of joints without damping_ratio', least=0.0_wp, &
                             default_text='0; 0.5 in a file with &model and contacts by length', &
                             see='theory.md#5-time-integration'), &
                      o%sliding_damping, p%sliding_damping)
@@ -359,10 +358,6 @@ contains
                             quantity='mass-proportional damping', least=0.0_wp), &
                      o%mass_damping, p%mass_damping)
       call table%locate(o%mass_damping_origin)
-      call table%add(option('stiffness_proportional', 'viscous stress of blocks over the stress of their strain '// &
-                            'rates, in dynamic stages', unit='time', quantity='stiffness-proportional damping', &
-                            least=0.0_wp), &
-                     o%stiffness_damping, p%stiffness_damping)
    end subroutine describe_material
 
    !> &output.

@@ -251,7 +251,7 @@ contains
          call self%expect(context)
          call assemble_start(scheme_of_start(purpose%acceleration, 0.0_wp))
          allocate (force, source=equations%f)
-         call add_damping(force)
+         if (context%parameters%mass_damping > 0) call add_damping(force)
          call assemble_start(scheme_of_start(purpose%acceleration, 1.0_wp))
          equations%x = 0
          call self%newton%solve_once(equations, force, solver, of_attempt, error)
@@ -262,18 +262,14 @@ contains
          self%dt = dt
       end subroutine find_acceleration
 
-      !> Damping of the blocks by the velocities at the start.
+      !> Mass-proportional damping of the velocities at the start.
       subroutine add_damping(force)
          real(wp), intent(inout) :: force(:, :)   !! (6, nb)
          integer :: i
          do i = 1, context%blocks%n_blocks
             if (self%is_left_out(i)) cycle
-            associate (alpha => context%parameters%mass_damping, elasticity => families%elasticity, &
-                       velocity => context%state%velocity(:, i))
-               if (alpha > 0) force(:, i) = force(:, i) - alpha*context%momentum(i, velocity)
-               if (allocated(elasticity%viscosity)) &
-                  call elasticity%add_viscous_stress(context, i, velocity, force(:, i))
-            end associate
+            force(:, i) = force(:, i) - context%parameters%mass_damping* &
+                          context%momentum(i, context%state%velocity(:, i))
          end do
       end subroutine add_damping
 
