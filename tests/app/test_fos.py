@@ -1171,7 +1171,7 @@ class Refusals(FosTest):
                 with self.subTest(gap=gap, kind=kind):
                     text = self.error("block.nml", "--search", kind, code=3)
                     self.assertRegex(
-                        text, r"the model does not stand.*: .*block 2 at \(3, 1.\d+\) has moved by [\d.]+ m?m, "
+                        text, r"the model does not stand.*: .*block 2 at \(3, 1.\d+\) has moved by [\d.]+ mm, "
                     )
         self.block(LEVEL)
         self.assertNotIn("stand", self.run_program("fos", "block.nml", "--search", "tilt").err)
@@ -1188,7 +1188,7 @@ class Refusals(FosTest):
             told = [
                 one
                 for one in warned
-                if re.search(r"block 2 at \S+ \S+ has moved by (8|7\.9\d*|8\.\d+) mm, further than 0.4 %", one)
+                if re.search(r"block 2 at \S+ \S+ has moved by 8\.?\d* mm, further than 0.4 %", one)
             ]
             self.assertEqual(bool(told), is_told, warned)
 
